@@ -1,0 +1,275 @@
+"""An arm: joints and links from base to tool, walked out for where everything is and back for what it carries."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from lostmotion.parts.base import Base
+from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.link import Place, Vector
+from lostmotion.parts.source import Condition, Force, Mass, Part, Term, Torque
+from lostmotion.spatial import exp, inverse
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lostmotion.parts.source import ErrorSource
+    from lostmotion.spatial import Floats
+
+STANDARD_GRAVITY = 9.80665
+
+
+class Payload(Part):
+    """What hangs on the tool: a mass with its centre in the tool frame, and a process force and moment in the tool's axes."""
+
+    mass: Mass = 0.0
+    centre_of_mass: Vector = (0.0, 0.0, 0.0)
+    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    moment: tuple[Torque, Torque, Torque] = (0.0, 0.0, 0.0)
+
+
+class Tool(Part):
+    """The tool frame seen from the last link's tip, and what the tool itself weighs."""
+
+    frame: Place = Place()
+    mass: Mass = 0.0
+    centre_of_mass: Vector = (0.0, 0.0, 0.0)
+
+
+class Arm(Part):
+    """A serial arm of any number of revolute, prismatic and fixed joints, from its base to its tool.
+
+    Places stand in walking order: "base", then for each joint NAME its seat "NAME.seat" (before the motion), "NAME" (after it) and
+    "NAME.tip" (the far end of its link), and last "tool". q holds the moving joints only, rad or m, in order.
+    """
+
+    name: str = Field(min_length=1, max_length=80)
+    joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=64)]
+    base: Base = Base()
+    tool: Tool = Tool()
+    payload: Payload = Payload()
+    gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
+    notes: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _names_differ_and_something_moves(self) -> Self:
+        names = [joint.name for joint in self.joints]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            context = {"why": f"the joint name '{twice[0]}' more than once", "expected": "a name of its own for every joint", "example": f'name = "{twice[0]}2"'}
+            raise PydanticCustomError("names", "{why}", context)
+        if not self.moving:
+            context = {"why": "no joint that moves", "expected": "at least one revolute or prismatic joint", "example": 'type = "revolute"'}
+            raise PydanticCustomError("names", "{why}", context)
+        return self
+
+    @functools.cached_property
+    def moving(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
+        """Give the joints that q is made of."""
+        return tuple(joint for joint in self.joints if not isinstance(joint, FixedJoint))
+
+    @functools.cached_property
+    def places(self) -> tuple[str, ...]:
+        """Give the names of the places, in the order of `frames` and `wrenches`."""
+        return ("base", *(f"{joint.name}{end}" for joint in self.joints for end in (".seat", "", ".tip")), "tool")
+
+    @functools.cached_property
+    def limits(self) -> Floats:
+        """Give the range of every moving joint (joint, 2), rad or m."""
+        return np.array([joint.limits for joint in self.moving])
+
+    @property
+    def gravity_in_base(self) -> Floats:
+        """Give the acceleration of free fall (3,) in the base's axes, its nominal tilt included."""
+        return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))
+
+    def __repr__(self) -> str:
+        """Tell the arm in a line."""
+        kinds = "".join("F" if isinstance(j, FixedJoint) else "P" if isinstance(j, PrismaticJoint) else "R" for j in self.joints)
+        weighs = sum(joint.mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
+        return f"<Arm '{self.name}': {kinds}, {weighs:.3g} kg, payload {self.payload.mass:g} kg>"
+
+    __str__ = __repr__
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedTerm:
+    """A term, the index of the place whose frame its screw is in, and the part that owns it ("joints.A.gearbox")."""
+
+    owner: str
+    place: int
+    term: Term
+
+    @property
+    def name(self) -> str:
+        """Give the full name ("joints.A.gearbox.backlash")."""
+        return f"{self.owner}.{self.term.name}"
+
+
+def as_poses(arm: Arm, q: Floats) -> Floats:
+    """Check joint values and give them as (pose, joint); raises ValueError for another shape or a value that is not finite."""
+    values = np.atleast_2d(np.asarray(q, dtype=float))
+    if values.ndim != 2 or values.shape[1] != len(arm.moving):  # noqa: PLR2004 - pose and joint
+        raise ValueError(f"q has shape {np.shape(q)}; expected (pose, {len(arm.moving)}): one value per moving joint of '{arm.name}'")
+    if not np.isfinite(values).all():
+        raise ValueError("q holds a value that is not finite")
+    return values
+
+
+def frames(arm: Arm, q: Floats) -> Floats:
+    """Where is every place of the arm? Poses (place, pose, 4, 4) in the base frame, m, for q (pose, joint) in rad or m.
+
+    Places are named by `arm.places`; no limit is applied to q. Raises ValueError for q of another shape or not finite.
+    Source: product of exponentials, Lynch and Park 2017, ch. 4; equal to Pinocchio's frames (tests/validation).
+    """
+    steps = _steps(arm, as_poses(arm, q))
+    out = np.empty((len(arm.places), len(steps[2]), 4, 4))
+    here = np.broadcast_to(np.eye(4), out.shape[1:])
+    for index, step in enumerate(steps):
+        here = here @ step
+        out[index] = here
+    return out
+
+
+def _steps(arm: Arm, q: Floats) -> list[Floats]:
+    """Give the pose of each place in the place before: (4, 4), or (pose, 4, 4) where a joint moves."""
+    out: list[Floats] = [np.eye(4)]
+    column = iter(q.T)
+    for joint in arm.joints:
+        moved = np.eye(4)[None] if isinstance(joint, FixedJoint) else exp(next(column)[:, None] * joint.twist)
+        out += [joint.origin.pose, np.broadcast_to(moved, (len(q), 4, 4)), joint.link.tip_pose]
+    return [*out, arm.tool.frame.pose]
+
+
+def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:
+    """What does everything outboard of a place put on it? Wrenches (place, pose, 6) in the place's own frame, N m and N.
+
+    Static: weights of links, joints, tool and payload, and the payload's process force. A joint's own mass sits on its seat, so it loads the
+    link before and not its own bearing. `payload` left out: the arm's own; `gravity` (3,) in the base's axes, m/s^2, left out:
+    the arm's, turned by the base's tilt. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's static torques
+    (tests/validation).
+    """
+    values = as_poses(arm, q)
+    return _wrenches(arm, frames(arm, values), payload or arm.payload, arm.gravity_in_base if gravity is None else np.asarray(gravity, dtype=float))
+
+
+class _Carried:
+    """Force and moment about the base's origin of all that was met on the way back from the tool."""
+
+    def __init__(self, poses: int, gravity: Floats) -> None:
+        self.force = np.zeros((poses, 3))
+        self.moment = np.zeros((poses, 3))
+        self.gravity = gravity
+
+    def weigh(self, frame: Floats, mass: float, centre: Floats) -> None:
+        if mass:
+            self.push(frame[:, :3, 3] + frame[:, :3, :3] @ np.asarray(centre, dtype=float), np.broadcast_to(mass * self.gravity, self.force.shape))
+
+    def push(self, point: Floats, force: Floats) -> None:
+        self.force = self.force + force
+        self.moment = self.moment + np.cross(point, force)
+
+    def seen_from(self, frame: Floats) -> Floats:
+        """Give the wrench (pose, 6) about this frame's origin, in its axes."""
+        moment = self.moment - np.cross(frame[:, :3, 3], self.force)
+        both = np.stack([moment, self.force], axis=1) @ frame[:, :3, :3]
+        return both.reshape(len(both), 6)
+
+
+def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats:
+    out = np.empty((len(at), at.shape[1], 6))
+    carried = _Carried(at.shape[1], gravity)
+    tool = at[-1]
+    carried.weigh(tool, payload.mass, np.array(payload.centre_of_mass))
+    carried.weigh(tool, arm.tool.mass, np.array(arm.tool.centre_of_mass))
+    carried.push(tool[:, :3, 3], tool[:, :3, :3] @ np.array(payload.force))
+    carried.moment = carried.moment + tool[:, :3, :3] @ np.array(payload.moment)
+    out[-1] = carried.seen_from(tool)
+    for k, joint in reversed(list(enumerate(arm.joints))):
+        seat, after, tip = at[3 * k + 1], at[3 * k + 2], at[3 * k + 3]
+        out[3 * k + 3] = carried.seen_from(tip)
+        carried.weigh(after, joint.link.total_mass, joint.link.mass_centre)
+        out[3 * k + 2] = carried.seen_from(after)
+        out[3 * k + 1] = carried.seen_from(seat)
+        carried.weigh(seat, joint.mass, np.array(joint.centre_of_mass))
+    out[0] = carried.seen_from(at[0])
+    return out
+
+
+def joint_torques(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:
+    """Which torque (force on a sliding joint) must each drive hold? (pose, joint), N m or N, positive along the joint's motion.
+
+    Arguments and errors as `wrenches`. Equal to Pinocchio's generalised gravity.
+    """
+    carried = wrenches(arm, q, payload, gravity)
+    return np.column_stack([-carried[3 * k + 2] @ joint.twist for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint)])
+
+
+def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None) -> Floats:
+    """Which holding torque could gravity ask of each joint, whichever way the base is tilted? (pose, joint), N m or N, not negative.
+
+    The paper's eq. (3), read as errata.md says, for any joint: on a turning joint the weight outboard times the distance of its centre of mass
+    from the axis, on a sliding one the whole weight; a process force on the tool turns with the arm and is added at its size.
+    Exact, no search over tilts: torque = gravity . v, whose largest value over directions of gravity is g |v|.
+    """
+    values = as_poses(arm, q)
+    at = frames(arm, values)
+    load = payload or arm.payload
+    weightless = _wrenches(arm, at, load, np.zeros(3))
+    by_axis = [_wrenches(arm, at, load, arm.gravity * np.eye(3)[k]) - weightless for k in range(3)]
+    out = []
+    for k, joint in enumerate(arm.joints):
+        if not isinstance(joint, FixedJoint):
+            v = np.stack([w[3 * k + 2] @ joint.twist for w in by_axis], axis=-1)
+            out.append(np.linalg.norm(v, axis=-1) + np.abs(weightless[3 * k + 2] @ joint.twist))
+    return np.column_stack(out)
+
+
+def terms(arm: Arm, q: Floats, *, approach: float = 0.0, at: Floats | None = None) -> list[PlacedTerm]:
+    """Which elementary errors does every part of the arm make at these poses? In walking order.
+
+    `approach` is the sign of every joint's last motion: -1, +1, or 0 where it differs from visit to visit. `at` are the arm's
+    frames at q where they are known already.
+    """
+    values = as_poses(arm, q)
+    here = frames(arm, values) if at is None else at
+    carried = _wrenches(arm, here, arm.payload, arm.gravity_in_base)
+    return [
+        PlacedTerm(owner, place, term)
+        for owner, place, angle, axis, source in _sources(arm, values)
+        for term in source.terms(
+            Condition(angle, axis, carried[place], arm.gravity_in_base @ here[place, :, :3, :3], np.full(len(values), float(approach))),
+        )
+    ]
+
+
+def _sources(arm: Arm, q: Floats) -> Iterator[tuple[str, int, Floats, Floats, ErrorSource]]:
+    """Walk the parts: owner, index of the place, joint value, unit twist there, the part."""
+    still, nothing = np.zeros(len(q)), np.zeros(6)
+    yield "base", 0, still, nothing, arm.base
+    column = iter(q.T)
+    for k, joint in enumerate(arm.joints):
+        seat, tip = 3 * k + 1, 3 * k + 3
+        owner = f"joints.{joint.name}"
+        axis = joint.twist[:3] if joint.twist[:3].any() else joint.twist[3:]
+        angle = still if isinstance(joint, FixedJoint) else next(column)
+        if joint.mounting is not None:
+            across_what = joint.twist if joint.twist.any() else np.eye(6)[2]
+            yield f"{owner}.mounting", seat, angle, across_what, joint.mounting
+        for name, source in joint.sources.items():
+            yield f"{owner}.{name}", seat + 1, angle, joint.twist, source
+        yield f"{owner}.link", tip, angle, nothing, joint.link.with_joint_axis(axis)
+
+
+def steps_of(arm: Arm, at: Floats) -> Floats:
+    """Which pose leads from each place to the next? (place, pose, 4, 4), for composing errors exactly."""
+    out = at.copy()
+    out[1:] = inverse(at[:-1]) @ at[1:]
+    return out

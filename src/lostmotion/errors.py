@@ -1,0 +1,75 @@
+"""What can go wrong, as one tree.
+
+LostmotionError
+├── InputError        a file or an argument says something that cannot be; lists every mistake found
+├── OutputExistsError the place for the results is taken, and the user did not say --force
+└── DidNotConvergeError  a law found no answer; no plausible number is returned in its place
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One mistake: where it stands, what was found, what belongs there, and an example that would pass."""
+
+    file: str
+    key: str
+    found: str
+    expected: str
+    example: str = ""
+    nearest: str = ""
+
+    def __str__(self) -> str:
+        """Lay the mistake out as a short block that a person can act on."""
+        lines = [f"{self.file}: {self.key}" if self.key else self.file]
+        lines.append(f"  found     {self.found}")
+        lines.append(f"  expected  {self.expected}")
+        if self.example:
+            lines.append(f"  example   {self.example}")
+        if self.nearest:
+            lines.append(f"  did you mean '{self.nearest}'?")
+        return "\n".join(lines)
+
+
+class LostmotionError(Exception):
+    """Anything this package refuses to do, said in one message for the user."""
+
+
+class InputError(LostmotionError):
+    """Input that cannot be used; `problems` holds every mistake, not only the first."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        """Keep the mistakes and say them all at once."""
+        self.problems = tuple(problems)
+        count = len(self.problems)
+        head = "1 mistake" if count == 1 else f"{count} mistakes"
+        super().__init__(head + "\n" + "\n".join(str(problem) for problem in self.problems))
+
+
+class OutputExistsError(LostmotionError):
+    """The output folder is already there; nothing in it was touched."""
+
+
+class DidNotConvergeError(LostmotionError):
+    """A law found no answer to the stated tolerance."""
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Which known name did the writer probably mean? Empty where none is close."""
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return close[0] if close else ""
+
+
+def shown(value: object, limit: int = 60) -> str:
+    """Show a value from a file within one line, whatever it holds."""
+    text = repr(value) if isinstance(value, str) else str(value)
+    text = "".join(char if char.isprintable() else "?" for char in text)
+    return text if len(text) <= limit else text[: limit - 3] + "..."

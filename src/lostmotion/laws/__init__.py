@@ -1,0 +1,1 @@
+"""Physics and chance from books: arrays in, arrays out, a citation each, no product names."""

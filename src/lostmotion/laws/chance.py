@@ -1,0 +1,142 @@
+"""Laws of chance, standardised: mean zero, mean square one, mapped from uniforms by the inverse CDF.
+
+A limit "±t" becomes a term of size t / law.bound, so that no draw leaves the limit. Every law here but `Normal(cut=inf)`
+is bounded, which is what makes a worst case finite. Source of the moments: JCGM 101:2008, 6.4.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+    from lostmotion.units import ToleranceLaw
+
+
+class Law(ABC):
+    """How one draw falls: `quantile` maps uniforms in (0, 1), `bound` is the largest size a draw can have."""
+
+    @property
+    @abstractmethod
+    def bound(self) -> float:
+        """Give the largest |draw|; infinite for an uncut normal law."""
+
+    @abstractmethod
+    def quantile(self, u: Floats) -> Floats:
+        """Which draws belong to these uniforms (any shape, strictly inside 0..1)?"""
+
+
+@dataclass(frozen=True, slots=True)
+class Normal(Law):
+    """A normal law cut at `cut` of its own sigmas and then scaled back to unit variance; cut = inf leaves it whole."""
+
+    cut: float = 3.0
+
+    @property
+    def bound(self) -> float:
+        """Give the cut in units of the deviation that is left after cutting."""
+        return self.cut / _cut_deviation(self.cut) if math.isfinite(self.cut) else math.inf
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map uniforms through the cut normal law's inverse."""
+        from scipy.special import ndtr, ndtri
+
+        if not math.isfinite(self.cut):
+            return np.asarray(ndtri(u))
+        low = ndtr(-self.cut)
+        whole = np.asarray(ndtri(low + u * (1 - 2 * low)))
+        return whole / _cut_deviation(self.cut)
+
+
+@functools.cache
+def _cut_deviation(cut: float) -> float:
+    """Give the standard deviation of N(0, 1) cut at +-cut: sqrt(1 - 2 c phi(c) / (2 Phi(c) - 1))."""
+    density = math.exp(-cut * cut / 2) / math.sqrt(2 * math.pi)
+    return math.sqrt(1 - 2 * cut * density / math.erf(cut / math.sqrt(2)))
+
+
+@dataclass(frozen=True, slots=True)
+class Uniform(Law):
+    """Any value between two limits alike."""
+
+    @property
+    def bound(self) -> float:
+        """Give sqrt 3, the limit in units of the deviation."""
+        return math.sqrt(3)
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map uniforms to -sqrt 3 .. sqrt 3."""
+        return (2 * u - 1) * math.sqrt(3)
+
+
+@dataclass(frozen=True, slots=True)
+class TwoSided(Law):
+    """One side or the other, never between: the state of an unloaded play."""
+
+    @property
+    def bound(self) -> float:
+        """Give one: both sides are equally far."""
+        return 1.0
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map the lower half of the uniforms to -1 and the upper to +1."""
+        return np.where(u < 0.5, -1.0, 1.0)  # noqa: PLR2004 - the middle of 0..1
+
+
+@dataclass(frozen=True, slots=True)
+class Cosine(Law):
+    """sqrt 2 cos(2 pi u): one of the two parts of a harmonic with random phase; `Sine` of the same stream is the other."""
+
+    @property
+    def bound(self) -> float:
+        """Give sqrt 2, the amplitude of a unit-variance cosine."""
+        return math.sqrt(2)
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map uniforms as phases."""
+        return math.sqrt(2) * np.cos(2 * math.pi * u)
+
+
+@dataclass(frozen=True, slots=True)
+class Sine(Law):
+    """sqrt 2 sin(2 pi u): the partner of `Cosine`."""
+
+    @property
+    def bound(self) -> float:
+        """Give sqrt 2, the amplitude of a unit-variance sine."""
+        return math.sqrt(2)
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map uniforms as phases."""
+        return math.sqrt(2) * np.sin(2 * math.pi * u)
+
+
+@dataclass(frozen=True, slots=True)
+class Amount(Law):
+    """(1 + k x) / sqrt(1 + k^2) with x from another law: an amount that scatters around its mean by the share k.
+
+    Not mean zero: it is only a robot's factor in a product with a visit draw that is.
+    """
+
+    scatter: float
+    inner: Law
+
+    @property
+    def bound(self) -> float:
+        """Give the largest amount in units of its root mean square."""
+        return (1 + self.scatter * self.inner.bound) / math.hypot(1, self.scatter)
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map uniforms to amounts."""
+        return (1 + self.scatter * self.inner.quantile(u)) / math.hypot(1, self.scatter)
+
+
+def of_tolerance(law: ToleranceLaw) -> Law:
+    """Which law does the word behind a tolerance name?"""
+    return Uniform() if law == "uniform" else Normal()

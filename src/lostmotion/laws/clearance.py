@@ -1,0 +1,40 @@
+"""Play as a dead band that the load closes on one side.
+
+A part with play rests on the side to which the load pushes it. Only when the load is smaller than the friction that can hold it
+elsewhere does the way of arriving decide. Between the two this law goes over linearly: with c = load/friction cut to -1..1 the part sits at
+c of the half play, and the way of arriving moves it within the 1 - |c| that is left, so it never leaves the play.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+# A load smaller than this share of the whole wrench is what rounding leaves of zero, not a load.
+_ROUNDING = 1e-9
+
+
+def seated(load: Floats, friction: float, scale: Floats) -> Floats:
+    """Which share of the half play does the load take up, with its sign, for loads (pose,)? Result in -1..1.
+
+    `friction` in the load's unit, zero or more; with zero friction any load closes the play. `scale` (pose,) is the size of the whole wrench
+    that the load is a component of: below 1e-9 of it a load counts as none.
+    """
+    real = np.where(np.abs(load) > _ROUNDING * scale, load, 0.0)
+    if friction == 0:
+        return np.sign(real)
+    return np.clip(real / friction, -1.0, 1.0)
+
+
+def seated_across(load: Floats, friction: float, scale: Floats) -> tuple[Floats, Floats]:
+    """Where in a round clearance of unit radius does a load (pose, 3) across the axis hold the part, and how much is left to chance?
+
+    Gives vectors (pose, 3) of length 0..1, and the radius 1..0 (pose,) within which the way of arriving decides.
+    """
+    size = np.linalg.norm(load, axis=-1)
+    share = seated(size, friction, scale)
+    return load * (share / np.where(size > 0, size, 1.0))[:, None], 1 - share

@@ -1,0 +1,1 @@
+"""Bearings, one file per kind."""

@@ -1,0 +1,73 @@
+"""One crossed-roller bearing (or any preloaded bearing that carries all loads by itself): no play, but it gives under load."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from lostmotion.laws.chance import Cosine, Sine
+from lostmotion.parts.source import (
+    AngularStiffness,
+    Condition,
+    Draw,
+    ErrorSource,
+    LengthAmount,
+    LinearStiffness,
+    Part,
+    Term,
+)
+
+
+class CrossedRoller(Part, ErrorSource):
+    """A preloaded bearing by catalogue stiffness; every value left out is taken as rigid or exact.
+
+    moment_stiffness  against tilting across the axis
+    radial_stiffness, axial_stiffness  against shifting
+    axial_runout, radial_runout  full indicator reading over a turn, with a phase that differs from robot to robot
+    """
+
+    kind: Literal["crossed roller"] = "crossed roller"
+    moment_stiffness: AngularStiffness | None = None
+    radial_stiffness: LinearStiffness | None = None
+    axial_stiffness: LinearStiffness | None = None
+    radial_runout: LengthAmount = 0.0
+    axial_runout: LengthAmount = 0.0
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Elastic give in tilt, across and along the axis, and runout."""
+        turning = bool(at.axis[:3].any())
+        axis = at.axis[:3] if turning else at.axis[3:]
+        along = np.outer(axis, axis)
+        across = np.eye(3) - along
+        zero = np.zeros((len(at.angle), 3))
+        moment, force = at.wrench[:, :3], at.wrench[:, 3:]
+        out: list[Term] = []
+        if self.moment_stiffness is not None:
+            out.append(Term("tilt", np.hstack([moment @ across / self.moment_stiffness, zero])))
+        if self.radial_stiffness is not None:
+            out.append(Term("radial give", np.hstack([zero, force @ across / self.radial_stiffness])))
+        if self.axial_stiffness is not None and turning:
+            out.append(Term("axial give", np.hstack([zero, force @ along / self.axial_stiffness])))
+        if turning:
+            out += self._runout(at, axis)
+        return out
+
+    def _runout(self, at: Condition, axis: np.ndarray) -> list[Term]:
+        """A high spot that turns with the joint: across the axis it points along a direction that turns, along it rises and falls."""
+        start = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        first = start / np.linalg.norm(start)
+        second = np.cross(axis, first)
+        cos, sin = np.cos(at.angle)[:, None], np.sin(at.angle)[:, None]
+        zero = np.zeros((len(at.angle), 3))
+        out: list[Term] = []
+        if self.radial_runout:
+            size = self.radial_runout / 2 / np.sqrt(2)
+            one, two = cos * first + sin * second, cos * second - sin * first
+            out.append(Term("radial runout 1", np.hstack([zero, one * size]), robot=Draw("radial runout", Cosine())))
+            out.append(Term("radial runout 2", np.hstack([zero, two * size]), robot=Draw("radial runout", Sine())))
+        if self.axial_runout:
+            size = self.axial_runout / 2 / np.sqrt(2)
+            out.append(Term("axial runout 1", np.hstack([zero, sin * axis * size]), robot=Draw("axial runout", Cosine())))
+            out.append(Term("axial runout 2", np.hstack([zero, cos * axis * size]), robot=Draw("axial runout", Sine())))
+        return out

@@ -1,0 +1,127 @@
+"""Two rolling bearings at a distance: clearance lets the axis shift and tilt, and the load decides where to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from lostmotion.laws.chance import Cosine, Law, Sine, TwoSided, of_tolerance
+from lostmotion.laws.clearance import seated, seated_across
+from lostmotion.parts.source import (
+    ClearanceDim,
+    Condition,
+    Draw,
+    ErrorSource,
+    ForceAmount,
+    LengthPlus,
+    LinearStiffness,
+    Part,
+    Term,
+    limit_term,
+)
+from lostmotion.units import Toleranced
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+_SIDES = (("inboard", -1.0), ("outboard", 1.0))
+
+
+class RollingPair(Part, ErrorSource):
+    """A spaced pair of rolling bearings, each with the same working clearance.
+
+    clearance         diametral working clearance of each bearing; ± is its scatter over bearings
+    span              distance between the two; the axis can tilt by clearance/span
+    axial_play        full axial play
+    radial_stiffness  of each bearing; left out: rigid once the clearance is closed
+    axial_stiffness   of the pair; left out: rigid
+    closing_force     a load below it on one bearing cannot hold its clearance closed; default 0: any load does
+
+    Each bearing takes its share of force and moment and sits at half its clearance towards its own reaction. Valid for loads that bend
+    neither shaft nor housing.
+    """
+
+    kind: Literal["rolling"] = "rolling"
+    clearance: ClearanceDim = Toleranced(0.0)
+    span: LengthPlus
+    axial_play: ClearanceDim = Toleranced(0.0)
+    radial_stiffness: LinearStiffness | None = None
+    axial_stiffness: LinearStiffness | None = None
+    closing_force: ForceAmount = 0.0
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Shift and tilt in the clearances, axial play, and elastic give."""
+        axis = at.axis[:3] if at.axis[:3].any() else at.axis[3:]
+        out: list[Term] = []
+        for name, side in _SIDES:
+            reaction = self._reaction(at.wrench, axis, side)
+            out += self._in_clearance(name, _per_shift(axis, side, self.span), reaction, axis, at.scale / min(self.span, 1.0))
+            if self.radial_stiffness is not None:
+                give = reaction / self.radial_stiffness
+                out.append(Term(f"{name} radial give", give @ _per_shift(axis, side, self.span)))
+        return [*out, *self._axial(at, axis)]
+
+    def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
+        """Give the radial load (pose, 3) that one bearing carries: half of the force, and its part of the moment."""
+        force, moment = wrench[:, 3:], wrench[:, :3]
+        across = force - np.outer(force @ axis, axis)
+        return across / 2 + side * np.cross(moment, axis) / self.span
+
+    def _in_clearance(self, name: str, per_shift: Floats, reaction: Floats, axis: Floats, scale: Floats) -> list[Term]:
+        half = self.clearance.nominal / 2
+        if not half:
+            return []
+        sitting, free = seated_across(reaction, self.closing_force, scale)
+        known = sitting @ per_shift * half
+        out = [Term(f"{name} clearance side held by load", known)]
+        if self.clearance.tolerance:
+            law: Law = of_tolerance(self.clearance.law)
+            size = self.clearance.tolerance / law.bound / self.clearance.nominal
+            out.append(Term(f"{name} clearance amount", known * size, robot=Draw(f"{name} amount", law)))
+        first, second = _across(axis)
+        stream = f"{name} position"
+        # Unloaded, the bearing rests somewhere on the circle that its clearance leaves it.
+        return [
+            *out,
+            Term(f"{name} clearance position 1", free[:, None] * (first @ per_shift) * (half / np.sqrt(2)), visit=Draw(stream, Cosine())),
+            Term(f"{name} clearance position 2", free[:, None] * (second @ per_shift) * (half / np.sqrt(2)), visit=Draw(stream, Sine())),
+        ]
+
+    def _axial(self, at: Condition, axis: Floats) -> list[Term]:
+        if at.axis[3:].any():
+            return []  # along a sliding joint the drive holds, not the bearing
+        force = at.wrench[:, 3:] @ axis
+        twist = np.concatenate([np.zeros(3), axis])
+        out: list[Term] = []
+        half = self.axial_play.nominal / 2
+        if half:
+            closed = seated(force, self.closing_force, at.scale)
+            known = closed[:, None] * twist * half
+            out.append(Term("axial play side held by load", known))
+            if self.axial_play.tolerance:
+                law = of_tolerance(self.axial_play.law)
+                size = self.axial_play.tolerance / law.bound / self.axial_play.nominal
+                out.append(Term("axial play amount", known * size, robot=Draw("axial amount", law)))
+            out.append(limit_term("axial play", (1 - np.abs(closed))[:, None] * twist, half, TwoSided(), visit=True))
+        if self.axial_stiffness is not None:
+            out.append(Term("axial give", (force / self.axial_stiffness)[:, None] * twist))
+        return out
+
+
+def _per_shift(axis: Floats, side: float, span: float) -> Floats:
+    """Which twist (3, 6) follows per radial shift of one bearing while the other stays? Half shift, and a tilt of 1/span."""
+    out = np.zeros((3, 6))
+    for k in range(3):
+        unit = np.eye(3)[k]
+        out[k, :3] = side * np.cross(axis, unit) / span
+        out[k, 3:] = (unit - (unit @ axis) * axis) / 2
+    return out
+
+
+def _across(axis: Floats) -> tuple[Floats, Floats]:
+    """Give two unit directions across an axis."""
+    start = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    first = np.cross(axis, start)
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)

@@ -1,0 +1,1 @@
+"""Gearboxes, one file per kind."""

@@ -1,0 +1,176 @@
+"""A joint unit: one motion, and the gearbox, bearing, encoder and link that belong to it."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from lostmotion.laws.chance import Normal
+from lostmotion.parts.bearing.crossed_roller import CrossedRoller
+from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.encoder import Encoder
+from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
+from lostmotion.parts.link import Direction, Link, Place, Vector, unit
+from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.source import (
+    Angle,
+    AngleAmount,
+    AngularStiffness,
+    ClearanceDim,
+    Condition,
+    ErrorSource,
+    Force,
+    Length,
+    LengthAmount,
+    LinearStiffness,
+    Mass,
+    Part,
+    PlayDim,
+    Term,
+    Torque,
+    limit_term,
+)
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+Bearing = Annotated[RollingPair | CrossedRoller, Field(discriminator="kind")]
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,39}$")]
+
+
+class Mounting(Part, ErrorSource):
+    """How exactly the joint's axis lies in the link before: ± tilt about, and ± offset along, the two directions across it."""
+
+    tilt: AngleAmount = 0.0
+    offset: LengthAmount = 0.0
+
+    def terms(self, at: Condition) -> list[Term]:
+        """The axis as made, in the seat's frame, which does not turn with the joint."""
+        axis = at.axis[:3] if at.axis[:3].any() else at.axis[3:]
+        law = Normal()
+        out: list[Term] = []
+        across = [np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])]
+        across[0] /= np.linalg.norm(across[0])
+        across.append(np.cross(axis, across[0]))
+        for k, direction in enumerate(across, 1):
+            if self.tilt:
+                out.append(limit_term(f"axis tilt {k}", np.concatenate([direction, np.zeros(3)]), self.tilt, law))
+            if self.offset:
+                out.append(limit_term(f"axis offset {k}", np.concatenate([np.zeros(3), direction]), self.offset, law))
+        return out
+
+
+class _Joint(Part):
+    """What every joint has, moving or not."""
+
+    name: Name
+    origin: Place = Place()
+    mounting: Mounting | None = None
+    mass: Mass = 0.0
+    centre_of_mass: Vector = (0.0, 0.0, 0.0)
+    link: Link = Link()
+
+
+class FixedJoint(_Joint):
+    """A joint that does not move."""
+
+    type: Literal["fixed"] = "fixed"
+
+    @property
+    def twist(self) -> Floats:
+        """Give no motion (6,)."""
+        return np.zeros(6)
+
+    @property
+    def sources(self) -> dict[str, ErrorSource]:
+        """Give no sources: nothing moves."""
+        return {}
+
+
+class _MovingJoint(_Joint):
+    axis: Direction = "z"
+    bearing: Bearing | None = None
+    lumped: Lumped | None = None
+
+    @model_validator(mode="after")
+    def _axis_is_a_direction(self) -> Self:
+        if isinstance(self.axis, tuple) and not (np.all(np.isfinite(self.axis)) and np.linalg.norm(self.axis) > 0):
+            context = {"why": f"axis {list(self.axis)}", "expected": "a finite direction that is not zero", "example": "axis = [0, 0, 1]"}
+            raise PydanticCustomError("axis", "{why}", context)
+        return self
+
+
+class RevoluteJoint(_MovingJoint):
+    """A joint that turns about `axis` between `limits`."""
+
+    type: Literal["revolute"] = "revolute"
+    limits: tuple[Angle, Angle]
+    gearbox: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, Torque] | None = None
+    encoder: Encoder[AngleAmount] | None = None
+
+    @model_validator(mode="after")
+    def _limits_rise(self) -> Self:
+        check_limits(self.limits, '["-90 deg", "90 deg"]')
+        return self
+
+    @functools.cached_property
+    def twist(self) -> Floats:
+        """Give the unit rotation about the axis (6,)."""
+        return np.concatenate([unit(self.axis), np.zeros(3)])
+
+    @functools.cached_property
+    def sources(self) -> dict[str, ErrorSource]:
+        """Give the parts that err, by name; a gearbox inside the loop of an encoder on its output errs no more."""
+        return _sources(self.gearbox, self.bearing, self.encoder, self.lumped)
+
+
+class PrismaticJoint(_MovingJoint):
+    """A joint that slides along `axis` between `limits`."""
+
+    type: Literal["prismatic"] = "prismatic"
+    limits: tuple[Length, Length]
+    gearbox: CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, Force] | None = None
+    encoder: Encoder[LengthAmount] | None = None
+
+    @model_validator(mode="after")
+    def _limits_rise(self) -> Self:
+        check_limits(self.limits, '["0 mm", "300 mm"]')
+        return self
+
+    @functools.cached_property
+    def twist(self) -> Floats:
+        """Give the unit shift along the axis (6,)."""
+        return np.concatenate([np.zeros(3), unit(self.axis)])
+
+    @functools.cached_property
+    def sources(self) -> dict[str, ErrorSource]:
+        """Give the parts that err, by name."""
+        return _sources(self.gearbox, self.bearing, self.encoder, self.lumped)
+
+
+Joint = Annotated[RevoluteJoint | PrismaticJoint | FixedJoint, Field(discriminator="type")]
+
+
+def check_limits(limits: tuple[float, float], example: str) -> None:
+    """Refuse limits that do not rise."""
+    if limits[0] >= limits[1]:
+        context = {"why": f"limits from {limits[0]:g} to {limits[1]:g} (SI)", "expected": "a lower limit below the upper one", "example": f"limits = {example}"}
+        raise PydanticCustomError("limits", "{why}", context)
+
+
+def _sources(
+    gearbox: CatalogueGearbox | None,  # type: ignore[type-arg] # either set of units
+    bearing: ErrorSource | None,
+    encoder: Encoder | None,  # type: ignore[type-arg]
+    lumped: Lumped | None,
+) -> dict[str, ErrorSource]:
+    if encoder is not None and encoder.ratio is None and gearbox is not None:
+        encoder = encoder.model_copy(update={"ratio": gearbox.ratio})
+    closed_loop = encoder is not None and encoder.side == "output"
+    found = {"gearbox": None if closed_loop else gearbox, "bearing": bearing, "encoder": encoder, "lumped": lumped}
+    return {name: source for name, source in found.items() if source is not None}

@@ -1,0 +1,45 @@
+"""One lumped error for a whole joint, as papers and quick estimates state it, when no part is known by itself."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from lostmotion.laws.chance import Law, Normal, TwoSided, Uniform
+from lostmotion.parts.source import AngleAmount, Condition, ErrorSource, LengthAmount, Part, Term, limit_term
+
+Chance = Literal["normal", "uniform", "two-sided", "from zero to maximum"]
+
+
+class Lumped(Part, ErrorSource):
+    """A lumped joint error: an angle about the axis, and a shift of the joint's centre.
+
+    angle     largest angle error. law "normal": +-angle at three sigma, cut there; "uniform"; "two-sided": always + or -;
+              "from zero to maximum": normal around angle/2 with sigma angle/6, cut to 0..angle
+    offset    ± shift along each direction in `offset_along`, uniform
+    varies    "visit": drawn anew at every return; "robot": once per robot
+    """
+
+    angle: AngleAmount = 0.0
+    law: Chance = "normal"
+    offset: LengthAmount = 0.0
+    offset_along: Annotated[list[Literal["x", "y", "z"]], Field(max_length=3)] = Field(default=["x", "y", "z"])
+    varies: Literal["robot", "visit"] = "visit"
+
+    def terms(self, at: Condition) -> list[Term]:
+        """The lumped angle about the joint's axis and the lumped shift of its centre."""
+        visit = self.varies == "visit"
+        laws: dict[Chance, Law] = {"uniform": Uniform(), "two-sided": TwoSided()}
+        out: list[Term] = []
+        if self.angle:
+            spread = self.angle
+            if self.law == "from zero to maximum":
+                spread = self.angle / 2
+                out.append(Term("mean angle", at.axis * spread))
+            out.append(limit_term("angle", at.axis, spread, laws.get(self.law, Normal()), visit=visit))
+        if self.offset:
+            for axis in self.offset_along:
+                out.append(limit_term(f"offset {axis}", np.eye(6)[3 + "xyz".index(axis)], self.offset, Uniform(), visit=visit))
+        return out

@@ -1,0 +1,150 @@
+"""The one idea behind every part: it looks at what it feels where it sits, and answers with small screws in its own frame."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from lostmotion.laws.chance import Cosine, Law, Sine, of_tolerance
+from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.spatial import Floats
+
+Level = Literal["design", "robot", "visit", "robot x visit"]
+
+# The quantities that parts are made of. From a file each takes text with a unit, from Python a number in SI as well.
+Angle = Annotated[float, Quantity("rad", "0.5 arcmin")]
+AngleAmount = Annotated[float, Quantity("rad", "0.5 arcmin", low=0)]
+AngleDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", toleranced=True)]
+PlayDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=0, toleranced=True)]
+Length = Annotated[float, Quantity("m", "400 mm")]
+LengthAmount = Annotated[float, Quantity("m", "20 µm", low=0)]
+LengthPlus = Annotated[float, Quantity("m", "40 mm", above=0)]
+LengthDim = Annotated[Toleranced, Quantity("m", "400 mm ± 50 µm", toleranced=True)]
+ClearanceDim = Annotated[Toleranced, Quantity("m", "40 µm ± 20 µm", low=0, toleranced=True)]
+Mass = Annotated[float, Quantity("kg", "2.5 kg", low=0)]
+Force = Annotated[float, Quantity("N", "50 N")]
+ForceAmount = Annotated[float, Quantity("N", "5 N", low=0)]
+Torque = Annotated[float, Quantity("N m", "12 N m")]
+AngularStiffness = Annotated[float, Quantity("N m/rad", "12 N m/arcmin", above=0)]
+LinearStiffness = Annotated[float, Quantity("N/m", "200 N/µm", above=0)]
+Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
+
+
+class Part(BaseModel):
+    """A description that cannot be changed once made and knows no field but its own."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    def __repr__(self) -> str:
+        """Show what was stated and leave out what was not."""
+        stated = ", ".join(f"{name}={getattr(self, name)!r}" for name in sorted(self.model_fields_set))
+        return f"{type(self).__name__.partition('[')[0]}({stated})"
+
+    __str__ = __repr__
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What one place feels while the arm holds a pose; the leading axis is the pose.
+
+    angle (pose,) is the joint's own value, rad or m; axis (6,) its unit twist in this frame (zeros where nothing moves); wrench
+    (pose, 6) the load from the outboard side in this frame, N m and N; gravity (pose, 3) in this frame, m/s^2;
+    approach (pose,) the sign of the joint's last motion, -1 or +1, 0 where it changes from visit to visit.
+    """
+
+    angle: Floats
+    axis: Floats
+    wrench: Floats
+    gravity: Floats
+    approach: Floats
+
+    @property
+    def load(self) -> Floats:
+        """Give the load along the joint's own motion (pose,): torque in N m on a turning joint, force in N on a sliding one."""
+        return self.wrench @ self.axis
+
+    @property
+    def scale(self) -> Floats:
+        """Give the size of the whole wrench (pose,), to tell a small load from rounding."""
+        return np.asarray(np.linalg.norm(self.wrench, axis=-1))
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """Where chance comes from: the name of a stream of uniforms within the part, and the law that maps it."""
+
+    stream: str
+    law: Law
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One elementary error: a screw (pose, 6) or (6,) in the part's frame per unit draw (rad, m), and what is drawn.
+
+    Neither draw: it follows from the pose (design). `robot`: drawn once per robot built. `visit`: drawn every time a
+    pose is reached. Both: a product, for example the amount of play times its side. Terms of one part that name the same stream
+    share the draw.
+    """
+
+    name: str
+    screw: Floats
+    robot: Draw | None = None
+    visit: Draw | None = None
+
+    @property
+    def level(self) -> Level:
+        """Name the level of chance."""
+        if self.robot and self.visit:
+            return "robot x visit"
+        return "robot" if self.robot else "visit" if self.visit else "design"
+
+    @property
+    def bound(self) -> float:
+        """Give the largest size of the draw (1 for a design term)."""
+        return (self.robot.law.bound if self.robot else 1.0) * (self.visit.law.bound if self.visit else 1.0)
+
+
+class ErrorSource(ABC):
+    """Anything that moves the tool off its place."""
+
+    @abstractmethod
+    def terms(self, at: Condition) -> Sequence[Term]:
+        """Which elementary errors does this part make under these conditions?"""
+
+
+def limit_term(name: str, direction: Floats, limit: float, law: Law, *, stream: str = "", visit: bool = False) -> Term:
+    """Which term never leaves +-limit (rad or m) along a unit twist? Drawn per robot, or per visit where said."""
+    draw = Draw(stream or name, law)
+    screw = direction * (limit / law.bound)
+    return Term(name, screw, visit=draw) if visit else Term(name, screw, robot=draw)
+
+
+def toleranced_terms(name: str, direction: Floats, dimension: Toleranced) -> list[Term]:
+    """Which term does a dimension's tolerance make along a twist per unit of it? None where it has no tolerance."""
+    if not dimension.tolerance:
+        return []
+    return [limit_term(name, direction, dimension.tolerance, of_tolerance(dimension.law))]
+
+
+def wave_terms(at: Condition, name: str, index: int, amplitude: float, cycles: float) -> list[Term]:
+    """Which two terms make amplitude x sin(cycles x angle + phase), the phase drawn once per robot?
+
+    `cycles` per turn on a turning joint, per metre on a sliding one.
+    """
+    per_unit = cycles if at.axis[:3].any() else cycles * 2 * math.pi
+    phase = (per_unit * at.angle)[:, None]
+    size = at.axis * (amplitude / math.sqrt(2))
+    stream = f"{name} {index}"
+    return [
+        Term(f"{name} {index} sine", np.sin(phase) * size, robot=Draw(stream, Cosine())),
+        Term(f"{name} {index} cosine", np.cos(phase) * size, robot=Draw(stream, Sine())),
+    ]

@@ -1,0 +1,112 @@
+"""Rigid-body geometry, batched: poses (..., 4, 4), twists (..., 6) as (rad, m), wrenches (..., 6) as (N m, N).
+
+A twist is (rotation, displacement of the frame's origin); a wrench is (moment about the frame's origin, force).
+Angular parts come first in both. Source of the closed forms: K. Lynch, F. Park, Modern Robotics, 2017, ch. 3.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+# Below this angle the series of the closed forms is exact to rounding, and the closed forms are not.
+_SMALL_ANGLE = 1e-4
+
+
+def skew(vector: Floats) -> Floats:
+    """Which matrix (..., 3, 3) crosses from the left like this vector (..., 3)?"""
+    out = np.zeros((*vector.shape[:-1], 3, 3))
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    out[..., 0, 1], out[..., 0, 2] = -z, y
+    out[..., 1, 0], out[..., 1, 2] = z, -x
+    out[..., 2, 0], out[..., 2, 1] = -y, x
+    return out
+
+
+def exp(twist: Floats) -> Floats:
+    """Where does a frame go when this twist (..., 6) acts for unit time? Pose (..., 4, 4); any angle, zero included."""
+    twist = np.asarray(twist, dtype=float)
+    omega, velocity = twist[..., :3], twist[..., 3:]
+    angle = np.linalg.norm(omega, axis=-1)
+    square = angle**2
+    small = angle < _SMALL_ANGLE
+    safe = np.where(small, 1.0, angle)
+    # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3
+    a = np.where(small, 1 - square / 6, np.sin(safe) / safe)
+    b = np.where(small, 0.5 - square / 24, (1 - np.cos(safe)) / safe**2)
+    c = np.where(small, 1 / 6 - square / 120, (safe - np.sin(safe)) / safe**3)
+    cross = skew(omega)
+    cross2 = cross @ cross
+    eye = np.eye(3)
+    out = np.zeros((*twist.shape[:-1], 4, 4))
+    out[..., :3, :3] = eye + a[..., None, None] * cross + b[..., None, None] * cross2
+    left = eye + b[..., None, None] * cross + c[..., None, None] * cross2
+    out[..., :3, 3] = np.einsum("...ij,...j->...i", left, velocity)
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def log(pose: Floats) -> Floats:
+    """Which twist (..., 6) leads to this pose in unit time? Angles up to pi; at pi exactly the sign of the axis is free."""
+    from scipy.spatial.transform import Rotation
+
+    pose = np.asarray(pose, dtype=float)
+    flat = pose.reshape(-1, 4, 4)
+    omega = Rotation.from_matrix(flat[:, :3, :3]).as_rotvec()
+    angle = np.linalg.norm(omega, axis=-1)
+    small = angle < _SMALL_ANGLE
+    safe = np.where(small, 1.0, angle)
+    half = safe / 2
+    d = np.where(small, 1 / 12 + angle**2 / 720, (1 - half / np.tan(half)) / safe**2)
+    cross = skew(omega)
+    inverse_left = np.eye(3) - cross / 2 + d[:, None, None] * (cross @ cross)
+    velocity = np.einsum("nij,nj->ni", inverse_left, flat[:, :3, 3])
+    return np.concatenate([omega, velocity], axis=-1).reshape(*pose.shape[:-2], 6)
+
+
+def inverse(pose: Floats) -> Floats:
+    """Which pose undoes this one (..., 4, 4)? The bottom row is taken to be (0, 0, 0, 1)."""
+    rotation = np.swapaxes(pose[..., :3, :3], -1, -2)
+    out = np.zeros_like(pose)
+    out[..., :3, :3] = rotation
+    out[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, pose[..., :3, 3])
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def adjoint(pose: Floats) -> Floats:
+    """Which matrix (..., 6, 6) turns a twist seen in the inner frame into the same twist seen in the outer one?"""
+    rotation = pose[..., :3, :3]
+    out = np.zeros((*pose.shape[:-2], 6, 6))
+    out[..., :3, :3] = rotation
+    out[..., 3:, 3:] = rotation
+    out[..., 3:, :3] = skew(pose[..., :3, 3]) @ rotation
+    return out
+
+
+def pose_of(xyz: Sequence[float] = (0, 0, 0), rpy: Sequence[float] = (0, 0, 0)) -> Floats:
+    """Which pose (4, 4) stands at xyz (m) after roll, pitch, yaw (rad) about the fixed x, y, z axes, in that order (URDF)?"""
+    roll, pitch, yaw = (float(angle) for angle in rpy)
+    out = turn((0, 0, 1), yaw) @ turn((0, 1, 0), pitch) @ turn((1, 0, 0), roll)
+    out[:3, 3] = xyz
+    return out
+
+
+def turn(axis: Sequence[float], angle: float) -> Floats:
+    """Which pose (4, 4) turns by an angle (rad) about a unit axis through the origin?"""
+    return exp(np.concatenate([np.asarray(axis, dtype=float) * angle, np.zeros(3)]))
+
+
+def shift(x: float, y: float, z: float) -> Floats:
+    """Which pose (4, 4) moves by x, y, z (m) without turning?"""
+    out = np.eye(4)
+    out[:3, 3] = x, y, z
+    return out

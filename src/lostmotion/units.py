@@ -1,0 +1,236 @@
+"""Text with units in, SI numbers out: "0.5 arcmin" -> 1.454e-4, "400 mm ± 50 µm" -> 0.4 within 5e-5.
+
+Angle is a dimension here, so "50 N m" is refused where a stiffness in N m/rad belongs. Unit text lives at
+the edges only; everything inside the package is a float in SI (m, rad, kg, N, s).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+if TYPE_CHECKING:
+    import pint
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+    from pydantic_core import CoreSchema
+
+# pint's own table calls the radian dimensionless and takes 0.3 s to load; this one does neither.
+_DEFINITIONS: Final = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m = metre
+gram = [mass] = g
+second = [time] = s
+kelvin = [temperature] = K
+radian = [angle] = rad
+degree = 0.017453292519943295 * radian = deg = °
+arcminute = degree / 60 = arcmin
+arcsecond = degree / 3600 = arcsec
+turn = 360 * degree = rev
+inch = 0.0254 * meter = in
+foot = 12 * inch = ft
+pound = 0.45359237 * kilogram = lb
+newton = kilogram * meter / second**2 = N
+pound_force = 4.4482216152605 * newton = lbf
+pascal = newton / meter**2 = Pa
+percent = 0.01 = pct
+"""
+
+_NUMBER: Final = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+# Words with a one-digit power at most, so that no text from a file can make the unit parser compute a giant.
+_WORD: Final = r"(?:[A-Za-zµμ°]{1,12}|[%'″′\"])(?:(?:\^|\*\*)-?\d)?"
+_UNIT: Final = rf"(?:1\s*/\s*)?{_WORD}(?:[ */·]{{1,3}}{_WORD}){{0,5}}|"
+_TEXT: Final = re.compile(
+    rf"^\s*(?P<value>{_NUMBER})\s*(?P<unit>{_UNIT})"
+    rf"(?:\s*(?:±|\+/-|\+-)\s*(?P<tolerance>{_NUMBER})\s*(?P<tolerance_unit>{_UNIT}))?"
+    r"\s*(?:\((?P<law>normal|uniform)\))?\s*$",
+)
+_LONGEST_TEXT: Final = 120
+
+ToleranceLaw = Literal["normal", "uniform"]
+
+
+@dataclass(frozen=True, slots=True)
+class Toleranced:
+    """A nominal value and how far a made part may stand off it: "400 mm ± 50 µm" is Toleranced(0.4, 5e-5).
+
+    The tolerance is the limit at which a part is scrapped. `law` says how parts fall inside it: "normal" is a
+    normal law whose three sigma reach the limit, cut there; "uniform" is any value alike.
+    """
+
+    nominal: float
+    tolerance: float = 0.0
+    law: ToleranceLaw = "normal"
+
+
+class UnitError(ValueError):
+    """A text is no quantity of the wanted dimension; the message says why."""
+
+
+@functools.cache
+def _registry() -> pint.UnitRegistry:
+    import pint
+
+    registry: pint.UnitRegistry = pint.UnitRegistry(None)
+    registry.load_definitions(_DEFINITIONS.splitlines())
+    return registry
+
+
+@functools.lru_cache(maxsize=1024)
+def _factor(unit: str, si: str) -> float:
+    """How many `si` units one `unit` is; raises UnitError for another dimension or an unknown word."""
+    import pint
+
+    plain = unit.strip().replace("%", "pct").replace("″", "arcsec").replace('"', "arcsec")
+    plain = plain.replace("′", "arcmin").replace("'", "arcmin").replace("·", "*")
+    registry = _registry()
+    try:
+        return float(registry.Quantity(1.0, registry.parse_units(plain)).to(registry.parse_units(si)).magnitude)
+    except pint.DimensionalityError:
+        raise UnitError(f"'{unit or 'no unit'}' is not a unit of {_SPOKEN.get(si, si)}") from None
+    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError):
+        raise UnitError(f"'{unit}' is not a known unit") from None
+
+
+_SPOKEN: Final = {
+    "": "a plain number",
+    "m": "length (mm, µm, m, in)",
+    "m^2": "area (mm^2)",
+    "m^4": "second moment of area (mm^4)",
+    "rad": "angle (arcmin, arcsec, deg, mrad)",
+    "kg": "mass (kg, g)",
+    "N": "force (N, kN)",
+    "N m": "torque (N m)",
+    "N m/rad": "angular stiffness (N m/arcmin, N m/rad)",
+    "N/m": "linear stiffness (N/µm, N/m)",
+    "Pa": "pressure (GPa, MPa)",
+    "kg/m^3": "density (kg/m^3)",
+    "m/s^2": "acceleration (m/s^2)",
+}
+
+
+def spoken(si: str) -> str:
+    """Name the dimension of an SI unit in users' words."""
+    return _SPOKEN.get(si, si)
+
+
+def read_quantity(text: str, si: str) -> Toleranced:
+    """Which SI value, and which tolerance, does this text state?
+
+    `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A tolerance without a unit takes the value's own
+    ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value ("20 N m/arcmin ± 10 %").
+
+    Raises UnitError for text that is no quantity, another dimension, an unknown unit, or a value that is not finite.
+    """
+    match = _TEXT.match(text) if len(text) <= _LONGEST_TEXT else None
+    if match is None:
+        raise UnitError("not a number with a unit")
+    unit = match["unit"].strip()
+    value = float(match["value"]) * _factor(unit, si)
+    tolerance = 0.0
+    if match["tolerance"] is not None:
+        tolerance_unit = match["tolerance_unit"].strip() or unit
+        amount = float(match["tolerance"])
+        if tolerance_unit == "%" and unit != "%":
+            tolerance = amount / 100 * abs(value)
+        else:
+            tolerance = amount * _factor(tolerance_unit, si)
+    if not (math.isfinite(value) and math.isfinite(tolerance)):
+        raise UnitError("not a finite number")
+    if tolerance < 0:
+        raise UnitError("a tolerance after ± cannot be negative")
+    return Toleranced(value, tolerance, "uniform" if match["law"] == "uniform" else "normal")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a field of a part: which SI unit it holds, which values pass, and an example that does.
+
+    From a file (validation context {"text": True}) a dimensioned quantity must carry its unit in the text. From Python
+    a bare number is taken as SI. With `toleranced` the field holds a Toleranced, without it a float.
+    """
+
+    si: str
+    example: str
+    low: float = -math.inf
+    above: float = -math.inf
+    high: float = math.inf
+    toleranced: bool = False
+
+    @property
+    def expected(self) -> str:
+        """Say in words what this field takes."""
+        words = spoken(self.si)
+        if self.above == 0:
+            words += ", above zero"
+        elif self.low == 0:
+            words += ", zero or more"
+        elif math.isfinite(self.low):
+            words += f", at least {self.low:g}"
+        if math.isfinite(self.high):
+            words += f", at most {self.high:g}"
+        return words + (", with or without ± tolerance" if self.toleranced else "")
+
+    def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
+        """Turn what was given into SI; raises pydantic's error with `expected` and `example` in its context."""
+        try:
+            found = self._read(value, from_file=bool(info and info.context and info.context.get("text")))
+            self._check(found)
+        except UnitError as error:
+            raise self.refusal(str(error)) from None
+        if self.toleranced:
+            return found
+        if found.tolerance:
+            raise self.refusal("a tolerance is not used here")
+        return found.nominal
+
+    def refusal(self, why: str) -> Exception:
+        """Build the error that carries what this field expects."""
+        from pydantic_core import PydanticCustomError
+
+        context = {"why": why, "expected": self.expected, "example": f'"{self.example}"'}
+        return PydanticCustomError("quantity", "{why}; expected {expected}", context)
+
+    def _read(self, value: object, *, from_file: bool) -> Toleranced:
+        if isinstance(value, str):
+            return read_quantity(value, self.si)
+        if isinstance(value, Toleranced):
+            return value
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise UnitError("not a quantity")
+        if not math.isfinite(value):
+            raise UnitError("not a finite number")
+        if from_file and self.si:
+            raise UnitError("a number without a unit")
+        return Toleranced(float(value))
+
+    def _check(self, found: Toleranced) -> None:
+        value = found.nominal
+        if not (math.isfinite(value) and math.isfinite(found.tolerance)):
+            raise UnitError("not a finite number")
+        if value < self.low or value <= self.above or value > self.high:
+            raise UnitError("out of range")
+        floor = max(self.low, self.above)
+        if math.isfinite(floor) and value - found.tolerance < floor:
+            raise UnitError("the tolerance reaches out of range")
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Let pydantic validate this field by calling the marker."""
+        from pydantic_core import core_schema
+
+        return core_schema.with_info_plain_validator_function(self)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Describe the field for editors: text with a unit, or a plain number where there is no unit."""
+        described: dict[str, Any] = {"type": "string", "description": self.expected, "examples": [self.example]}
+        if not self.si:
+            described["type"] = ["string", "number"]
+        return described
