@@ -268,7 +268,7 @@ def _sources(arm: Arm, q: Floats) -> Iterator[tuple[str, int, Floats, Floats, Er
         yield f"{owner}.link", tip, angle, nothing, joint.link.with_joint_axis(axis)
 
 
-def steps_of(arm: Arm, at: Floats) -> Floats:
+def steps_of(at: Floats) -> Floats:
     """Which pose leads from each place to the next? (place, pose, 4, 4), for composing errors exactly."""
     out = at.copy()
     out[1:] = inverse(at[:-1]) @ at[1:]

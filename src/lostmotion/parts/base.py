@@ -52,11 +52,11 @@ class Base(Part, ErrorSource):
                 # `tilt` is R_y R_x; its roll axis is the base's own x, its pitch axis the level y
                 screw[:3] = screw[:3] if k == 0 else self.tilt.T @ screw[:3]
                 out.append(Term(name, screw, visit=draw) if self.tilt_varies == "visit" else Term(name, screw, robot=draw))
-        give = np.zeros_like(at.wrench)
-        if self.angular_stiffness is not None:
-            give[:, :3] = at.wrench[:, :3] / np.array(self.angular_stiffness)
-        if self.linear_stiffness is not None:
-            give[:, 3:] = at.wrench[:, 3:] / np.array(self.linear_stiffness)
-        if give.any():
+        if self.angular_stiffness is not None or self.linear_stiffness is not None:
+            give = np.zeros_like(at.wrench)
+            if self.angular_stiffness is not None:
+                give[:, :3] = at.wrench[:, :3] / np.array(self.angular_stiffness)
+            if self.linear_stiffness is not None:
+                give[:, 3:] = at.wrench[:, 3:] / np.array(self.linear_stiffness)
             out.append(Term("mount give", give))
         return out

@@ -45,7 +45,7 @@ def bin_edges() -> Floats:
 
 
 @_jit
-def _mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+def mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Scatter the bits of a counter (the finaliser of SplitMix64; G. Steele et al., OOPSLA 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -145,9 +145,9 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                 if v % STRETCH == 0:
                     here = counter + np.uint64(v // STRETCH) * np.uint64(0xABC98388FB8FAC03)
                     for t in range(n_visit):
-                        at_visit[t] = visit_tables[t] * ROW + np.int64(_mix(here ^ visit_keys[t]) >> np.uint64(51))
+                        at_visit[t] = visit_tables[t] * ROW + np.int64(mix(here ^ visit_keys[t]) >> np.uint64(51))
                     for t in range(n_product):
-                        at_product[t] = product_tables[t] * ROW + np.int64(_mix(here ^ product_keys[t]) >> np.uint64(51))
+                        at_product[t] = product_tables[t] * ROW + np.int64(mix(here ^ product_keys[t]) >> np.uint64(51))
                 step = (v % STRETCH) * LANES
                 for c in range(3):
                     for i in range(LANES):

@@ -1,0 +1,71 @@
+"""How much does the first-order sum leave out? The same errors composed exactly, as a product of exponentials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.arm import steps_of
+from lostmotion.spatial import exp
+from lostmotion.studies.draws import Stream, robot_draws, visit_draws
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.screws import Screws
+
+
+@dataclass(frozen=True, slots=True)
+class ExactCheck:
+    """First order against exact composition on a sample: largest and mean distance between the two (m), and how many were compared."""
+
+    largest: float
+    mean: float
+    samples: int
+
+
+def draws_of(matrix: Screws, seed: int, pose: int, robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
+    """What multiplies each term at these returns to pose number `pose` of the study? (term, sample); 1 for design terms."""
+    out = np.ones((len(matrix.infos), len(robots)))
+    for k, info in enumerate(matrix.infos):
+        if info.robot is not None:
+            out[k] *= _of_robots(seed, info.robot, robots)
+        if info.visit is not None:
+            out[k] *= visit_draws(seed, [info.visit], pose, robots, visits)[0]
+    return out
+
+
+def _of_robots(seed: int, stream: Stream, robots: NDArray[np.int64]) -> Floats:
+    return np.asarray(robot_draws(seed, [stream], int(robots.max()) + 1)[:, 0, :].ravel()[robots])
+
+
+def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
+    """Where does the tool really go at the pose in this row? Poses (sample, 4, 4) for draws (term, sample).
+
+    Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
+    errors' geometry at any size.
+    """
+    steps = steps_of(matrix.at[:, row : row + 1])[:, 0]
+    here = np.broadcast_to(np.eye(4), (draws.shape[1], 4, 4))
+    for place, step in enumerate(steps):
+        here = here @ step
+        own = matrix.place == place
+        if own.any():
+            here = here @ exp((matrix.local[row][:, own] @ draws[own]).T)
+    return here
+
+
+def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
+    """How far apart are the first-order sum and the exact composition, on these rows of the matrix, for robots x visits draws each?"""
+    robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(visits), indexing="ij"))
+    apart = []
+    for row in rows:
+        draws = draws_of(matrix, seed, first_pose + int(row), robot, visit)
+        linear = (matrix.tool[row, 3:] @ draws).T
+        exactly = compose(matrix, int(row), draws)[:, :3, 3] - matrix.at[-1, row, :3, 3]
+        apart.append(np.linalg.norm(exactly - linear, axis=1))
+    distances = np.concatenate(apart)
+    return ExactCheck(float(distances.max()), float(distances.mean()), len(distances))

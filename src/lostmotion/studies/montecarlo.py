@@ -1,0 +1,316 @@
+"""Robots x visits at every pose: the study by Monte Carlo, in fixed logical blocks of poses, on threads.
+
+A block is computed the same way whoever computes it and blocks are summed in order, so results do not depend on threads or tiling.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Self
+
+import numpy as np
+
+from lostmotion.studies import exact, kernel
+from lostmotion.studies.budget import Tally
+from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
+from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.poses import Poses
+
+BLOCK: Final = 512
+# Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
+_Z: Final = 1.959963984540054
+_MOST_GROUPS: Final = 32
+_LEAST_IN_GROUP: Final = 8
+_CHECKED_POSES: Final = 4
+_CHECKED_ROBOTS: Final = 64
+_CHECKED_VISITS: Final = 4
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """What the kernel and the pose matrix say of every pose, and pooled counts; all lengths in m.
+
+    per_pose      (pose, kernel.COLUMNS)
+    accuracy      (pose, 4) AP over robots: mean, 95 % of robots below, and the interval of the latter; NaN where visits < 2
+    repeatability (pose, 4) RP likewise
+    worst, rss    (pose,) bounds
+    bias          (pose, 6) what every robot does at every visit
+    rotation_ms   (pose,) mean square of the tool's rotation, rad^2
+    robot_means   (robot, 3) mean error, AP and RP of each robot over the poses
+    group_hist    (group, bin), replicate_hist (replicate, bin): counts of samples by error
+    """
+
+    robots: int
+    visits: int
+    per_pose: Floats
+    accuracy: Floats
+    repeatability: Floats
+    worst: Floats
+    rss: Floats
+    bias: Floats
+    rotation_ms: Floats
+    robot_means: Floats
+    group_hist: np.ndarray
+    replicate_hist: np.ndarray
+    tally: Tally
+    exact: exact.ExactCheck
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run consists of; `groups` of robots, for the intervals of pooled quantiles."""
+
+    arm: Arm
+    poses: Poses
+    robots: int
+    visits: int
+    seed: int
+    approach: float
+    groups: int
+    edges: Floats
+
+    @classmethod
+    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
+        """Check the numbers and split the robots into groups."""
+        for name, value in (("robots", robots), ("visits", visits), ("poses", len(poses))):
+            if value < 1:
+                raise ValueError(f"{value} {name}; expected at least 1")
+        groups = max(min(_MOST_GROUPS, robots // _LEAST_IN_GROUP), 1)
+        return cls(arm, poses, robots, visits, seed, approach, groups, kernel.bin_edges())
+
+
+@dataclass(frozen=True)
+class BlockSample:
+    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and two histograms."""
+
+    per_pose: Floats
+    ap_rp: Floats
+    robot_sums: Floats
+    group_hist: np.ndarray
+    hist: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Block:
+    first: int
+    sample: BlockSample
+    ap_rp: Floats
+    robot_sums: Floats
+    worst: Floats
+    rss: Floats
+    bias: Floats
+    rotation_ms: Floats
+    tally: Tally
+    check: exact.ExactCheck
+
+
+def run(  # noqa: PLR0913 - a study is these numbers
+    arm: Arm,
+    poses: Poses,
+    robots: int,
+    visits: int,
+    seed: int,
+    *,
+    approach: float = 0.0,
+    threads: int = 1,
+    tile: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sampled:
+    """How far off is the tool, for these robots returning to these poses?
+
+    `tile` blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result. `progress` is called with poses done and all.
+    Raises ValueError for robots, visits, threads or tile below one.
+    """
+    if threads < 1 or tile < 1:
+        raise ValueError(f"{threads} threads, {tile} blocks a tile; expected at least 1 of each")
+    plan = Plan.of(arm, poses, robots, visits, seed, approach)
+    out = _empty(plan)
+    total: Tally | None = None
+    checks = []
+    for block in _blocks(plan, threads, tile):
+        rows = slice(block.first, block.first + len(block.bias))
+        out["per_pose"][rows] = block.sample.per_pose
+        for name in ("ap_rp", "worst", "rss", "bias", "rotation_ms"):
+            out[name][rows] = getattr(block, name)
+        out["robot_means"] += block.robot_sums
+        out["group_hist"] += block.sample.group_hist
+        out["replicate_hist"][block.first * poses.replicates // len(poses)] += block.sample.hist
+        total = block.tally if total is None else total + block.tally
+        checks.append(block.check)
+        if progress is not None:
+            progress(rows.stop, len(poses))
+    if total is None:
+        raise ValueError("no block of poses came back")
+    return Sampled(
+        robots,
+        visits,
+        out["per_pose"],
+        out["ap_rp"][:, 0],
+        out["ap_rp"][:, 1],
+        out["worst"],
+        out["rss"],
+        out["bias"],
+        out["rotation_ms"],
+        out["robot_means"] / len(poses),
+        out["group_hist"],
+        out["replicate_hist"],
+        total,
+        _join(checks),
+    )
+
+
+def _empty(plan: Plan) -> dict[str, np.ndarray]:
+    poses = len(plan.poses)
+    return {
+        "per_pose": np.empty((poses, kernel.COLUMNS)),
+        "ap_rp": np.empty((poses, 2, 4)),
+        "worst": np.empty(poses),
+        "rss": np.empty(poses),
+        "bias": np.empty((poses, 6)),
+        "rotation_ms": np.empty(poses),
+        "robot_means": np.zeros((plan.robots, 3)),
+        "group_hist": np.zeros((plan.groups, kernel.BINS), np.int64),
+        "replicate_hist": np.zeros((plan.poses.replicates, kernel.BINS), np.int64),
+    }
+
+
+def _join(checks: list[exact.ExactCheck]) -> exact.ExactCheck:
+    samples = sum(check.samples for check in checks)
+    mean = sum(check.mean * check.samples for check in checks) / samples
+    return exact.ExactCheck(max(check.largest for check in checks), mean, samples)
+
+
+def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
+    """Compute the blocks on a few threads and hand them on in order; only a bounded number waits."""
+    spans = _spans(len(plan.poses), plan.poses.replicates)
+    tiles = [spans[k : k + tile] for k in range(0, len(spans), tile)]
+    if threads == 1:
+        yield from (_block(plan, *span) for span in spans)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        waiting: deque[Future[list[_Block]]] = deque()
+        for spans_of_tile in tiles:
+            waiting.append(pool.submit(lambda mine: [_block(plan, *span) for span in mine], spans_of_tile))
+            if len(waiting) > 2 * threads:
+                yield from waiting.popleft().result()
+        while waiting:
+            yield from waiting.popleft().result()
+
+
+def _spans(poses: int, replicates: int) -> list[tuple[int, int]]:
+    """Cut the poses into blocks, none of which reaches over two replicates."""
+    each = poses // replicates
+    return [(k * each + a, k * each + min(a + BLOCK, each)) for k in range(replicates) for a in range(0, each, BLOCK)]
+
+
+def _block(plan: Plan, first: int, last: int) -> _Block:
+    matrix = screws(plan.arm, plan.poses.q[first:last], approach=plan.approach)
+    sample = sample_block(plan, matrix, first)
+    rows = np.unique(np.linspace(0, last - first - 1, _CHECKED_POSES).astype(int))
+    spread = np.full((last - first, 2, 4), np.nan)
+    sums = np.column_stack([sample.robot_sums, np.full((plan.robots, 2), np.nan)])
+    if plan.visits > 1:
+        spread = _over_robots(sample.ap_rp)
+        sums[:, 1:] = sample.ap_rp.sum(axis=0).T
+    return _Block(
+        first,
+        sample,
+        spread,
+        sums,
+        worst_case(matrix),
+        root_sum_square(matrix),
+        matrix.bias,
+        (matrix.bias[:, :3] ** 2).sum(axis=1) + (matrix.tool[:, :3, matrix.columns("robot", "visit", "robot x visit")] ** 2).sum(axis=(1, 2)),
+        Tally.of(matrix),
+        exact.check(matrix, first, rows, plan.seed, min(plan.robots, _CHECKED_ROBOTS), min(plan.visits, _CHECKED_VISITS)),
+    )
+
+
+def _over_robots(values: Floats) -> Floats:
+    """Sum values (pose, 2, robot) up: mean, 95 % quantile over robots, and its interval by order statistics (pose, 2, 4)."""
+    robots = values.shape[2]
+    ordered = np.sort(values, axis=2)
+    half = _Z * math.sqrt(0.95 * 0.05 * robots)
+    ranks = [math.ceil(0.95 * robots) - 1, math.floor(0.95 * robots - half) - 1, math.ceil(0.95 * robots + half) - 1]
+    columns = [ordered[:, :, min(max(rank, 0), robots - 1)] for rank in ranks]
+    if ranks[2] >= robots:
+        columns[2] = np.full_like(columns[2], np.inf)
+    return np.stack([values.mean(axis=2), *columns], axis=-1)
+
+
+def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
+    """Run the kernel on one block of poses, the first of which is number `first` of the study."""
+    poses = len(matrix.tool)
+    robot = _alive(matrix, "robot")
+    visit = _alive(matrix, "visit")
+    both = _alive(matrix, "robot x visit")
+    robot_streams = [_known(matrix.infos[k].robot) for k in robot]
+    tables: dict[Stream, int] = {}
+    for k in (*visit, *both):
+        tables.setdefault(_known(matrix.infos[k].visit), len(tables))
+    out = BlockSample(
+        np.zeros((poses, kernel.COLUMNS)),
+        np.zeros((poses, 2, plan.robots if plan.visits > 1 else 0)),
+        np.zeros(plan.robots),
+        np.zeros((plan.groups, kernel.BINS), np.int64),
+        np.zeros(kernel.BINS, np.int64),
+    )
+    kernel.run_block(
+        first,
+        np.ascontiguousarray(matrix.bias[:, 3:]),
+        _padded(matrix.tool[:, 3:, robot]),
+        _padded(robot_draws(plan.seed, robot_streams, plan.robots).swapaxes(1, 2)).swapaxes(1, 2).copy(),
+        _padded(matrix.tool[:, 3:, visit]),
+        *_reading(plan.seed, matrix, visit, tables),
+        np.ascontiguousarray(matrix.tool[:, 3:, both]),
+        *_reading(plan.seed, matrix, both, tables),
+        robot_draws(plan.seed, [_known(matrix.infos[k].robot) for k in both], plan.robots),
+        np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
+        plan.edges,
+        plan.robots,
+        plan.visits,
+        plan.groups,
+        _Z,
+        out.per_pose,
+        out.ap_rp,
+        out.robot_sums,
+        out.group_hist,
+        out.hist,
+    )
+    return out
+
+
+def _alive(matrix: Screws, level: str) -> np.ndarray:
+    """Give the terms of a level that move the tool at some pose of the block; leaving out the others changes no bit."""
+    columns = matrix.columns(level)  # type: ignore[arg-type]
+    return columns[np.any(matrix.tool[:, 3:, columns] != 0, axis=(0, 1))]
+
+
+def _known(stream: Stream | None) -> Stream:
+    if stream is None:
+        raise ValueError("a term without a draw reached the kernel")
+    return stream
+
+
+def _padded(screws_of_terms: Floats) -> Floats:
+    """Fill the last axis up to a multiple of four with terms that do nothing."""
+    short = -screws_of_terms.shape[-1] % 4
+    return np.ascontiguousarray(np.pad(screws_of_terms, [(0, 0)] * (screws_of_terms.ndim - 1) + [(0, short)]))
+
+
+def _reading(seed: int, matrix: Screws, columns: np.ndarray, tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Tell the kernel which table each visit stream reads and which key steers it, padded like the screws."""
+    streams = [_known(matrix.infos[k].visit) for k in columns]
+    rows = [tables[stream] for stream in streams]
+    keys = [visit_key(seed, stream.name) for stream in streams]
+    pad = [0] * (-len(rows) % 4)
+    return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)

@@ -1,0 +1,124 @@
+"""Arm x poses -> screws: by how much does each elementary error move the tool, per unit of what is drawn?"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.arm import frames, terms
+from lostmotion.laws.chance import Cosine, Sine
+from lostmotion.studies.draws import Stream
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+    from lostmotion.parts.source import Draw, Level
+    from lostmotion.spatial import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class TermInfo:
+    """What is known of a term without any pose: its name, the part that owns it, what is drawn and how large a draw can be."""
+
+    name: str
+    owner: str
+    level: Level
+    bound: float
+    robot: Stream | None
+    visit: Stream | None
+
+    @property
+    def phase(self) -> str:
+        """Name the stream whose phase this term shares with its partner; empty for all but the two parts of a wave."""
+        stream = self.robot or self.visit
+        return stream.name if stream is not None and isinstance(stream.law, Cosine | Sine) and self.level != "robot x visit" else ""
+
+
+@dataclass(frozen=True)
+class Screws:
+    """The pose matrix of the study: error[pose] = tool[pose] @ draws, in the base's axes at the tool point.
+
+    infos   one per term
+    place   (term,) index of the place whose frame `local` is in
+    local   (pose, 6, term) rad, m per unit draw, in that place's frame
+    tool    (pose, 6, term) rotation of the tool and displacement of the tool point, base axes
+    at      (place, pose, 4, 4) the arm's frames
+    """
+
+    infos: tuple[TermInfo, ...]
+    place: np.ndarray
+    local: Floats
+    tool: Floats
+    at: Floats
+
+    def columns(self, *levels: Level) -> np.ndarray:
+        """Give the indices of the terms of these levels."""
+        return np.array([k for k, info in enumerate(self.infos) if info.level in levels], dtype=int)
+
+    @functools.cached_property
+    def bias(self) -> Floats:
+        """Give the sum of the design terms (pose, 6): what every robot does at every visit."""
+        return np.asarray(self.tool[:, :, self.columns("design")].sum(axis=2))
+
+    @functools.cached_property
+    def owners(self) -> tuple[str, ...]:
+        """Give the parts in walking order."""
+        return tuple(dict.fromkeys(info.owner for info in self.infos))
+
+
+def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
+    """How does every elementary error move the tool at these poses, to first order?
+
+    q (pose, joint) rad or m; `approach` the sign of every joint's last motion, 0 where it differs from visit to visit.
+    First order in the errors; `exact.largest_difference` says what that leaves out. Raises ValueError for q of another shape or not finite.
+    """
+    at = frames(arm, q)
+    placed = terms(arm, q, approach=approach, at=at)
+    poses = at.shape[1]
+    place = np.array([item.place for item in placed], dtype=int)
+    local = np.empty((poses, 6, len(placed)))
+    for k, item in enumerate(placed):
+        local[:, :, k] = item.term.screw
+    tool = np.empty_like(local)
+    point = at[-1, :, :3, 3]
+    for where in np.unique(place):
+        here = place == where
+        rotation = at[where, :, :3, :3]
+        turned = rotation @ local[:, :3, here]
+        arm_to_tool = (point - at[where, :, :3, 3])[:, :, None]
+        tool[:, :3, here] = turned
+        tool[:, 3:, here] = rotation @ local[:, 3:, here] + np.cross(turned, arm_to_tool, axis=1)
+    infos = tuple(
+        TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
+        for item in placed
+    )
+    return Screws(infos, place, local, tool, at)
+
+
+def _stream(owner: str, draw: Draw | None) -> Stream | None:
+    return None if draw is None else Stream(f"{owner}.{draw.stream}", draw.law)
+
+
+def worst_case(matrix: Screws) -> Floats:
+    """How far can the tool be off at each pose if everything conspires (pose,), m? |bias| + the sum of all terms at their bounds.
+
+    An upper bound: no draw exceeds it. The two parts of a wave count as one, since they share a phase. Infinite where a law is unbounded.
+    """
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + _at_bounds(matrix).sum(axis=1))
+
+
+def root_sum_square(matrix: Screws) -> Floats:
+    """How far is the tool off at each pose by the root-sum-square rule of tolerancing (pose,), m? |bias| + root of the sum of squared bounds."""
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.linalg.norm(_at_bounds(matrix), axis=1))
+
+
+def _at_bounds(matrix: Screws) -> Floats:
+    """Give each independent term at its bound (pose, term or wave), m."""
+    drawn = matrix.columns("robot", "visit", "robot x visit")
+    size = np.linalg.norm(matrix.tool[:, 3:, drawn], axis=1) * np.array([matrix.infos[k].bound for k in drawn])
+    waves: dict[str, list[int]] = {}
+    for column, k in enumerate(drawn):
+        waves.setdefault(matrix.infos[k].phase or f"\0{k}", []).append(column)
+    return np.column_stack([np.linalg.norm(size[:, group], axis=1) for group in waves.values()]) if waves else np.zeros((len(size), 1))
