@@ -41,7 +41,7 @@ def exp(twist: Floats) -> Floats:
     safe = np.where(small, 1.0, angle)
     # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3
     a = np.where(small, 1 - square / 6, np.sin(safe) / safe)
-    b = np.where(small, 0.5 - square / 24, (1 - np.cos(safe)) / safe**2)
+    b = np.where(small, 0.5 - square / 24, 2 * np.sin(safe / 2) ** 2 / safe**2)  # 1 - cos t itself cancels at small angles
     c = np.where(small, 1 / 6 - square / 120, (safe - np.sin(safe)) / safe**3)
     cross = skew(omega)
     cross2 = cross @ cross

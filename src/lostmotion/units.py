@@ -44,9 +44,10 @@ pascal = newton / meter**2 = Pa
 percent = 0.01 = pct
 """
 
-_NUMBER: Final = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+# Taken whole or not at all (?>): else "51/m" could be read as 5 with the unit 1/m.
+_NUMBER: Final = r"(?>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
 # Words with a one-digit power at most, so that no text from a file can make the unit parser compute a giant.
-_WORD: Final = r"(?:[A-Za-zµμ°]{1,12}|[%'″′\"])(?:(?:\^|\*\*)-?\d)?"
+_WORD: Final = r"(?:[A-Za-zµμ°]{1,12}|[%'″′\"])(?:(?:\^|\*\*)-?[0-9])?"
 _UNIT: Final = rf"(?:1\s*/\s*)?{_WORD}(?:[ */·]{{1,3}}{_WORD}){{0,5}}|"
 _TEXT: Final = re.compile(
     rf"^\s*(?P<value>{_NUMBER})\s*(?P<unit>{_UNIT})"
@@ -216,6 +217,8 @@ class Quantity:
         value = found.nominal
         if not (math.isfinite(value) and math.isfinite(found.tolerance)):
             raise UnitError("not a finite number")
+        if found.tolerance < 0:
+            raise UnitError("a tolerance after ± cannot be negative")
         if value < self.low or value <= self.above or value > self.high:
             raise UnitError("out of range")
         floor = max(self.low, self.above)

@@ -40,7 +40,7 @@ def round_section(outer: float, inner: float, nu: float) -> SectionValues:
 
 
 def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
-    """What does a solid bar, width along y and height along z (m), give? Torsion by Roark's series, within 4 % of exact."""
+    """What does a solid bar, width along y and height along z (m), give? Torsion by Roark's formula, within 0.5 % of exact."""
     area = width * height
     long, short = max(width, height) / 2, min(width, height) / 2
     torsion = long * short**3 * (16 / 3 - 3.36 * short / long * (1 - short**4 / (12 * long**4)))
@@ -51,14 +51,15 @@ def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
 def box_section(width: float, height: float, wall: float, nu: float) -> SectionValues:
     """What does a rectangular tube, width along y and height along z (m), give?
 
-    Torsion after Bredt, thin wall: within 10 % up to wall = height/10. Shear is carried by the two walls along the force.
+    Torsion after Bredt with the wall's own part (EN 10210-2, annex A, sharp corners): within 7 % of exact whatever the wall. Shear
+    factor for thin walls.
     """
     inner_w, inner_h = width - 2 * wall, height - 2 * wall
     area = width * height - inner_w * inner_h
     i_y = (width * height**3 - inner_w * inner_h**3) / 12
     i_z = (height * width**3 - inner_h * inner_w**3) / 12
     mid_w, mid_h = width - wall, height - wall
-    torsion = 2 * wall * (mid_w * mid_h) ** 2 / (mid_w + mid_h)
+    torsion = 2 * wall * (mid_w * mid_h) ** 2 / (mid_w + mid_h) + 2 * (mid_w + mid_h) * wall**3 / 3
     # Cowper's thin-walled box; b is the flange across the force, h the web along it
     return SectionValues(area, i_y, i_z, torsion, _box_shear(mid_h, mid_w, nu), _box_shear(mid_w, mid_h, nu))
 

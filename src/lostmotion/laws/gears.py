@@ -23,7 +23,7 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
     """
     if len(limits) != len(stiffness) - 1 or any(b <= a for a, b in zip((0.0, *limits), limits, strict=False)):
         raise ValueError("one rising torque limit fewer than stiffness zones is needed")
-    size = np.abs(torque)
+    size = np.abs(np.asarray(torque, dtype=float))
     angle = np.zeros_like(size)
     low = 0.0
     for k, high in zip(stiffness, (*limits, np.inf), strict=True):

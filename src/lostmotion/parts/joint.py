@@ -23,7 +23,7 @@ from lostmotion.parts.source import (
     ClearanceDim,
     Condition,
     ErrorSource,
-    Force,
+    ForceAmount,
     Length,
     LengthAmount,
     LinearStiffness,
@@ -31,7 +31,7 @@ from lostmotion.parts.source import (
     Part,
     PlayDim,
     Term,
-    Torque,
+    TorqueAmount,
     limit_term,
 )
 
@@ -110,7 +110,7 @@ class RevoluteJoint(_MovingJoint):
 
     type: Literal["revolute"] = "revolute"
     limits: tuple[Angle, Angle]
-    gearbox: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, Torque] | None = None
+    gearbox: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount] | None = None
     encoder: Encoder[AngleAmount] | None = None
 
     @model_validator(mode="after")
@@ -134,7 +134,7 @@ class PrismaticJoint(_MovingJoint):
 
     type: Literal["prismatic"] = "prismatic"
     limits: tuple[Length, Length]
-    gearbox: CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, Force] | None = None
+    gearbox: CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount] | None = None
     encoder: Encoder[LengthAmount] | None = None
 
     @model_validator(mode="after")

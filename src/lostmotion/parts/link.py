@@ -184,6 +184,8 @@ class Link(Part):
             stated = getattr(self, name)
             if isinstance(stated, tuple) and not (np.all(np.isfinite(stated)) and np.linalg.norm(stated) > 0):
                 raise _refuse(f"{name} {list(stated)}", "a finite direction that is not zero", f"{name} = [1, 0, 0]")
+        if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
+            raise _refuse("up along the link itself", "a direction across the link", 'up = "z"')
         return self
 
     @functools.cached_property

@@ -14,11 +14,12 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
 
-SAMPLES: Final = 65_536
+SAMPLES: Final = 131_072
 _CHUNK: Final = 4096
 # Grids tried for the volume, cells along the longest side, finest first.
 _GRIDS: Final = (64, 48, 32, 24, 16, 12, 8)
-_MOST_SINGLES: Final = 0.03
+# The sample fills a grid when its first half already visited this share of the cells.
+_FILLED: Final = 0.97
 _DIMENSIONS: Final = 3
 
 
@@ -86,10 +87,12 @@ def _volume(points: Floats, low: Floats, high: Floats) -> tuple[float, float, fl
         edge = longest / cells
         shape = np.maximum(np.ceil(extent / edge).astype(int), 1) + 2
         index = np.minimum(((points - low) / edge).astype(int), shape - 3) + 1
-        hits = np.bincount(np.ravel_multi_index(tuple(index.T), tuple(shape)), minlength=int(np.prod(shape))).reshape(shape)
-        visited = hits > 0
-        if np.count_nonzero(hits == 1) <= _MOST_SINGLES * np.count_nonzero(visited):
+        cell = np.ravel_multi_index(tuple(index.T), tuple(shape))
+        visited, earlier = np.zeros(int(np.prod(shape)), bool), np.zeros(int(np.prod(shape)), bool)
+        visited[cell], earlier[cell[: len(cell) // 2]] = True, True
+        if np.count_nonzero(earlier) >= _FILLED * np.count_nonzero(visited):
             break
+    visited = visited.reshape(shape)
     inside = visited.copy()
     for axis in range(_DIMENSIONS):
         inside &= np.roll(visited, 1, axis) & np.roll(visited, -1, axis)

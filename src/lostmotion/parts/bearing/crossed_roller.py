@@ -54,7 +54,7 @@ class CrossedRoller(Part, ErrorSource):
         return out
 
     def _runout(self, at: Condition, axis: np.ndarray) -> list[Term]:
-        """A high spot that turns with the joint: across the axis it points along a direction that turns, along it rises and falls."""
+        """Give what a high spot on the turning ring does: across the axis it turns with this frame, along it it rises and falls."""
         start = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         first = start / np.linalg.norm(start)
         second = np.cross(axis, first)
@@ -63,9 +63,8 @@ class CrossedRoller(Part, ErrorSource):
         out: list[Term] = []
         if self.radial_runout:
             size = self.radial_runout / 2 / np.sqrt(2)
-            one, two = cos * first + sin * second, cos * second - sin * first
-            out.append(Term("radial runout 1", np.hstack([zero, one * size]), robot=Draw("radial runout", Cosine())))
-            out.append(Term("radial runout 2", np.hstack([zero, two * size]), robot=Draw("radial runout", Sine())))
+            out.append(Term("radial runout 1", np.hstack([zero, zero + first * size]), robot=Draw("radial runout", Cosine())))
+            out.append(Term("radial runout 2", np.hstack([zero, zero + second * size]), robot=Draw("radial runout", Sine())))
         if self.axial_runout:
             size = self.axial_runout / 2 / np.sqrt(2)
             out.append(Term("axial runout 1", np.hstack([zero, sin * axis * size]), robot=Draw("axial runout", Cosine())))

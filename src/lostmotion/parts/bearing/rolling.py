@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lostmotion.laws.chance import Cosine, Law, Sine, TwoSided, of_tolerance
+from lostmotion.laws.chance import Amount, Cosine, Law, Sine, TwoSided, of_tolerance
 from lostmotion.laws.clearance import seated, seated_across
 from lostmotion.parts.source import (
     ClearanceDim,
@@ -18,7 +18,6 @@ from lostmotion.parts.source import (
     LinearStiffness,
     Part,
     Term,
-    limit_term,
 )
 from lostmotion.units import Toleranced
 
@@ -75,17 +74,20 @@ class RollingPair(Part, ErrorSource):
         sitting, free = seated_across(reaction, self.closing_force, scale)
         known = sitting @ per_shift * half
         out = [Term(f"{name} clearance side held by load", known)]
+        amount, mean_square = None, 1.0
         if self.clearance.tolerance:
             law: Law = of_tolerance(self.clearance.law)
-            size = self.clearance.tolerance / law.bound / self.clearance.nominal
-            out.append(Term(f"{name} clearance amount", known * size, robot=Draw(f"{name} amount", law)))
+            scatter = self.clearance.tolerance / law.bound / self.clearance.nominal
+            out.append(Term(f"{name} clearance amount", known * scatter, robot=Draw(f"{name} amount", law)))
+            amount, mean_square = Draw(f"{name} amount", Amount(scatter, law)), 1 + scatter**2
         first, second = _across(axis)
         stream = f"{name} position"
+        size = free[:, None] * (half * np.sqrt(mean_square / 2))
         # Unloaded, the bearing rests somewhere on the circle that its clearance leaves it.
         return [
             *out,
-            Term(f"{name} clearance position 1", free[:, None] * (first @ per_shift) * (half / np.sqrt(2)), visit=Draw(stream, Cosine())),
-            Term(f"{name} clearance position 2", free[:, None] * (second @ per_shift) * (half / np.sqrt(2)), visit=Draw(stream, Sine())),
+            Term(f"{name} clearance position 1", size * (first @ per_shift), robot=amount, visit=Draw(stream, Cosine())),
+            Term(f"{name} clearance position 2", size * (second @ per_shift), robot=amount, visit=Draw(stream, Sine())),
         ]
 
     def _axial(self, at: Condition, axis: Floats) -> list[Term]:
@@ -99,11 +101,14 @@ class RollingPair(Part, ErrorSource):
             closed = seated(force, self.closing_force, at.scale)
             known = closed[:, None] * twist * half
             out.append(Term("axial play side held by load", known))
+            amount, mean_square = None, 1.0
             if self.axial_play.tolerance:
                 law = of_tolerance(self.axial_play.law)
-                size = self.axial_play.tolerance / law.bound / self.axial_play.nominal
-                out.append(Term("axial play amount", known * size, robot=Draw("axial amount", law)))
-            out.append(limit_term("axial play", (1 - np.abs(closed))[:, None] * twist, half, TwoSided(), visit=True))
+                scatter = self.axial_play.tolerance / law.bound / self.axial_play.nominal
+                out.append(Term("axial play amount", known * scatter, robot=Draw("axial amount", law)))
+                amount, mean_square = Draw("axial amount", Amount(scatter, law)), 1 + scatter**2
+            either = (1 - np.abs(closed))[:, None] * twist * (half * np.sqrt(mean_square))
+            out.append(Term("axial play", either, robot=amount, visit=Draw("axial side", TwoSided())))
         if self.axial_stiffness is not None:
             out.append(Term("axial give", (force / self.axial_stiffness)[:, None] * twist))
         return out

@@ -1,0 +1,65 @@
+"""The labelled arrays of a study (xarray), every variable with its unit and meaning."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.studies import kernel
+
+if TYPE_CHECKING:
+    import xarray
+
+    from lostmotion.studies.answer import Answer
+
+
+def dataset(answer: Answer) -> xarray.Dataset:
+    """Give what the study found per pose and per robot, in SI, with units and long names."""
+    import xarray
+
+    sampled = answer.sampled
+    table = sampled.per_pose
+    joints = [joint.name for joint in answer.arm.moving]
+    units = ["rad" if joint.type == "revolute" else "m" for joint in answer.arm.moving]
+    quantiles = table[:, kernel.FIRST_QUANTILE :].reshape(len(table), len(kernel.QUANTILES), 3)
+    per_pose = {
+        "error_mean": (table[:, kernel.MEAN], "m", "mean position error over robots and visits"),
+        "error_mean_half_interval": (table[:, kernel.MEAN_ERROR], "m", "half of the 95 % interval of error_mean, counting robots"),
+        "error_rms": (np.sqrt(table[:, kernel.MEAN_SQUARE]), "m", "root mean square position error"),
+        "error_largest": (table[:, kernel.LARGEST], "m", f"largest of {sampled.robots * sampled.visits} samples"),
+        "largest_robot": (table[:, kernel.LARGEST_ROBOT].astype(np.int32), "1", "robot that made error_largest"),
+        "largest_visit": (table[:, kernel.LARGEST_VISIT].astype(np.int32), "1", "visit that made error_largest"),
+        "worst_case": (sampled.worst, "m", "bound: everything at its limit at once"),
+        "root_sum_square": (sampled.rss, "m", "|bias| + root of the sum of squared limits"),
+        "rotation_rms": (np.sqrt(sampled.rotation_ms), "rad", "root mean square rotation error of the tool"),
+    }
+    data: dict[str, object] = {name: ("pose", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in per_pose.items()}
+    data["q"] = (("pose", "joint"), answer.poses.q, {"units": "rad or m (see joint_unit)", "long_name": "joint values"})
+    data["holding_torque"] = (("pose", "joint"), answer.torques, {"units": "N m or N", "long_name": "static torque or force that the drive holds"})
+    data["tool"] = (("pose", "axis"), answer.tool, {"units": "m", "long_name": "commanded tool point, base frame"})
+    data["bias"] = (("pose", "axis"), sampled.bias[:, 3:], {"units": "m", "long_name": "error common to all robots and visits"})
+    data["error_quantile"] = (("pose", "level"), quantiles[:, :, 0], {"units": "m", "long_name": "position error that this share of samples stays below"})
+    for k, end in ((1, "low"), (2, "high")):
+        text = f"{end} end of the 95 % interval of error_quantile, counting robots"
+        data[f"error_quantile_{end}"] = (("pose", "level"), quantiles[:, :, k], {"units": "m", "long_name": text})
+    if sampled.visits > 1:
+        for name, text, values, column in (
+            ("AP", "pose accuracy AP", sampled.accuracy, 1),
+            ("RP", "pose repeatability RP", sampled.repeatability, 2),
+        ):
+            data[f"{name}_mean"] = ("pose", values[:, 0], {"units": "m", "long_name": f"{text}, mean over robots"})
+            data[f"{name}_95"] = ("pose", values[:, 1], {"units": "m", "long_name": f"{text}, 95 % of robots below"})
+            data[f"{name}_95_low"] = ("pose", values[:, 2], {"units": "m", "long_name": f"low end of the 95 % interval of {name}_95"})
+            data[f"{name}_95_high"] = ("pose", values[:, 3], {"units": "m", "long_name": f"high end of the 95 % interval of {name}_95"})
+            data[f"robot_{name}"] = ("robot", sampled.robot_means[:, column], {"units": "m", "long_name": f"{text} of each robot, average over poses"})
+    data["robot_error_mean"] = ("robot", sampled.robot_means[:, 0], {"units": "m", "long_name": "mean position error of each robot over poses and visits"})
+    coordinates = {"joint": joints, "joint_unit": ("joint", units), "axis": ["x", "y", "z"], "level": list(kernel.QUANTILES)}
+    attributes = {
+        "arm": answer.arm.name,
+        "seed": answer.seed,
+        "robots": sampled.robots,
+        "visits": sampled.visits,
+        "pose_law": answer.poses.law,
+    }
+    return xarray.Dataset(data, coordinates, attributes)

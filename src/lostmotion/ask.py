@@ -1,0 +1,131 @@
+"""The front door's verbs: read an arm, study it, look at the answer."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lostmotion.studies.answer import Answer, answer
+from lostmotion.studies.poses import Poses, PoseLaw, sample_poses
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    import xarray
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+
+DEFAULT_POSES = 2048
+DEFAULT_ROBOTS = 1000
+DEFAULT_VISITS = 30
+
+
+class Study(Answer):
+    """A study that can be looked at: `summary()`, `report("out/")`, `arrays()`, `result()`; every attribute of `Answer` besides."""
+
+    def summary(self) -> None:
+        """Print what an engineer asks for: workspace, error, AP and RP, budget, torques, each with its interval and sample."""
+        from lostmotion.screen import print_summary
+
+        print_summary(self)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report import write_folder
+
+        return write_folder(self, out, force=force)
+
+    def arrays(self) -> xarray.Dataset:
+        """Give every result per pose and per robot with its name, unit and coordinates."""
+        from lostmotion.arrays import dataset
+
+        return dataset(self)
+
+    def result(self) -> dict[str, Any]:
+        """Give every printed figure as plain data, as in result.json."""
+        from lostmotion import __version__
+        from lostmotion.figures import result
+
+        return result(self, __version__)
+
+    def __repr__(self) -> str:
+        """Tell the result in a few lines."""
+        from lostmotion.figures import sections
+
+        wanted = {"error": 4, "iso9283": 4, "budget": 3}
+        lines = [f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} robots x {self.sampled.visits} visits, seed {self.seed}"]
+        for section in sections(self):
+            for row in section.rows[: wanted.get(section.key, 0)]:
+                interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""
+                share = f", {row.figures[1]} of the mean square" if section.key == "budget" else ""
+                lines.append(f"  {row.label:32} {row.figures[0]}{interval}{share}")
+        return "\n".join(lines) + ">"
+
+    def _repr_html_(self) -> str:
+        """Show the figures as tables in a notebook."""
+        from lostmotion.report import tables_html
+
+        return tables_html(self)
+
+
+def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
+    """Which arm does this file describe? Native TOML or URDF, by its ending.
+
+    `sidecar` is the TOML that says what a URDF cannot (gearboxes, bearings, sections, tolerances). Raises InputError with every mistake in the file.
+    """
+    from lostmotion.formats import read as read_file
+
+    return read_file(path, sidecar)
+
+
+def study(  # noqa: PLR0913 - a study is these numbers
+    arm: Arm,
+    poses: int | Floats | Poses = DEFAULT_POSES,
+    robots: int = DEFAULT_ROBOTS,
+    visits: int = DEFAULT_VISITS,
+    seed: int = 1,
+    *,
+    pose_law: PoseLaw = "sobol",
+    approach: float = 0.0,
+    threads: int | None = None,
+    tile: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Study:
+    """How accurate is this arm before it is built, where in its workspace, and which part is to blame?
+
+    poses     how many to choose by `pose_law` within the joint limits, or an array q (pose, joint) in rad and m
+    robots    how many are built; each is drawn once and visits every pose
+    visits    how often each returns to each pose (ISO 9283 asks for 30)
+    seed      same seed, same bits, whatever the threads
+    approach  sign of every joint's last motion before it stops: 0 means either side at random
+    threads   left out: one per processor
+
+    Raises ValueError for counts below one, and for q of another shape or not finite.
+    """
+    if isinstance(poses, int):
+        chosen = sample_poses(arm, poses, pose_law, seed)
+    elif isinstance(poses, Poses):
+        chosen = poses
+    else:
+        from lostmotion.arm import as_poses
+
+        chosen = Poses(as_poses(arm, np.asarray(poses)), "given")
+    found = answer(
+        arm,
+        chosen,
+        robots=robots,
+        visits=visits,
+        seed=seed,
+        approach=approach,
+        threads=threads or os.cpu_count() or 1,
+        tile=tile,
+        progress=progress,
+    )
+    return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__})

@@ -1,0 +1,84 @@
+"""The summary on the terminal, and the progress bar over it."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Self
+
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from lostmotion.figures import sections
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from lostmotion.figures import Section
+    from lostmotion.studies.answer import Answer
+
+_SECONDS_BEFORE_BAR = 1.0
+
+
+def print_summary(answer: Answer, console: Console | None = None) -> None:
+    """Print every figure of a study, section by section."""
+    screen = console or Console()
+    sampled = answer.sampled
+    screen.print()
+    screen.print(Text.assemble((answer.arm.name, "bold"), f"   {sampled.robots} robots x {sampled.visits} visits x {len(answer.poses)} poses, seed {answer.seed}"))
+    for section in sections(answer):
+        screen.print()
+        screen.print(_table(section))
+        if section.note:
+            screen.print(Text(section.note, style="dim"))
+    for note in answer.arm.notes:
+        screen.print(Text(f"note: {note}", style="yellow"))
+
+
+def _table(section: Section) -> Table:
+    table = Table(title=section.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=len(section.columns) > 1, pad_edge=False)
+    table.add_column("")
+    with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+    for name, interval in zip(section.columns, with_interval, strict=True):
+        table.add_column(name, justify="right", no_wrap=True)
+        if interval:
+            table.add_column("95 % interval", justify="left", no_wrap=True, style="dim")
+    table.add_column("", style="dim", overflow="fold")
+    for row in section.rows:
+        cells = []
+        for figure, interval in zip(row.figures, with_interval, strict=True):
+            cells.append(str(figure))
+            if interval:
+                cells.append(figure.interval)
+        table.add_row(row.label, *cells, row.note)
+    return table
+
+
+class ProgressBar:
+    """A bar that shows itself only once the work has taken a second."""
+
+    def __init__(self, what: str) -> None:
+        """Name the work; nothing is shown yet."""
+        self._what = what
+        self._started = time.monotonic()
+        self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+        self._task = self._bar.add_task(what)
+        self._shown = False
+
+    def __enter__(self) -> Self:
+        """Begin to wait."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Take the bar away."""
+        if self._shown:
+            self._bar.stop()
+
+    def __call__(self, done: int, of: int) -> None:
+        """Say how far the work is."""
+        if not self._shown and time.monotonic() - self._started > _SECONDS_BEFORE_BAR:
+            self._bar.start()
+            self._shown = True
+        self._bar.update(self._task, completed=done, total=of)

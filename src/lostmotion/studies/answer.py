@@ -1,0 +1,61 @@
+"""One study of one arm, whole: workspace, errors, budget, torques, checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.studies.halving import Halving, halving
+from lostmotion.studies.montecarlo import Sampled, run
+from lostmotion.studies.poses import POSE_LAWS
+from lostmotion.studies.statics import HoldingTorque, holding_torques
+from lostmotion.studies.workspace import Workspace, tool_positions, workspace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.poses import Poses
+
+
+@dataclass(frozen=True, repr=False)
+class Answer:
+    """Everything that a study found, in SI and without a word of text.
+
+    tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there.
+    """
+
+    arm: Arm
+    poses: Poses
+    seed: int
+    approach: float
+    sampled: Sampled
+    tool: Floats
+    torques: Floats
+    worst_torques: list[HoldingTorque]
+    workspace: Workspace
+    halving: Halving
+
+
+def answer(  # noqa: PLR0913 - a study is these numbers
+    arm: Arm,
+    poses: Poses,
+    *,
+    robots: int,
+    visits: int,
+    seed: int,
+    approach: float = 0.0,
+    threads: int = 1,
+    tile: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Answer:
+    """How accurate is this arm over these poses, where does it reach, what does it hold, and which part is to blame?
+
+    Arguments and errors as `montecarlo.run`. The workspace is sampled more densely by the same law of poses (Sobol where they were given).
+    """
+    sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=progress)
+    torques, worst = holding_torques(arm, poses.q)
+    space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
+    gains = halving(arm, poses, robots, visits, seed, approach=approach)
+    return Answer(arm, poses, seed, approach, sampled, tool_positions(arm, poses.q), torques, worst, space, gains)
