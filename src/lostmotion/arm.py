@@ -148,6 +148,30 @@ def _steps(arm: Arm, q: Floats) -> list[Floats]:
     return [*out, arm.tool.frame.pose]
 
 
+def tool_points(arm: Arm, q: Floats) -> Floats:
+    """Where is the tool point? (pose, 3), m, base frame: `frames(arm, q)[-1, :, :3, 3]` at a tenth of the time, for clouds of poses."""
+    values = as_poses(arm, q)
+    point = np.broadcast_to(arm.tool.frame.pose[:3, 3], (len(values), 3))
+    column = values.shape[1]
+    for joint in reversed(arm.joints):
+        point = _carry(joint.link.tip_pose, point)
+        if not isinstance(joint, FixedJoint):
+            column -= 1
+            turning, sliding = joint.twist[:3], joint.twist[3:]
+            angle = values[:, column, None]
+            if turning.any():
+                along = np.outer(point @ turning, turning)
+                point = along + np.cos(angle) * (point - along) + np.sin(angle) * np.cross(turning, point)
+            else:
+                point = point + angle * sliding
+        point = _carry(joint.origin.pose, point)
+    return np.asarray(point)
+
+
+def _carry(pose: Floats, point: Floats) -> Floats:
+    return point @ pose[:3, :3].T + pose[:3, 3]
+
+
 def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:
     """What does everything outboard of a place put on it? Wrenches (place, pose, 6) in the place's own frame, N m and N.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -44,6 +44,13 @@ class Part(BaseModel):
     """A description that cannot be changed once made and knows no field but its own."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    def __copy__(self) -> Self:
+        """Copy the fields only: what was worked out from them once may not hold for a changed copy."""
+        out = super().__copy__()
+        for name in set(out.__dict__) - set(type(self).model_fields):
+            del out.__dict__[name]
+        return out
 
     def __repr__(self) -> str:
         """Show what was stated and leave out what was not."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lostmotion.arm import tool_points
 from lostmotion.studies.halving import Halving, halving
 from lostmotion.studies.montecarlo import Sampled, run
 from lostmotion.studies.poses import POSE_LAWS
 from lostmotion.studies.statics import HoldingTorque, holding_torques
-from lostmotion.studies.workspace import Workspace, tool_positions, workspace
+from lostmotion.studies.workspace import Workspace, workspace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,4 +59,4 @@ def answer(  # noqa: PLR0913 - a study is these numbers
     torques, worst = holding_torques(arm, poses.q)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
     gains = halving(arm, poses, robots, visits, seed, approach=approach)
-    return Answer(arm, poses, seed, approach, sampled, tool_positions(arm, poses.q), torques, worst, space, gains)
+    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, space, gains)

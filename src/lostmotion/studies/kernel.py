@@ -15,10 +15,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 LANES: Final = 128
-# After this many visits a stream of draws jumps to another place of its table.
-STRETCH: Final = 32
 TABLE: Final = 8192
-ROW: Final = TABLE + LANES * STRETCH  # a table, and its beginning once more to run on into
+ROW: Final = TABLE + LANES  # a table, and its beginning once more to run on into
 # Histogram over the squared error in m^2: 128 bins per factor of two, from 2^-64 (0.2 nm) to 2^8 (16 m).
 _LOWEST_EXPONENT: Final = -64
 _HIGHEST_EXPONENT: Final = 8
@@ -142,22 +140,20 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
             centre[:, :] = 0.0
             counter = np.uint64(first_pose + p) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(tile) * np.uint64(0xD1B54A32D192ED03)
             for v in range(visits):
-                if v % STRETCH == 0:
-                    here = counter + np.uint64(v // STRETCH) * np.uint64(0xABC98388FB8FAC03)
-                    for t in range(n_visit):
-                        at_visit[t] = visit_tables[t] * ROW + np.int64(mix(here ^ visit_keys[t]) >> np.uint64(51))
-                    for t in range(n_product):
-                        at_product[t] = product_tables[t] * ROW + np.int64(mix(here ^ product_keys[t]) >> np.uint64(51))
-                step = (v % STRETCH) * LANES
+                here = counter + np.uint64(v) * np.uint64(0xABC98388FB8FAC03)
+                for t in range(n_visit):
+                    at_visit[t] = visit_tables[t] * ROW + np.int64(mix(here ^ visit_keys[t]) >> np.uint64(51))
+                for t in range(n_product):
+                    at_product[t] = product_tables[t] * ROW + np.int64(mix(here ^ product_keys[t]) >> np.uint64(51))
                 for c in range(3):
                     for i in range(LANES):
                         e[c, i] = fixed[c, i]
                 for t in range(0, n_visit, 4):
-                    a0, a1, a2, a3 = at_visit[t] + step, at_visit[t + 1] + step, at_visit[t + 2] + step, at_visit[t + 3] + step
+                    a0, a1, a2, a3 = at_visit[t], at_visit[t + 1], at_visit[t + 2], at_visit[t + 3]
                     d0, d1, d2, d3 = tables[a0 : a0 + LANES], tables[a1 : a1 + LANES], tables[a2 : a2 + LANES], tables[a3 : a3 + LANES]
                     _add_four(e, visit_screws[p], t, d0, d1, d2, d3)
                 for t in range(n_product):
-                    a0 = at_product[t] + step
+                    a0 = at_product[t]
                     d0 = tables[a0 : a0 + LANES]
                     for i in range(LANES):
                         weight[i] = product_factors[tile, t, i] * d0[i]

@@ -1,0 +1,101 @@
+"""The fused kernel against plain NumPy on the same draws."""
+
+import numpy as np
+import pytest
+
+from lostmotion import pose_accuracy, pose_repeatability, sample_poses, screws
+from lostmotion.studies import kernel
+from lostmotion.studies.exact import draws_of
+from lostmotion.studies.montecarlo import Plan, run, sample_block
+
+ROBOTS, VISITS = 150, 40  # more robots than one tile has lanes
+
+
+@pytest.fixture(scope="module")
+def block(arm):
+    poses = sample_poses(arm, 8)
+    matrix = screws(arm, poses.q)
+    robot, visit = (x.ravel() for x in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij"))
+    errors = np.stack([(matrix.tool[p, 3:] @ draws_of(matrix, 7, p, robot, visit)).T for p in range(len(poses))])
+    sample = sample_block(Plan.of(arm, poses, ROBOTS, VISITS, 7, 0.0), matrix, 0)
+    return sample, errors.reshape(len(poses), ROBOTS, VISITS, 3)
+
+
+def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(block):
+    """Mean, mean square and the largest error, with the robot and visit that made it, are those of screws @ draws."""
+    sample, errors = block
+    size = np.linalg.norm(errors, axis=-1)
+    np.testing.assert_allclose(sample.per_pose[:, kernel.MEAN], size.mean(axis=(1, 2)), rtol=1e-12)
+    np.testing.assert_allclose(sample.per_pose[:, kernel.MEAN_SQUARE], (size**2).mean(axis=(1, 2)), rtol=1e-12)
+    np.testing.assert_allclose(sample.per_pose[:, kernel.LARGEST], size.max(axis=(1, 2)), rtol=1e-12)
+    at = size.reshape(len(size), -1).argmax(axis=1)
+    np.testing.assert_array_equal(sample.per_pose[:, kernel.LARGEST_ROBOT], at // VISITS)
+    np.testing.assert_array_equal(sample.per_pose[:, kernel.LARGEST_VISIT], at % VISITS)
+    np.testing.assert_allclose(sample.robot_sums, size.mean(axis=2).sum(axis=0), rtol=1e-12)
+
+
+def test_the_kernel_keeps_the_definitions_of_iso_9283(block):
+    """AP and RP of every robot at every pose are those of the standard's formulas on the samples themselves."""
+    sample, errors = block
+    np.testing.assert_allclose(sample.ap_rp[:, 0], pose_accuracy(errors, np.zeros(3)), rtol=1e-10)
+    np.testing.assert_allclose(sample.ap_rp[:, 1], pose_repeatability(errors), rtol=1e-9)
+
+
+def test_quantiles_read_from_the_histogram_are_those_of_the_samples(block):
+    """The 50, 95 and 99 % errors agree with sorting all samples to a bin's width."""
+    sample, errors = block
+    size = np.linalg.norm(errors, axis=-1).reshape(len(errors), -1)
+    for k, level in enumerate(kernel.QUANTILES):
+        np.testing.assert_allclose(sample.per_pose[:, kernel.FIRST_QUANTILE + 3 * k], np.quantile(size, level, axis=1), rtol=3e-3)
+
+
+def test_every_sample_is_counted_once(block):
+    """Histograms of robot groups and of poses both hold every sample."""
+    sample, errors = block
+    assert sample.group_hist.sum() == sample.hist.sum() == errors[..., 0].size
+    np.testing.assert_array_equal(sample.group_hist.sum(axis=0), sample.hist)
+
+
+def test_the_interval_of_a_quantile_counts_robots(block):
+    """Half of the interval in rank is 1.96 standard errors of the share below, robot by robot (Woodruff)."""
+    sample, errors = block
+    size = np.linalg.norm(errors, axis=-1)[0]
+    value, low, high = sample.per_pose[0, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]
+    shares = (size <= value).mean(axis=1)
+    half = 1.96 * shares.std(ddof=1) / np.sqrt(ROBOTS)
+    assert low == pytest.approx(np.quantile(size, 0.95 - half), rel=3e-3)
+    assert high == pytest.approx(np.quantile(size, min(0.95 + half, 1)), rel=3e-3)
+
+
+def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(arm):
+    """One thread or two, one block at a time or five: not one bit differs; another seed differs."""
+    poses = sample_poses(arm, 5000, "uniform")
+    first = run(arm, poses, 70, 3, 5, threads=1, tile=1)
+    for threads, tile in ((2, 1), (2, 5), (1, 3)):
+        again = run(arm, poses, 70, 3, 5, threads=threads, tile=tile)
+        for name in ("per_pose", "accuracy", "repeatability", "robot_means", "group_hist", "replicate_hist", "worst", "bias"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(first, name), err_msg=name)
+        assert again.tally.total == first.tally.total
+        assert again.exact == first.exact
+    assert not np.array_equal(run(arm, poses, 70, 3, 6).per_pose, first.per_pose)
+
+
+def test_more_robots_keep_the_first_ones(arm):
+    """Robots 0 to 69 are the same robots, at the same visits, when 200 are built."""
+    poses = sample_poses(arm, 8)
+    matrix = screws(arm, poses.q)
+    few = sample_block(Plan.of(arm, poses, 70, 3, 5, 0.0), matrix, 0)
+    many = sample_block(Plan.of(arm, poses, 200, 3, 5, 0.0), matrix, 0)
+    np.testing.assert_array_equal(many.ap_rp[:, :, :70], few.ap_rp)
+    np.testing.assert_array_equal(many.robot_sums[:70], few.robot_sums)
+
+
+def test_unknown_counts_are_refused(arm):
+    """No robots, no visits, no threads: an error that names what was wrong."""
+    poses = sample_poses(arm, 8)
+    with pytest.raises(ValueError, match="0 robots"):
+        run(arm, poses, 0, 3, 1)
+    with pytest.raises(ValueError, match="0 visits"):
+        run(arm, poses, 5, 0, 1)
+    with pytest.raises(ValueError, match="0 threads"):
+        run(arm, poses, 5, 2, 1, threads=0)
