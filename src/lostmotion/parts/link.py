@@ -16,6 +16,7 @@ from lostmotion.parts.source import (
     Condition,
     ErrorSource,
     Length,
+    LengthAmount,
     LengthDim,
     LengthPlus,
     Mass,
@@ -160,6 +161,7 @@ class Link(Part):
     """The body between a joint and the next one, as a beam along the straight line between them.
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
+    length_tolerance    ± limit of the distance to the next seat, where `length` does not carry it (a tip from DH or URDF)
     section, material   left out: the link is rigid
     mass                left out: section x length x density. centre_of_mass in the joint's frame; left out: half way, spread evenly
     up                  direction across the link that the section's height follows; left out: across the joint's axis
@@ -167,6 +169,7 @@ class Link(Part):
 
     length: LengthDim = Toleranced(0.0)
     direction: Direction = "x"
+    length_tolerance: LengthAmount = 0.0
     tip: Place | None = None
     section: Section | None = None
     material: Material | None = None
@@ -176,8 +179,12 @@ class Link(Part):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if self.tip is not None and self.length.nominal:
-            raise _refuse("both tip and length", "one of the two", 'length = "400 mm ± 50 µm"')
+        if self.tip is not None and (self.length.nominal or self.length.tolerance):
+            raise _refuse("both tip and length", "one of the two; beside a tip, length_tolerance", 'length = "400 mm ± 50 µm"')
+        if self.length_tolerance and self.length.tolerance:
+            raise _refuse("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
+        if self.length_tolerance and not self.reach:
+            raise _refuse("length_tolerance on a link that leads nowhere", "a link with a length or a tip away from its joint", 'length = "400 mm ± 50 µm"')
         if (self.section is None) != (self.material is None):
             raise _refuse("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
         for name in ("direction", "up"):
@@ -248,6 +255,9 @@ class ElasticLink(ErrorSource):
         if link.length.tolerance:
             twist = np.concatenate([np.zeros(3), self.tip_from_joint @ unit(link.direction)])
             out += toleranced_terms("length", twist, link.length)
+        elif link.length_tolerance:
+            along = self.tip_from_joint @ link.tip_pose[:3, 3] / link.reach
+            out.append(limit_term("length", np.concatenate([np.zeros(3), along]), link.length_tolerance, Normal()))
         if link.section is None or link.material is None or not link.reach:
             return out
         bent = at.wrench @ self.tip_compliance.T
