@@ -27,7 +27,7 @@ def seated(load: Floats, friction: float, scale: Floats) -> Floats:
     real = np.where(np.abs(load) > _ROUNDING * scale, load, 0.0)
     if friction == 0:
         return np.sign(real)
-    return np.clip(real / friction, -1.0, 1.0)
+    return np.clip(real, -friction, friction) / friction
 
 
 def seated_across(load: Floats, friction: float, scale: Floats) -> tuple[Floats, Floats]:
