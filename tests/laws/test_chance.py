@@ -1,0 +1,99 @@
+"""Laws of chance against numerical quadrature and SciPy's own distributions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from lostmotion.laws.chance import Amount, Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance
+
+LAWS: dict[str, Law] = {
+    "normal cut at 3": Normal(),
+    "normal cut at 0.5": Normal(0.5),
+    "normal cut at 6": Normal(6.0),
+    "normal": Normal(math.inf),
+    "uniform": Uniform(),
+    "two-sided": TwoSided(),
+    "cosine": Cosine(),
+    "sine": Sine(),
+}
+AMOUNTS = {
+    "uniform amount": Amount(0.3, Uniform()),
+    "normal amount": Amount(0.2, Normal()),
+    "sure amount": Amount(0.0, Normal()),
+}
+
+
+def moments(law: Law, power: int) -> float:
+    """Integrate draw^power over the uniforms: Gauss-Legendre on panels that thicken towards both ends, where inverse normal laws rise."""
+    edges = np.concatenate([[0.0], np.logspace(-14, -2, 49), np.linspace(0.01, 0.5, 99)[1:]])
+    edges = np.concatenate([edges, 1 - edges[-2::-1]])
+    x, w = np.polynomial.legendre.leggauss(20)
+    half = np.diff(edges) / 2
+    u = (edges[:-1] + half)[:, None] + half[:, None] * x
+    inside = np.clip(u, 1e-300, 1 - 2.0**-53)
+    return float(np.sum(law.quantile(inside) ** power * half[:, None] * w))
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_a_draw_has_mean_zero(law: Law):
+    """Draws of every law but an amount average to nothing, so that what has a mean must say so as a design term."""
+    assert moments(law, 1) == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", [*LAWS.values(), *AMOUNTS.values()], ids=[*LAWS, *AMOUNTS])
+def test_a_draw_has_mean_square_one(law: Law):
+    """Draws of every law, amounts included, have mean square one, so that a term's screw is its deviation."""
+    assert moments(law, 2) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", [*LAWS.values(), *AMOUNTS.values()], ids=[*LAWS, *AMOUNTS])
+def test_no_draw_passes_its_bound_and_the_bound_is_reached(law: Law):
+    """The bound of a law is its largest draw: none is beyond it and some come as near as one likes."""
+    u = np.concatenate([np.linspace(0, 1, 100_003)[1:-1], [2.0**-53, 1 - 2.0**-53]])
+    largest = np.abs(law.quantile(u)).max()
+    assert largest <= law.bound * (1 + 1e-12)
+    if math.isfinite(law.bound):
+        assert largest == pytest.approx(law.bound, rel=1e-4)
+
+
+@pytest.mark.parametrize("cut", [0.1, 0.5, 1.0, 2.0, 3.0, 5.0])
+def test_a_cut_normal_law_is_scipys(cut: float):
+    """A normal law cut at c of its sigmas has the deviation and quantiles that SciPy's truncated normal has."""
+    scipys = stats.truncnorm(-cut, cut)
+    assert cut / Normal(cut).bound == pytest.approx(scipys.std(), rel=1e-9)
+    u = np.linspace(0.001, 0.999, 41)
+    np.testing.assert_allclose(Normal(cut).quantile(u), scipys.ppf(u) / scipys.std(), rtol=1e-9, atol=1e-12)
+
+
+def test_a_tolerance_at_three_sigma_is_reached_by_no_part_beyond_it():
+    """Of parts within ± t cut at three sigma, the deviation is t / 3.0408, a little less than t / 3."""
+    assert Normal().bound == pytest.approx(3 / math.sqrt(1 - 6 * stats.norm.pdf(3) / (2 * stats.norm.cdf(3) - 1)), rel=1e-12)
+    assert Normal().bound == pytest.approx(3.0408, abs=5e-5)
+
+
+def test_the_two_parts_of_a_wave_share_one_phase():
+    """Cosine and sine of the same uniform lie on one circle, so a wave of random phase never exceeds its amplitude."""
+    u = np.linspace(0.0005, 0.9995, 1000)
+    np.testing.assert_allclose(np.hypot(Cosine().quantile(u), Sine().quantile(u)), math.sqrt(2), rtol=1e-14)
+
+
+@given(st.floats(0, 0.33), st.sampled_from([Normal(), Uniform()]))
+@settings(deadline=None, max_examples=50)
+def test_an_amount_is_its_law_around_one(scatter: float, inner: Law):
+    """An amount is (1 + k x) over its root mean square: never negative for scatters that parts may state."""
+    u = np.linspace(0.001, 0.999, 99)
+    amount = Amount(scatter, inner).quantile(u) * math.hypot(1, scatter)
+    np.testing.assert_allclose(amount, 1 + scatter * inner.quantile(u), rtol=1e-12)
+    assert Amount(scatter, inner).bound * math.hypot(1, scatter) == pytest.approx(1 + scatter * inner.bound)
+
+
+def test_the_word_behind_a_tolerance_names_its_law():
+    """A dimension marked "uniform" falls anywhere alike, any other one by a normal law that its limit cuts at three sigma."""
+    assert of_tolerance("uniform") == Uniform()
+    assert of_tolerance("normal") == Normal(3.0)

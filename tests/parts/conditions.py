@@ -1,0 +1,104 @@
+"""What the tests of parts share: conditions at a place, what terms add up to for given draws, and the way to the tool."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.arm import Arm, PlacedTerm, frames, terms
+from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
+from lostmotion.parts.source import Condition, ErrorSource, Term
+from lostmotion.spatial import adjoint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lostmotion.spatial import Floats
+
+TURN_Z = np.array([0, 0, 1.0, 0, 0, 0])
+SLIDE_Z = np.array([0, 0, 0, 0, 0, 1.0])
+ARCMIN = np.pi / 180 / 60
+STEEL = {"young": 210e9, "poisson": 0.3, "density": 7850.0}
+
+
+def condition(
+    wrench: Sequence[float] | Floats = (0, 0, 0, 0, 0, 0),
+    *,
+    axis: Floats = TURN_Z,
+    angle: float | Floats = 0.0,
+    gravity: Sequence[float] = (0, 0, -9.80665),
+    approach: float = 0.0,
+) -> Condition:
+    """Say what a place feels: one pose, or as many as there are wrenches or angles."""
+    loads = np.atleast_2d(np.asarray(wrench, dtype=float))
+    angles = np.atleast_1d(np.asarray(angle, dtype=float))
+    poses = max(len(loads), len(angles))
+    return Condition(
+        np.broadcast_to(angles, poses).copy(),
+        axis,
+        np.broadcast_to(loads, (poses, 6)).copy(),
+        np.broadcast_to(np.asarray(gravity, dtype=float), (poses, 3)).copy(),
+        np.full(poses, approach),
+    )
+
+
+def gearbox(**fields: object) -> ErrorSource:
+    """Give a reducer on a turning joint."""
+    made = RevoluteJoint(name="A", limits=(-1, 1), gearbox=fields).gearbox
+    assert made is not None
+    return made
+
+
+def screw_drive(**fields: object) -> ErrorSource:
+    """Give a drive on a sliding joint."""
+    made = PrismaticJoint(name="A", limits=(0, 1), gearbox=fields).gearbox
+    assert made is not None
+    return made
+
+
+def encoder(**fields: object) -> ErrorSource:
+    """Give an encoder on a turning joint."""
+    made = RevoluteJoint(name="A", limits=(-1, 1), encoder=fields).encoder
+    assert made is not None
+    return made
+
+
+def design(found: Iterable[Term], poses: int = 1) -> Floats:
+    """Add up what follows from the pose alone (pose, 6)."""
+    out = np.zeros((poses, 6))
+    for term in found:
+        if term.level == "design":
+            out = out + term.screw
+    return out
+
+
+def drawn(found: Iterable[Term], draws: int, seed: int = 0, poses: int = 1) -> Floats:
+    """Add up all terms for so many robots at one visit each (draw, pose, 6); terms that name one stream share its uniforms."""
+    rng = np.random.default_rng(seed)
+    streams: dict[tuple[str, str], Floats] = {}
+    out = np.zeros((draws, poses, 6))
+    for term in found:
+        weight = np.ones(draws)
+        for level, draw in (("robot", term.robot), ("visit", term.visit)):
+            if draw is not None:
+                u = streams.setdefault((level, draw.stream), rng.uniform(1e-12, 1 - 1e-12, draws))
+                weight = weight * draw.law.quantile(u)
+        out = out + weight[:, None, None] * np.broadcast_to(term.screw, (poses, 6))
+    return out
+
+
+def visit_size(found: Iterable[Term]) -> float:
+    """Give the largest entry of all that differs from visit to visit."""
+    return max((float(np.abs(term.screw).max()) for term in found if term.visit is not None), default=0.0)
+
+
+def at_tool(arm: Arm, q: Sequence[float], *, approach: float = 0.0) -> list[tuple[PlacedTerm, Floats]]:
+    """Carry every term of one pose to the tool: (term, twist (6,)) of the tool point, in the base's axes."""
+    at = frames(arm, np.array([q], dtype=float))[:, 0]
+    to_tool_point = np.eye(4)
+    to_tool_point[:3, 3] = -at[-1, :3, 3]
+    return [
+        (item, adjoint(to_tool_point @ at[item.place]) @ np.broadcast_to(item.term.screw, (1, 6))[0])
+        for item in terms(arm, np.array([q], dtype=float), approach=approach)
+    ]

@@ -1,0 +1,213 @@
+"""What must hold for every kind of part, whatever it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lostmotion.parts.base import Base
+from lostmotion.parts.bearing.crossed_roller import CrossedRoller
+from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.joint import Mounting
+from lostmotion.parts.link import Link
+from lostmotion.parts.lumped import Lumped
+from lostmotion.units import Toleranced
+from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.parts.source import ErrorSource
+
+
+def elastic_link(s: float) -> ErrorSource:
+    """Give a steel bar, s times as soft and s times as inexactly cut."""
+    material = {"young": 210e9 / s, "poisson": 0.3, "density": 7850.0, "scatter": 0.1}
+    link = Link(length=Toleranced(0.5, s * 1e-4), section={"kind": "rectangle", "width": 0.03, "height": 0.05}, material=material)
+    return link.with_joint_axis(np.array([0, 0, 1.0]))
+
+
+def full_gearbox(s: float) -> ErrorSource:
+    """Give a gearbox with every error it can have, all s times as large."""
+    return gearbox(
+        ratio=100,
+        rated_torque=50.0,
+        stiffness=[31e3 / s, 50e3 / s],
+        zone_torques=[14.0],
+        stiffness_scatter=0.1,
+        backlash=Toleranced(s * 2e-4, s * 1e-4),
+        hysteresis=s * 1e-4,
+        transmission_error=[{"amplitude": s * 1e-4, "cycles": 2.0}, {"amplitude": s * 2e-5, "cycles": 200.0}],
+    )
+
+
+def full_screw_drive(s: float) -> ErrorSource:
+    """Give a ball screw with every error it can have, all s times as large."""
+    return screw_drive(
+        rated_torque=500.0,
+        stiffness=1e8 / s,
+        backlash=Toleranced(s * 2e-5, s * 1e-5, "uniform"),
+        hysteresis=s * 1e-6,
+        transmission_error=s * 1e-5,
+    )
+
+
+def full_rolling(s: float) -> ErrorSource:
+    """Give a bearing pair with every error it can have, all s times as large."""
+    return RollingPair(
+        clearance=Toleranced(s * 4e-5, s * 2e-5),
+        span=0.05,
+        axial_play=Toleranced(s * 2e-5, s * 1e-5, "uniform"),
+        radial_stiffness=1e8 / s,
+        axial_stiffness=2e8 / s,
+        closing_force=3.0,
+    )
+
+
+def full_crossed(s: float) -> ErrorSource:
+    """Give a crossed-roller bearing with every error it can have, all s times as large."""
+    return CrossedRoller(
+        moment_stiffness=1e5 / s,
+        radial_stiffness=1e8 / s,
+        axial_stiffness=1e8 / s,
+        radial_runout=s * 1e-5,
+        axial_runout=s * 1e-5,
+    )
+
+
+def full_base(s: float) -> ErrorSource:
+    """Give a base that nobody levelled well, on a mount s times as soft."""
+    return Base(
+        roll=Toleranced(0.1, s * 0.01),
+        pitch=Toleranced(-0.2, s * 0.01, "uniform"),
+        tilt_varies="visit",
+        angular_stiffness=(1e5 / s, 2e5 / s, 3e5 / s),
+        linear_stiffness=(1e8 / s, 2e8 / s, 3e8 / s),
+    )
+
+
+def full_encoder(side: str) -> Callable[[float], ErrorSource]:
+    """Give an encoder with every error it can have, all s times as large."""
+    return lambda s: encoder(side=side, resolution=s * 1e-4, noise=s * 1e-5, eccentricity=s * 3e-4, zero=s * 1e-4, ratio=50)
+
+
+PARTS: dict[str, Callable[[float], ErrorSource]] = {
+    "gearbox": full_gearbox,
+    "screw drive": full_screw_drive,
+    "bearing pair": full_rolling,
+    "crossed roller": full_crossed,
+    "motor encoder": full_encoder("motor"),
+    "output encoder": full_encoder("output"),
+    "lumped normal": lambda s: Lumped(angle=s * 1e-3, offset=s * 3e-5),
+    "lumped uniform": lambda s: Lumped(angle=s * 1e-3, law="uniform", varies="robot"),
+    "lumped two-sided": lambda s: Lumped(angle=s * 1e-3, law="two-sided"),
+    "lumped from zero": lambda s: Lumped(angle=s * 1e-3, law="from zero to maximum"),
+    "mounting": lambda s: Mounting(tilt=s * 1e-3, offset=s * 1e-4),
+    "link": elastic_link,
+    "base": full_base,
+}
+IDEAL: dict[str, ErrorSource] = {
+    "gearbox": gearbox(ratio=100.0),
+    "screw drive": screw_drive(),
+    "bearing pair": RollingPair(span=0.05),
+    "crossed roller": CrossedRoller(),
+    "encoder": encoder(side="output"),
+    "lumped": Lumped(),
+    "mounting": Mounting(),
+    "link": Link(length=0.4).with_joint_axis(np.array([0, 0, 1.0])),
+    "no link": Link().with_joint_axis(np.zeros(3)),
+    "tilted base": Base(roll=0.3, pitch=-0.1),
+}
+LOAD = st.one_of(st.just(0.0), st.floats(-1e3, 1e3))
+WRENCH = st.tuples(*[LOAD] * 6)
+POSES = st.lists(st.tuples(WRENCH, st.floats(-6, 6)), min_size=1, max_size=4)
+AXIS = st.one_of(
+    st.sampled_from([TURN_Z, SLIDE_Z]),
+    st.tuples(*[st.floats(-1, 1)] * 3, st.booleans())
+    .filter(lambda v: np.linalg.norm(v[:3]) > 0.1)
+    .map(lambda v: np.concatenate([np.array(v[:3]), np.zeros(3)] if v[3] else [np.zeros(3), np.array(v[:3])]) / np.linalg.norm(v[:3])),
+)
+every_part = pytest.mark.parametrize("make", PARTS.values(), ids=PARTS)
+
+
+@every_part
+@given(poses=POSES, axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
+@settings(deadline=None, max_examples=30)
+def test_terms_are_finite_screws_with_names_of_their_own(make, poses, axis, approach):
+    """Whatever load, pose and axis, a part answers with finite screws, one per pose or one for all, each term under its own name."""
+    at = condition([wrench for wrench, _ in poses], axis=axis, angle=np.array([angle for _, angle in poses]), approach=approach)
+    found = make(1.0).terms(at)
+    assert found
+    for term in found:
+        assert np.shape(term.screw) in {(len(poses), 6), (6,)}
+        assert np.isfinite(term.screw).all()
+        assert np.isfinite(term.bound)
+    names = [term.name for term in found]
+    assert len(set(names)) == len(names)
+
+
+@every_part
+@given(poses=POSES, axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
+@settings(deadline=None, max_examples=20)
+def test_poses_do_not_see_each_other(make, poses, axis, approach):
+    """What a part does at one pose is the same whether that pose is asked for alone or among others."""
+    part = make(1.0)
+    wrenches, angles = [wrench for wrench, _ in poses], np.array([angle for _, angle in poses])
+    together = part.terms(condition(wrenches, axis=axis, angle=angles, approach=approach))
+    for row in range(len(poses)):
+        alone = part.terms(condition(wrenches[row], axis=axis, angle=angles[row], approach=approach))
+        assert [(term.name, term.level) for term in alone] == [(term.name, term.level) for term in together]
+        for one, many in zip(alone, together, strict=True):
+            expected = many.screw if many.screw.ndim == 1 else many.screw[row]
+            np.testing.assert_allclose(np.broadcast_to(one.screw, (1, 6))[0], expected, rtol=1e-12, atol=1e-18)
+
+
+@every_part
+@given(wrench=WRENCH, angle=st.floats(-6, 6), axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
+@settings(deadline=None, max_examples=20)
+def test_twice_the_tolerances_make_twice_the_error(make, wrench, angle, axis, approach):
+    """A part made twice as badly and twice as softly makes every one of its errors twice as large."""
+    at = condition(wrench, axis=axis, angle=angle, approach=approach)
+    once, twice = make(1.0).terms(at), make(2.0).terms(at)
+    assert [term.name for term in once] == [term.name for term in twice]
+    for one, two in zip(once, twice, strict=True):
+        np.testing.assert_allclose(two.screw, 2 * one.screw, rtol=1e-9, atol=1e-18)
+        assert two.bound == pytest.approx(one.bound)
+
+
+@every_part
+@pytest.mark.parametrize("approach", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("wrench", [(0,) * 6, (0, 0, 0.2, 0, 0, 2.0), (30, -20, 10, 100, 50, -80)])
+def test_no_robot_errs_beyond_the_worst_case(make, wrench, approach):
+    """Of 10 000 robots none is off by more than the design error and all other terms at their bounds."""
+    found = make(1.0).terms(condition(wrench, angle=0.7, approach=approach))
+    worst = sum((np.abs(np.broadcast_to(term.screw, (1, 6))) * term.bound for term in found), np.zeros((1, 6)))
+    errors = drawn(found, 10_000)
+    assert (np.abs(errors) <= worst * (1 + 1e-12)).all()
+    assert np.abs(errors).max() > 0
+
+
+@every_part
+def test_drawn_terms_have_mean_zero(make):
+    """Averaged over many robots and visits only the design error is left: whatever has a mean puts it there."""
+    at = condition((30, -20, 0.1, 1.0, 0.5, -0.8), angle=0.7)
+    found = make(1.0).terms(at)
+    draws = 40_000
+    spread = np.sqrt(sum((np.broadcast_to(term.screw, (1, 6)) ** 2 for term in found if term.level != "design"), np.zeros((1, 6))))
+    errors = drawn(found, draws)
+    bias = sum((np.broadcast_to(term.screw, (1, 6)) for term in found if term.level == "design"), np.zeros((1, 6)))
+    assert (np.abs(errors.mean(axis=0) - bias) <= 5 * spread / np.sqrt(draws) + 1e-9 * np.abs(bias)).all()
+    np.testing.assert_allclose(errors.std(axis=0), spread, rtol=0.05, atol=1e-15)
+
+
+@pytest.mark.parametrize("part", IDEAL.values(), ids=IDEAL)
+@given(wrench=WRENCH, axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
+@settings(deadline=None, max_examples=20)
+def test_an_ideal_part_makes_no_error(part, wrench, axis, approach):
+    """A part of which nothing but its size is stated is exact and rigid under any load."""
+    for term in part.terms(condition(wrench, axis=axis, angle=0.3, approach=approach)):
+        assert not np.any(term.screw)
