@@ -14,7 +14,7 @@ from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
 from lostmotion.parts.source import Condition, Force, Mass, Part, Term, Torque
-from lostmotion.spatial import exp, inverse
+from lostmotion.spatial import cross, inverse, moved
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -129,23 +129,21 @@ def frames(arm: Arm, q: Floats) -> Floats:
     Places are named by `arm.places`; no limit is applied to q. Raises ValueError for q of another shape or not finite.
     Source: product of exponentials, Lynch and Park 2017, ch. 4; equal to Pinocchio's frames (tests/validation).
     """
-    steps = _steps(arm, as_poses(arm, q))
-    out = np.empty((len(arm.places), len(steps[2]), 4, 4))
-    here = np.broadcast_to(np.eye(4), out.shape[1:])
-    for index, step in enumerate(steps):
-        here = here @ step
-        out[index] = here
+    values = as_poses(arm, q)
+    out = np.empty((len(arm.places), len(values), 4, 4))
+    out[0] = np.eye(4)
+    column = iter(values.T)
+    for k, joint in enumerate(arm.joints):
+        out[3 * k + 1] = _step(out[3 * k], joint.origin.pose)
+        out[3 * k + 2] = out[3 * k + 1] if isinstance(joint, FixedJoint) else moved(out[3 * k + 1], joint.twist, next(column))
+        out[3 * k + 3] = _step(out[3 * k + 2], joint.link.tip_pose)
+    out[-1] = _step(out[-2], arm.tool.frame.pose)
     return out
 
 
-def _steps(arm: Arm, q: Floats) -> list[Floats]:
-    """Give the pose of each place in the place before: (4, 4), or (pose, 4, 4) where a joint moves."""
-    out: list[Floats] = [np.eye(4)]
-    column = iter(q.T)
-    for joint in arm.joints:
-        moved = np.eye(4)[None] if isinstance(joint, FixedJoint) else exp(next(column)[:, None] * joint.twist)
-        out += [joint.origin.pose, np.broadcast_to(moved, (len(q), 4, 4)), joint.link.tip_pose]
-    return [*out, arm.tool.frame.pose]
+def _step(here: Floats, pose: Floats) -> Floats:
+    """Go from frames (pose, 4, 4) on by one fixed pose (4, 4): a single matrix product over all rows."""
+    return (here.reshape(-1, 4) @ pose).reshape(here.shape)
 
 
 def tool_points(arm: Arm, q: Floats) -> Floats:
@@ -198,13 +196,14 @@ class _Carried:
 
     def push(self, point: Floats, force: Floats) -> None:
         self.force = self.force + force
-        self.moment = self.moment + np.cross(point, force)
+        self.moment = self.moment + cross(point, force)
 
     def seen_from(self, frame: Floats) -> Floats:
         """Give the wrench (pose, 6) about this frame's origin, in its axes."""
-        moment = self.moment - np.cross(frame[:, :3, 3], self.force)
-        both = np.stack([moment, self.force], axis=1) @ frame[:, :3, :3]
-        return both.reshape(len(both), 6)
+        moment = self.moment - cross(frame[:, :3, 3], self.force)
+        out = np.empty((len(moment), 2, 3))
+        out[:, 0], out[:, 1] = moment, self.force
+        return (out @ frame[:, :3, :3]).reshape(-1, 6)
 
 
 def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats:
@@ -213,8 +212,10 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
     tool = at[-1]
     carried.weigh(tool, payload.mass, np.array(payload.centre_of_mass))
     carried.weigh(tool, arm.tool.mass, np.array(arm.tool.centre_of_mass))
-    carried.push(tool[:, :3, 3], tool[:, :3, :3] @ np.array(payload.force))
-    carried.moment = carried.moment + tool[:, :3, :3] @ np.array(payload.moment)
+    if any(payload.force):
+        carried.push(tool[:, :3, 3], tool[:, :3, :3] @ np.array(payload.force))
+    if any(payload.moment):
+        carried.moment = carried.moment + tool[:, :3, :3] @ np.array(payload.moment)
     out[-1] = carried.seen_from(tool)
     for k, joint in reversed(list(enumerate(arm.joints))):
         seat, after, tip = at[3 * k + 1], at[3 * k + 2], at[3 * k + 3]

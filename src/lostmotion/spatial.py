@@ -31,6 +31,31 @@ def skew(vector: Floats) -> Floats:
     return out
 
 
+def cross(a: Floats, b: Floats) -> Floats:
+    """What is a x b for vectors (..., 3)? np.cross without its search for axes, which costs more than the product on short arrays."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return out
+
+
+def moved(here: Floats, twist: Floats, amount: Floats) -> Floats:
+    """Where do frames (pose, 4, 4) stand after a pure turn or a pure shift along a unit twist (6,) by amounts (pose,), rad or m?
+
+    The same as here @ exp(amount twist), for the one motion that joints make.
+    """
+    out = here.copy()
+    if twist[:3].any():
+        axis = skew(twist[:3])
+        rotation = here[:, :3, :3]
+        once = rotation @ axis
+        out[:, :3, :3] += np.sin(amount)[:, None, None] * once + (1 - np.cos(amount))[:, None, None] * (once @ axis)
+    else:
+        out[:, :3, 3] += amount[:, None] * (here[:, :3, :3] @ twist[3:])
+    return out
+
+
 def exp(twist: Floats) -> Floats:
     """Where does a frame go when this twist (..., 6) acts for unit time? Pose (..., 4, 4); any angle, zero included."""
     twist = np.asarray(twist, dtype=float)

@@ -59,7 +59,7 @@ def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
 
 
 def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
-    """How far apart are the first-order sum and the exact composition, on these rows of the matrix, for robots x visits draws each?"""
+    """How far apart are the first-order sum and the exact composition, on these rows of the matrix, for robots x visits draws each? No rows, no samples."""
     robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(visits), indexing="ij"))
     apart = []
     for row in rows:
@@ -67,5 +67,7 @@ def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, r
         linear = (matrix.tool[row, 3:] @ draws).T
         exactly = compose(matrix, int(row), draws)[:, :3, 3] - matrix.at[-1, row, :3, 3]
         apart.append(np.linalg.norm(exactly - linear, axis=1))
+    if not apart:
+        return ExactCheck(0.0, 0.0, 0)
     distances = np.concatenate(apart)
     return ExactCheck(float(distances.max()), float(distances.mean()), len(distances))

@@ -14,7 +14,7 @@ from numba import njit
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-LANES: Final = 128
+LANES: Final = 256
 TABLE: Final = 8192
 ROW: Final = TABLE + LANES  # a table, and its beginning once more to run on into
 # Histogram over the squared error in m^2: 128 bins per factor of two, from 2^-64 (0.2 nm) to 2^8 (16 m).
@@ -25,6 +25,8 @@ BINS: Final = (_HIGHEST_EXPONENT - _LOWEST_EXPONENT) << _MANTISSA_BITS
 _SHIFT: Final = 52 - _MANTISSA_BITS
 _FIRST: Final = (1023 + _LOWEST_EXPONENT) << _MANTISSA_BITS
 _BASE_BITS: Final = _FIRST << _SHIFT
+_SMALLEST: Final = 2.0**_LOWEST_EXPONENT
+_LARGEST: Final = 2.0**_HIGHEST_EXPONENT * (1 - 2.0**-53)
 
 # Columns of the table per pose.
 MEAN, MEAN_ERROR, MEAN_SQUARE, LARGEST, LARGEST_ROBOT, LARGEST_VISIT = range(6)
@@ -53,7 +55,7 @@ def mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
 @_jit
 def _bin(square):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """In which bin does a squared error fall?"""
-    return min(max((np.array([square]).view(np.int64)[0] >> _SHIFT) - _FIRST, 0), BINS - 1)
+    return (np.array([min(max(square, _SMALLEST), _LARGEST)]).view(np.int64)[0] >> _SHIFT) - _FIRST
 
 
 @_jit
@@ -115,9 +117,12 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
     centre = np.empty((3, LANES))
     length, length2 = np.empty(LANES), np.empty(LANES)
     squares = np.empty(LANES)
-    words = squares.view(np.int64)
+    clamped = np.empty(LANES)
+    words = clamped.view(np.int64)
     robot_sum, robot_sum2, smallest = np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    total, total2, between2, record_low = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     group_of = np.arange(robots) * groups // robots
+    per_visit = 1.0 / visits
     at_visit = np.empty(max(n_visit, 1), np.int64)
     at_product = np.empty(max(n_product, 1), np.int64)
     bins = np.empty((tiles, visits, LANES), np.uint16)
@@ -125,8 +130,9 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
     shares = np.empty(LANES, np.int32)
     cumulative = np.empty(BINS)
     for p in range(bias.shape[0]):
-        total = total2 = between2 = 0.0
-        record, record_low = -1.0, np.inf
+        total[:] = total2[:] = between2[:] = 0.0
+        record_low[:] = np.inf
+        record = -1.0
         for tile in range(tiles):
             first = tile * LANES
             count = min(LANES, robots - first)
@@ -173,7 +179,9 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                             kept[v, c, i] = e[c, i]
                             centre[c, i] += e[c, i]
                 for i in range(LANES):
-                    bins[tile, v, i] = min(max((words[i] >> _SHIFT) - _FIRST, 0), BINS - 1)
+                    clamped[i] = min(max(squares[i], _SMALLEST), _LARGEST)
+                for i in range(LANES):
+                    bins[tile, v, i] = (words[i] >> _SHIFT) - _FIRST
                 for i in range(count):
                     b = bins[tile, v, i]
                     hist[b] += 1
@@ -183,12 +191,16 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                         per_pose[p, LARGEST_ROBOT] = first + i
                         per_pose[p, LARGEST_VISIT] = v
             for i in range(count):
-                mean = robot_sum[i] / visits
-                total += mean
-                total2 += robot_sum2[i]
-                between2 += mean * mean
-                robot_sums[first + i] += mean
-                record_low = min(record_low, smallest[i])
+                robot_sum[i] *= per_visit
+                robot_sums[first + i] += robot_sum[i]
+            for i in range(count, LANES):
+                robot_sum[i] = robot_sum2[i] = 0.0
+                smallest[i] = np.inf
+            for i in range(LANES):
+                total[i] += robot_sum[i]
+                total2[i] += robot_sum2[i]
+                between2[i] += robot_sum[i] * robot_sum[i]
+                record_low[i] = min(record_low[i], smallest[i])
             if visits > 1:
                 for i in range(LANES):
                     length[i] = length2[i] = 0.0
@@ -206,12 +218,12 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                     ap_rp[p, 0, first + i] = np.sqrt(centre[0, i] ** 2 + centre[1, i] ** 2 + centre[2, i] ** 2)
                     ap_rp[p, 1, first + i] = mean + 3 * np.sqrt(spread)
         samples = robots * visits
-        mean = total / robots
+        mean = total.sum() / robots
         per_pose[p, MEAN] = mean
-        per_pose[p, MEAN_ERROR] = z * np.sqrt(max(between2 / robots - mean * mean, 0.0) / max(robots - 1, 1))
-        per_pose[p, MEAN_SQUARE] = total2 / samples
+        per_pose[p, MEAN_ERROR] = z * np.sqrt(max(between2.sum() / robots - mean * mean, 0.0) / max(robots - 1, 1))
+        per_pose[p, MEAN_SQUARE] = total2.sum() / samples
         per_pose[p, LARGEST] = np.sqrt(record)
-        low, high = _bin(record_low), _bin(record)
+        low, high = _bin(record_low.min()), _bin(record)
         # Quantiles, and their intervals counting robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635).
         counted = 0.0
         for b in range(low, high + 1):

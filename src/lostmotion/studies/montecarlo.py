@@ -30,7 +30,8 @@ BLOCK: Final = 512
 _Z: Final = 1.959963984540054
 _MOST_GROUPS: Final = 32
 _LEAST_IN_GROUP: Final = 8
-_CHECKED_POSES: Final = 4
+# The exact check looks at this many poses, evenly spread over the study.
+_CHECKED_POSES: Final = 24
 _CHECKED_ROBOTS: Final = 64
 _CHECKED_VISITS: Final = 4
 
@@ -215,7 +216,8 @@ def _spans(poses: int, replicates: int) -> list[tuple[int, int]]:
 def _block(plan: Plan, first: int, last: int) -> _Block:
     matrix = screws(plan.arm, plan.poses.q[first:last], approach=plan.approach)
     sample = sample_block(plan, matrix, first)
-    rows = np.unique(np.linspace(0, last - first - 1, _CHECKED_POSES).astype(int))
+    checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
+    rows = checked[(checked >= first) & (checked < last)] - first
     spread = np.full((last - first, 2, 4), np.nan)
     sums = np.column_stack([sample.robot_sums, np.full((plan.robots, 2), np.nan)])
     if plan.visits > 1:

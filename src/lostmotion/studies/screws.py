@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.arm import frames, terms
 from lostmotion.laws.chance import Cosine, Sine
+from lostmotion.spatial import skew
 from lostmotion.studies.draws import Stream
 
 if TYPE_CHECKING:
@@ -63,6 +64,18 @@ class Screws:
         return np.asarray(self.tool[:, :, self.columns("design")].sum(axis=2))
 
     @functools.cached_property
+    def at_bounds(self) -> Floats:
+        """Give the size of each independent error at its bound (pose, term or wave), m."""
+        drawn = self.columns("robot", "visit", "robot x visit")
+        if not len(drawn):
+            return np.zeros((len(self.tool), 1))
+        size = np.linalg.norm(self.tool[:, 3:, drawn], axis=1) * np.array([self.infos[k].bound for k in drawn])
+        waves: dict[str, list[int]] = {}
+        for column, k in enumerate(drawn):
+            waves.setdefault(self.infos[k].phase or f"\0{k}", []).append(column)
+        return np.column_stack([np.linalg.norm(size[:, group], axis=1) if len(group) > 1 else size[:, group[0]] for group in waves.values()])
+
+    @functools.cached_property
     def owners(self) -> tuple[str, ...]:
         """Give the parts in walking order."""
         return tuple(dict.fromkeys(info.owner for info in self.infos))
@@ -87,9 +100,9 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
         here = place == where
         rotation = at[where, :, :3, :3]
         turned = rotation @ local[:, :3, here]
-        arm_to_tool = (point - at[where, :, :3, 3])[:, :, None]
+        to_tool = skew(point - at[where, :, :3, 3])
         tool[:, :3, here] = turned
-        tool[:, 3:, here] = rotation @ local[:, 3:, here] + np.cross(turned, arm_to_tool, axis=1)
+        tool[:, 3:, here] = rotation @ local[:, 3:, here] - to_tool @ turned
     infos = tuple(
         TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
         for item in placed
@@ -106,19 +119,9 @@ def worst_case(matrix: Screws) -> Floats:
 
     An upper bound: no draw exceeds it. The two parts of a wave count as one, since they share a phase. Infinite where a law is unbounded.
     """
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + _at_bounds(matrix).sum(axis=1))
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + matrix.at_bounds.sum(axis=1))
 
 
 def root_sum_square(matrix: Screws) -> Floats:
     """How far is the tool off at each pose by the root-sum-square rule of tolerancing (pose,), m? |bias| + root of the sum of squared bounds."""
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.linalg.norm(_at_bounds(matrix), axis=1))
-
-
-def _at_bounds(matrix: Screws) -> Floats:
-    """Give each independent term at its bound (pose, term or wave), m."""
-    drawn = matrix.columns("robot", "visit", "robot x visit")
-    size = np.linalg.norm(matrix.tool[:, 3:, drawn], axis=1) * np.array([matrix.infos[k].bound for k in drawn])
-    waves: dict[str, list[int]] = {}
-    for column, k in enumerate(drawn):
-        waves.setdefault(matrix.infos[k].phase or f"\0{k}", []).append(column)
-    return np.column_stack([np.linalg.norm(size[:, group], axis=1) for group in waves.values()]) if waves else np.zeros((len(size), 1))
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.linalg.norm(matrix.at_bounds, axis=1))
