@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.chance import Normal
@@ -17,14 +17,12 @@ from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.link import Direction, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.source import (
-    Angle,
     AngleAmount,
     AngularStiffness,
     ClearanceDim,
     Condition,
     ErrorSource,
     ForceAmount,
-    Length,
     LengthAmount,
     LinearStiffness,
     Mass,
@@ -34,11 +32,30 @@ from lostmotion.parts.source import (
     TorqueAmount,
     limit_term,
 )
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Bearing = Annotated[RollingPair | CrossedRoller, Field(discriminator="kind")]
+
+
+def _rising(limits: tuple[float, float]) -> tuple[float, float]:
+    if limits[0] >= limits[1]:
+        context = {
+            "why": f"limits from {limits[0]:g} to {limits[1]:g} (rad or m)",
+            "expected": "a lower limit below the upper one",
+            "example": 'limits = ["-90 deg", "90 deg"]',
+        }
+        raise PydanticCustomError("limits", "{why}", context)
+    return limits
+
+
+# Each end with an example of its own, so that an example made of both is a range.
+_Turning = tuple[Annotated[float, Quantity("rad", "-90 deg")], Annotated[float, Quantity("rad", "90 deg")]]
+_Sliding = tuple[Annotated[float, Quantity("m", "0 mm")], Annotated[float, Quantity("m", "300 mm")]]
+TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
+SlidingLimits = Annotated[_Sliding, AfterValidator(_rising)]
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,39}$")]
 
@@ -97,26 +114,14 @@ class _MovingJoint(_Joint):
     bearing: Bearing | None = None
     lumped: Lumped | None = None
 
-    @model_validator(mode="after")
-    def _axis_is_a_direction(self) -> Self:
-        if isinstance(self.axis, tuple) and not (np.all(np.isfinite(self.axis)) and np.linalg.norm(self.axis) > 0):
-            context = {"why": f"axis {list(self.axis)}", "expected": "a finite direction that is not zero", "example": "axis = [0, 0, 1]"}
-            raise PydanticCustomError("axis", "{why}", context)
-        return self
-
 
 class RevoluteJoint(_MovingJoint):
     """A joint that turns about `axis` between `limits`."""
 
     type: Literal["revolute"] = "revolute"
-    limits: tuple[Angle, Angle]
+    limits: TurningLimits
     gearbox: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount] | None = None
     encoder: Encoder[AngleAmount] | None = None
-
-    @model_validator(mode="after")
-    def _limits_rise(self) -> Self:
-        check_limits(self.limits, '["-90 deg", "90 deg"]')
-        return self
 
     @functools.cached_property
     def twist(self) -> Floats:
@@ -133,14 +138,9 @@ class PrismaticJoint(_MovingJoint):
     """A joint that slides along `axis` between `limits`."""
 
     type: Literal["prismatic"] = "prismatic"
-    limits: tuple[Length, Length]
+    limits: SlidingLimits
     gearbox: CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount] | None = None
     encoder: Encoder[LengthAmount] | None = None
-
-    @model_validator(mode="after")
-    def _limits_rise(self) -> Self:
-        check_limits(self.limits, '["0 mm", "300 mm"]')
-        return self
 
     @functools.cached_property
     def twist(self) -> Floats:
@@ -154,13 +154,6 @@ class PrismaticJoint(_MovingJoint):
 
 
 Joint = Annotated[RevoluteJoint | PrismaticJoint | FixedJoint, Field(discriminator="type")]
-
-
-def check_limits(limits: tuple[float, float], example: str) -> None:
-    """Refuse limits that do not rise."""
-    if limits[0] >= limits[1]:
-        context = {"why": f"limits from {limits[0]:g} to {limits[1]:g} (SI)", "expected": "a lower limit below the upper one", "example": f"limits = {example}"}
-        raise PydanticCustomError("limits", "{why}", context)
 
 
 def _sources(

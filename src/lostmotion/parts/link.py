@@ -7,10 +7,11 @@ import math
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws import beam
+from lostmotion.laws.chance import Normal
 from lostmotion.parts.source import (
     Angle,
     Condition,
@@ -26,7 +27,6 @@ from lostmotion.parts.source import (
     limit_term,
     toleranced_terms,
 )
-from lostmotion.laws.chance import Normal
 from lostmotion.spatial import pose_of
 from lostmotion.units import Quantity, Toleranced
 
@@ -34,7 +34,16 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Vector = Annotated[tuple[Length, Length, Length], Field(description="x, y, z, each with its unit")]
-Direction = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float]
+
+
+def _is_direction(stated: str | tuple[float, float, float]) -> str | tuple[float, float, float]:
+    if isinstance(stated, tuple) and not (np.all(np.isfinite(stated)) and 0 < float(np.linalg.norm(stated)) < math.inf):
+        context = {"why": f"the direction {list(stated)}", "expected": "a finite direction that is not zero", "example": "[0, 0, 1]"}
+        raise PydanticCustomError("direction", "{why}", context)
+    return stated
+
+
+Direction = Annotated[Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float], AfterValidator(_is_direction)]
 
 
 class Place(Part):
@@ -184,13 +193,11 @@ class Link(Part):
         if self.length_tolerance and self.length.tolerance:
             raise _refuse("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and not self.reach:
-            raise _refuse("length_tolerance on a link that leads nowhere", "a link with a length or a tip away from its joint", 'length = "400 mm ± 50 µm"')
+            raise _refuse(
+                "length_tolerance on a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm ± 50 µm"'
+            )
         if (self.section is None) != (self.material is None):
             raise _refuse("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
-        for name in ("direction", "up"):
-            stated = getattr(self, name)
-            if isinstance(stated, tuple) and not (np.all(np.isfinite(stated)) and np.linalg.norm(stated) > 0):
-                raise _refuse(f"{name} {list(stated)}", "a finite direction that is not zero", f"{name} = [1, 0, 0]")
         if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
             raise _refuse("up along the link itself", "a direction across the link", 'up = "z"')
         return self
