@@ -13,14 +13,8 @@ Contestants, each on one thread, alternating, best of three:
 
 from __future__ import annotations
 
-import os
-
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[_name] = "1"
-
 import argparse
 import math
-import resource
 import subprocess
 import sys
 import time
@@ -79,7 +73,7 @@ def exact_numpy(q: np.ndarray, draws: int) -> list:
     return out
 
 
-def linear_numpy(q: np.ndarray, draws: int, matrices: np.ndarray) -> list:
+def linear_numpy(draws: int, matrices: np.ndarray) -> list:
     """Matrices (pose, 3, 24) are given: only draws, product and statistics are timed, in this program's favour."""
     rng = np.random.default_rng(1)
     out, histogram = [], np.zeros(len(EDGES) - 1, int)
@@ -108,10 +102,20 @@ def lever(q: np.ndarray) -> np.ndarray:
     return out
 
 
+MEASURED = """
+import resource, sys
+sys.path.insert(0, {folder!r})
+import against_numpy as b
+arm = b.ur5e()
+b.run(arm, b.sample_poses(arm, {poses}, "uniform"), {draws}, 1, 1)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
 def memory(poses: int, draws: int) -> float:
     """Peak memory of a fresh process that runs the study, MB."""
-    code = f"import sys; sys.path.insert(0, 'benchmarks'); import against_numpy as b; b.run(b.ur5e(), b.sample_poses(b.ur5e(), {poses}, 'uniform'), {draws}, 1, 1); print(b.resource.getrusage(b.resource.RUSAGE_SELF).ru_maxrss / 1024)"
-    return float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
+    code = MEASURED.format(folder=os.path.dirname(os.path.abspath(__file__)), poses=poses, draws=draws)
+    return float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)  # noqa: S603 - this file
 
 
 def main() -> None:
@@ -126,7 +130,7 @@ def main() -> None:
     run(arm, sample_poses(arm, 8), 64, 1, 1)  # compile
     contestants = {
         "exact NumPy": lambda: exact_numpy(poses.q, options.draws),
-        "linear NumPy": lambda: linear_numpy(poses.q, options.draws, matrices),
+        "linear NumPy": lambda: linear_numpy(options.draws, matrices),
         "lostmotion": lambda: run(arm, poses, options.draws, 1, 1, threads=1),
     }
     best, results = dict.fromkeys(contestants, math.inf), {}
@@ -140,10 +144,14 @@ def main() -> None:
     print(f"{'':14} {'ns/sample':>10} {'times ours':>11} {'mean error':>12} {'mean 95 %':>12}")
     for name, seconds in best.items():
         table = ours[:, [0, 3, 6, 9, 12]] if name == "lostmotion" else np.array(results[name])
-        print(f"{name:14} {seconds / samples * 1e9:10.1f} {seconds / best['lostmotion']:11.1f} {table[:, 0].mean() * 1e3:9.4f} mm {table[:, 3].mean() * 1e3:9.4f} mm")
+        print(
+            f"{name:14} {seconds / samples * 1e9:10.1f} {seconds / best['lostmotion']:11.1f} {table[:, 0].mean() * 1e3:9.4f} mm {table[:, 3].mean() * 1e3:9.4f} mm"
+        )
     for draws in (options.draws, 10 * options.draws):
         print(f"peak memory of a fresh process, {len(poses)} poses x {draws} draws: {memory(options.poses, draws):.0f} MB")
 
 
 if __name__ == "__main__":
+    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":  # read when NumPy is loaded, so begin again with it
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"})  # noqa: S606
     main()

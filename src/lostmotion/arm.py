@@ -63,7 +63,11 @@ class Arm(Part):
         names = [joint.name for joint in self.joints]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            context = {"why": f"the joint name '{twice[0]}' more than once", "expected": "a name of its own for every joint", "example": f'name = "{twice[0]}2"'}
+            context = {
+                "why": f"the joint name '{twice[0]}' more than once",
+                "expected": "a name of its own for every joint",
+                "example": f'name = "{twice[0]}2"',
+            }
             raise PydanticCustomError("names", "{why}", context)
         if not self.moving:
             context = {"why": "no joint that moves", "expected": "at least one revolute or prismatic joint", "example": 'type = "revolute"'}

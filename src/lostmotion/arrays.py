@@ -39,7 +39,11 @@ def dataset(answer: Answer) -> xarray.Dataset:
     data["holding_torque"] = (("pose", "joint"), answer.torques, {"units": "N m or N", "long_name": "static torque or force that the drive holds"})
     data["tool"] = (("pose", "axis"), answer.tool, {"units": "m", "long_name": "commanded tool point, base frame"})
     data["bias"] = (("pose", "axis"), sampled.bias[:, 3:], {"units": "m", "long_name": "error common to all robots and visits"})
-    data["error_quantile"] = (("pose", "level"), quantiles[:, :, 0], {"units": "m", "long_name": "position error that this share of samples stays below"})
+    data["error_quantile"] = (
+        ("pose", "level"),
+        quantiles[:, :, 0],
+        {"units": "m", "long_name": "position error that this share of samples stays below"},
+    )
     for k, end in ((1, "low"), (2, "high")):
         text = f"{end} end of the 95 % interval of error_quantile, counting robots"
         data[f"error_quantile_{end}"] = (("pose", "level"), quantiles[:, :, k], {"units": "m", "long_name": text})
@@ -52,8 +56,16 @@ def dataset(answer: Answer) -> xarray.Dataset:
             data[f"{name}_95"] = ("pose", values[:, 1], {"units": "m", "long_name": f"{text}, 95 % of robots below"})
             data[f"{name}_95_low"] = ("pose", values[:, 2], {"units": "m", "long_name": f"low end of the 95 % interval of {name}_95"})
             data[f"{name}_95_high"] = ("pose", values[:, 3], {"units": "m", "long_name": f"high end of the 95 % interval of {name}_95"})
-            data[f"robot_{name}"] = ("robot", sampled.robot_means[:, column], {"units": "m", "long_name": f"{text} of each robot, average over poses"})
-    data["robot_error_mean"] = ("robot", sampled.robot_means[:, 0], {"units": "m", "long_name": "mean position error of each robot over poses and visits"})
+            data[f"robot_{name}"] = (
+                "robot",
+                sampled.robot_means[:, column],
+                {"units": "m", "long_name": f"{text} of each robot, average over poses"},
+            )
+    data["robot_error_mean"] = (
+        "robot",
+        sampled.robot_means[:, 0],
+        {"units": "m", "long_name": "mean position error of each robot over poses and visits"},
+    )
     coordinates = {"joint": joints, "joint_unit": ("joint", units), "axis": ["x", "y", "z"], "level": list(kernel.QUANTILES)}
     attributes = {
         "arm": answer.arm.name,

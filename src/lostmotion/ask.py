@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lostmotion.studies.answer import Answer, answer
-from lostmotion.studies.poses import Poses, PoseLaw, sample_poses
+from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,7 +60,9 @@ class Study(Answer):
         from lostmotion.figures import sections
 
         wanted = {"error": 4, "iso9283": 4, "budget": 3}
-        lines = [f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} robots x {self.sampled.visits} visits, seed {self.seed}"]
+        lines = [
+            f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} robots x {self.sampled.visits} visits, seed {self.seed}"
+        ]
         for section in sections(self):
             for row in section.rows[: wanted.get(section.key, 0)]:
                 interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""

@@ -38,7 +38,7 @@ class Approach(StrEnum):
 
 
 @app.command()
-def run(  # noqa: PLR0913 - options of a command line
+def run(  # noqa: PLR0913, PLR0917 - options of a command line
     file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
     poses: Annotated[int, typer.Option(min=1, help="How many poses to visit.")] = 2048,
     pose_law: Annotated[PoseChoice, typer.Option(help="How poses are chosen within the joint limits; 'normal' is the paper's.")] = PoseChoice.sobol,
@@ -49,9 +49,9 @@ def run(  # noqa: PLR0913 - options of a command line
     approach: Annotated[Approach, typer.Option(help="Sign of every joint's last motion.")] = Approach.random,
     sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and arrays.nc. Default: NAME-accuracy.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
     threads: Annotated[int | None, typer.Option(min=1, help="Default: one per processor. Changes no result.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but where the report is.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but where the report is.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
     from lostmotion.ask import read, study

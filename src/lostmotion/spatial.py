@@ -117,7 +117,7 @@ def adjoint(pose: Floats) -> Floats:
     return out
 
 
-def pose_of(xyz: Sequence[float] = (0, 0, 0), rpy: Sequence[float] = (0, 0, 0)) -> Floats:
+def pose_of(xyz: Sequence[float] | Floats = (0, 0, 0), rpy: Sequence[float] | Floats = (0, 0, 0)) -> Floats:
     """Which pose (4, 4) stands at xyz (m) after roll, pitch, yaw (rad) about the fixed x, y, z axes, in that order (URDF)?"""
     roll, pitch, yaw = (float(angle) for angle in rpy)
     out = turn((0, 0, 1), yaw) @ turn((0, 1, 0), pitch) @ turn((1, 0, 0), roll)
@@ -125,7 +125,7 @@ def pose_of(xyz: Sequence[float] = (0, 0, 0), rpy: Sequence[float] = (0, 0, 0)) 
     return out
 
 
-def turn(axis: Sequence[float], angle: float) -> Floats:
+def turn(axis: Sequence[float] | Floats, angle: float) -> Floats:
     """Which pose (4, 4) turns by an angle (rad) about a unit axis through the origin?"""
     return exp(np.concatenate([np.asarray(axis, dtype=float) * angle, np.zeros(3)]))
 

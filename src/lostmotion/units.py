@@ -77,10 +77,10 @@ class UnitError(ValueError):
 
 
 @functools.cache
-def _registry() -> pint.UnitRegistry:
+def _registry() -> pint.UnitRegistry[float]:
     import pint
 
-    registry: pint.UnitRegistry = pint.UnitRegistry(None)
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry(None)
     registry.load_definitions(_DEFINITIONS.splitlines())
     return registry
 
@@ -140,10 +140,8 @@ def read_quantity(text: str, si: str) -> Toleranced:
     if match["tolerance"] is not None:
         tolerance_unit = match["tolerance_unit"].strip() or unit
         amount = float(match["tolerance"])
-        if tolerance_unit == "%" and unit != "%":
-            tolerance = amount / 100 * abs(value)
-        else:
-            tolerance = amount * _factor(tolerance_unit, si)
+        of_value = tolerance_unit == "%" and unit != "%"
+        tolerance = amount / 100 * abs(value) if of_value else amount * _factor(tolerance_unit, si)
     if not (math.isfinite(value) and math.isfinite(tolerance)):
         raise UnitError("not a finite number")
     if tolerance < 0:

@@ -69,7 +69,11 @@ def test_the_worst_case_is_reached_when_one_error_is_all_there_is():
 
 def test_turning_the_base_changes_no_error_size(arm):
     """The same arm bolted to a frame that is turned about the vertical errs as much."""
-    turned = arm.model_copy(update={"joints": (arm.joints[0].model_copy(update={"origin": arm.joints[0].origin.model_copy(update={"rpy": (0, 0, 0.7)})}), *arm.joints[1:])})
+    turned = arm.model_copy(
+        update={
+            "joints": (arm.joints[0].model_copy(update={"origin": arm.joints[0].origin.model_copy(update={"rpy": (0, 0, 0.7)})}), *arm.joints[1:])
+        }
+    )
     q = sample_poses(arm, 64).q
     first, second = screws(arm, q), screws(turned, q)
     rotation = pose_of(rpy=(0, 0, 0.7))[:3, :3]
@@ -107,7 +111,7 @@ def test_halving_a_part_that_makes_no_error_buys_nothing(arm):
 
 
 def test_repeatability_has_the_constants_of_the_standard():
-    """RP of isotropic normal scatter tends to 3.61609, 3.21872, 2.60632 sigma; at n = 30 it is 3.537 +- 0.329; uniform play 1.36603 b, two stops b."""
+    """RP of isotropic normal scatter tends to 3.61609, 3.21872, 2.60632 sigma in 3, 2, 1 dimensions; at n = 30 it is 3.537 +- 0.329."""
     rng = np.random.default_rng(1)
     for axes, constant in ((3, 3.61609), (2, 3.21872), (1, 2.60632)):
         positions = np.zeros((1_000_000, 3))
@@ -122,7 +126,8 @@ def test_repeatability_has_the_constants_of_the_standard():
 def test_the_engine_repeats_like_the_standard_says(law, constant):
     """A joint with a lumped angle of +-b repeats within 1.36603 b (uniform) or b (stop to stop) times its lever.
 
-    Stop to stop the limit b is reached slowly: the barycentre of n visits lies off the middle by b sqrt(2/pi/n) on average, and RP counts that three times.
+    Stop to stop the limit b is reached slowly: the barycentre of n visits lies off the middle by b sqrt(2/pi/n) on average, and RP
+    counts that three times.
     """
     arm = arm_of(1, gearbox=None, bearing=None, encoder=None, mounting=None, lumped={"angle": 1e-4, "law": law}, link={"length": 1.0})
     found = run(arm, sample_poses(arm, 8), 20, 3000, 1)
@@ -181,7 +186,7 @@ def test_one_robot_gives_no_interval(arm):
 
 def test_the_volume_of_a_ball_is_found_within_its_bracket():
     """A pan, a tilt and a slide from 0.5 to 1 m sweep a hollow ball of 3.665 m^3."""
-    bare = {key: None for key in ("gearbox", "encoder", "bearing")}
+    bare = dict.fromkeys(("gearbox", "encoder", "bearing"))
     arm = lostmotion.Arm.model_validate(
         {
             "name": "ball",

@@ -29,7 +29,7 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
     for k, high in zip(stiffness, (*limits, np.inf), strict=True):
         angle += np.clip(size - low, 0.0, high - low) / k
         low = high
-    return np.sign(torque) * angle
+    return np.asarray(np.sign(torque) * angle)
 
 
 def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Sequence[float], limits: Sequence[float] = ()) -> float:

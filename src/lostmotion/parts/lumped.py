@@ -40,6 +40,6 @@ class Lumped(Part, ErrorSource):
                 out.append(Term("mean angle", at.axis * spread))
             out.append(limit_term("angle", at.axis, spread, laws.get(self.law, Normal()), visit=visit))
         if self.offset:
-            for axis in self.offset_along:
-                out.append(limit_term(f"offset {axis}", np.eye(6)[3 + "xyz".index(axis)], self.offset, Uniform(), visit=visit))
+            shifts = {axis: np.eye(6)[3 + "xyz".index(axis)] for axis in self.offset_along}
+            out += [limit_term(f"offset {axis}", shift, self.offset, Uniform(), visit=visit) for axis, shift in shifts.items()]
         return out

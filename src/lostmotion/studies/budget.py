@@ -66,7 +66,7 @@ class Tally:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What one part costs: its root-mean-square error alone (m), its share of the mean square, and the whole's root mean square if it were halved (m).
+    """What one part costs: its r.m.s. error alone (m), its share of the mean square, and the whole's r.m.s. error if it were halved (m).
 
     Shares add to one. A negative share means that the part happens to cancel others: without it the arm would be worse.
     """

@@ -20,7 +20,7 @@ import numpy as np
 from lostmotion.studies.kernel import LANES, ROW, TABLE, mix
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -34,6 +34,10 @@ class Stream:
 
     name: str
     law: Law
+
+
+# The kernel's own function, uncompiled, on whole arrays.
+_mix: Callable[[NDArray[np.uint64]], NDArray[np.uint64]] = mix.py_func
 
 
 def key(seed: int, name: str) -> int:
@@ -81,6 +85,6 @@ def visit_draws(seed: int, streams: Sequence[Stream], pose: int, robots: NDArray
     counter = counter + visits.astype(np.uint64) * np.uint64(0xABC98388FB8FAC03)
     lane = robots % LANES
     for row, stream in enumerate(streams):
-        start = (mix.py_func(counter ^ visit_key(seed, stream.name)) >> np.uint64(51)).astype(np.int64)
+        start = (_mix(counter ^ visit_key(seed, stream.name)) >> np.uint64(51)).astype(np.int64)
         out[row] = visit_table(seed, stream)[start + lane]
     return out

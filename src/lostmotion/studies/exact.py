@@ -59,7 +59,10 @@ def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
 
 
 def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
-    """How far apart are the first-order sum and the exact composition, on these rows of the matrix, for robots x visits draws each? No rows, no samples."""
+    """How far apart are the first-order sum and the exact composition?
+
+    Compared on these rows of the matrix (whose first is pose `first_pose` of the study), for robots x visits draws each. No rows, no samples.
+    """
     robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(visits), indexing="ij"))
     apart = []
     for row in rows:

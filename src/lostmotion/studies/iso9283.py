@@ -18,8 +18,8 @@ def pose_accuracy(attained: Floats, command: Floats) -> Floats:
 def pose_repeatability(attained: Floats) -> Floats:
     """How far do the attained positions (..., visit, 3) scatter about their barycentre? RP_l = mean + 3 s of the distances (...,) (7.2.2).
 
-    s has n - 1 below the fraction; the standard asks for n = 30. A sample value: at n = 30 it is 2 % low on the average for a round normal scatter, and
-    varies by 9 % from one set of visits to the next. Raises ValueError for fewer than two visits.
+    s has n - 1 below the fraction; the standard asks for n = 30. A sample value: at n = 30 it is 2 % low on the average for a round normal
+    scatter, and varies by 9 % from one set of visits to the next. Raises ValueError for fewer than two visits.
     """
     attained = np.asarray(attained, dtype=float)
     if attained.shape[-2] < 2:  # noqa: PLR2004 - a scatter needs two

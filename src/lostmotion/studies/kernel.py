@@ -45,7 +45,7 @@ def bin_edges() -> Floats:
 
 
 @_jit
-def mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+def mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
     """Scatter the bits of a counter (the finaliser of SplitMix64; G. Steele et al., OOPSLA 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -59,7 +59,7 @@ def _bin(square):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
 
 
 @_jit
-def _add_four(out, screws, t, d0, d1, d2, d3):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, PLR0913
+def _add_four(out, screws, t, d0, d1, d2, d3):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Add four terms, in their order, to the three components of LANES errors; draws are loaded once."""
     x0, x1, x2, x3 = screws[0, t], screws[0, t + 1], screws[0, t + 2], screws[0, t + 3]
     y0, y1, y2, y3 = screws[1, t], screws[1, t + 1], screws[1, t + 2], screws[1, t + 3]
@@ -83,7 +83,7 @@ def _quantile(cumulative, first, rank, edges):  # type: ignore[no-untyped-def] #
 
 
 @_jit
-def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PLR0913, PLR0915 - one fused loop by design
+def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PLR0913, PLR0915, PLR0917 - one fused loop by design
     first_pose,  # noqa: ANN001 - index of the first pose in the whole study
     bias,  # noqa: ANN001 (pose, 3)
     robot_screws,  # noqa: ANN001 (pose, 3, term), count of terms a multiple of four
@@ -140,7 +140,9 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                 for i in range(LANES):
                     fixed[c, i] = bias[p, c]
             for t in range(0, n_robot, 4):
-                _add_four(fixed, robot_screws[p], t, robot_draws[tile, t], robot_draws[tile, t + 1], robot_draws[tile, t + 2], robot_draws[tile, t + 3])
+                _add_four(
+                    fixed, robot_screws[p], t, robot_draws[tile, t], robot_draws[tile, t + 1], robot_draws[tile, t + 2], robot_draws[tile, t + 3]
+                )
             robot_sum[:] = robot_sum2[:] = 0.0
             smallest[:] = np.inf
             centre[:, :] = 0.0

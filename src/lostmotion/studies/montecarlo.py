@@ -128,7 +128,8 @@ def run(  # noqa: PLR0913 - a study is these numbers
 ) -> Sampled:
     """How far off is the tool, for these robots returning to these poses?
 
-    `tile` blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result. `progress` is called with poses done and all.
+    `tile` blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
+    `progress` is called with poses done and all.
     Raises ValueError for robots, visits, threads or tile below one.
     """
     if threads < 1 or tile < 1:

@@ -41,7 +41,8 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
     uniform  every value within the limits alike
     normal   the paper's: around mid-range with sigma = range/6, cut at the limits
     grid     equal steps in every joint, ends included; at least `count` poses
-    The count is rounded up: to eight powers of two (sobol), to a multiple of eight (uniform, normal), to a full grid. Raises ValueError for a count below one.
+    The count is rounded up: to eight powers of two (sobol), to a multiple of eight (uniform, normal), to a full grid.
+    Raises ValueError for a count below one.
     """
     if count < 1:
         raise ValueError(f"{count} poses; expected at least 1")
