@@ -30,8 +30,11 @@ class Figure:
     samples: str = ""
 
     def __str__(self) -> str:
-        """Say the value with its unit, to the digits that its size deserves."""
-        return f"{digits(self.value)} {self.unit}".strip()
+        """Say the value with its unit, to the digits that its interval or its size deserves."""
+        if self.unit == "%":
+            return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
+        close = self.high - self.low
+        return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {self.unit}".strip()
 
     @property
     def interval(self) -> str:
@@ -64,14 +67,14 @@ class Section:
 
 
 def digits(value: float, uncertainty: float = 0.0) -> str:
-    """Write a number with four digits, or as many as its uncertainty leaves meaning."""
+    """Write a number with four digits, or as many as the width of its interval (two digits of it) leaves meaning."""
     if not math.isfinite(value):
         return "not known" if math.isnan(value) else "unbounded"
     if value == 0:
         return "0"
     places = 3 - math.floor(math.log10(abs(value)))
     if uncertainty > 0:
-        places = min(max(places, 1 - math.floor(math.log10(uncertainty))), 6)
+        places = 1 - math.floor(math.log10(uncertainty))
     places = max(places, 0)
     return f"{value:.{min(places, 9)}f}"
 
@@ -186,6 +189,9 @@ def _levels(answer: Answer) -> Section:
         for (label, note), level in zip(names, tally.levels, strict=True)
     ]
     rows.append(Row("all together", (length(math.sqrt(tally.total / tally.poses), samples=counted), Figure(100.0, "%", samples=counted))))
+    left = tally.total - float(tally.levels[0])
+    share = Figure(100 * left / tally.total if tally.total else 0.0, "%", samples=counted)
+    rows.append(Row("left when load and pose are compensated", (length(math.sqrt(max(left, 0.0) / tally.poses), samples=counted), share)))
     return Section("levels", "What can be done about it", ("r.m.s. error", "share of mean square"), tuple(rows))
 
 

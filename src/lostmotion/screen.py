@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.answer import Answer
 
 _SECONDS_BEFORE_BAR = 1.0
+_WIDEST_LABEL = 30
 
 
 def print_summary(answer: Answer, console: Console | None = None) -> None:
@@ -27,7 +28,11 @@ def print_summary(answer: Answer, console: Console | None = None) -> None:
     screen = console or Console()
     sampled = answer.sampled
     screen.print()
-    screen.print(Text.assemble((answer.arm.name, "bold"), f"   {sampled.robots} robots x {sampled.visits} visits x {len(answer.poses)} poses, seed {answer.seed}"))
+    screen.print(
+        Text.assemble(
+            (answer.arm.name, "bold"), f"   {sampled.robots} robots x {sampled.visits} visits x {len(answer.poses)} poses, seed {answer.seed}"
+        )
+    )
     for section in sections(answer):
         screen.print()
         screen.print(_table(section))
@@ -38,11 +43,13 @@ def print_summary(answer: Answer, console: Console | None = None) -> None:
 
 
 def _table(section: Section) -> Table:
-    table = Table(title=section.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=len(section.columns) > 1, pad_edge=False)
-    table.add_column("")
+    table = Table(
+        title=section.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=len(section.columns) > 1, pad_edge=False
+    )
+    table.add_column("", min_width=min(max((len(row.label) for row in section.rows), default=0), _WIDEST_LABEL))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
-    for name, interval in zip(section.columns, with_interval, strict=True):
-        table.add_column(name, justify="right", no_wrap=True)
+    for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
+        table.add_column(name, justify="right", min_width=max((len(str(row.figures[k])) for row in section.rows), default=0))
         if interval:
             table.add_column("95 % interval", justify="left", no_wrap=True, style="dim")
     table.add_column("", style="dim", overflow="fold")
@@ -63,7 +70,14 @@ class ProgressBar:
         """Name the work; nothing is shown yet."""
         self._what = what
         self._started = time.monotonic()
-        self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:3.0f} %"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
         self._task = self._bar.add_task(what)
         self._shown = False
 

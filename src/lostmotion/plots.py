@@ -1,0 +1,417 @@
+"""The plots of a study, one function each: where the arm reaches and errs, how errors spread, which part is to blame, what the drives hold.
+
+Plotly is loaded when a plot is drawn. Points are thinned by their order, so the same study draws the same plot.
+"""
+
+from __future__ import annotations
+
+import html
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.figures import length
+from lostmotion.studies import kernel
+from lostmotion.studies.budget import costs
+from lostmotion.studies.intervals import Estimate, pooled_quantile, robots_quantile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import plotly.graph_objects as go
+
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.answer import Answer
+
+# Colours told apart by colour-blind eyes and in grey print (M. Okabe, K. Ito 2008); the scale is viridis, dark where the error is large.
+BLUE: Final = "#0072B2"
+ORANGE: Final = "#E69F00"
+GREEN: Final = "#009E73"
+RED: Final = "#B23A00"
+INK: Final = "#222222"
+_BAND: Final = "rgba(178,58,0,0.18)"
+_CLOUD: Final = "#d4d4d4"
+_ERROR_SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
+FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
+
+_MOST_CLOUD: Final = 6000
+_MOST_POSES: Final = 2000
+_MOST_IN_SPACE: Final = 1500
+_ABOUT_BINS: Final = 60
+_PARTS_SHOWN: Final = 15
+_LONGEST_LABEL: Final = 36
+_PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
+_LEGEND: Final = {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "traceorder": "normal", "itemsizing": "constant"}
+_LINE: Final = {"showline": True, "linecolor": "#666666", "ticks": "outside", "tickcolor": "#666666", "ticklen": 4, "ticklabelstandoff": 3}
+_GRID: Final = {"gridcolor": "#e8e8e8", "zeroline": False, "automargin": True, "title": {"standoff": 8, "font": {"size": 13}}}
+_NICE: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A drawn plot: the section whose figures it shows, a key for file names, and what it shows in words for those who cannot see it."""
+
+    key: str
+    section: str
+    figure: go.Figure
+    words: str
+
+
+def plots(answer: Answer) -> list[Plot]:
+    """Which plots does this study have? In reading order; those of AP and RP only where poses were visited twice or more."""
+    drawn: list[tuple[str, str, Callable[[Answer], go.Figure], str]] = [
+        ("error-map", "workspace", error_map, "Tool points in space, coloured by mean position error."),
+        ("workspace-xoz", "workspace", workspace_xoz, "Workspace projected on the XOZ plane, visited poses coloured by mean position error."),
+        ("workspace-xoy", "workspace", workspace_xoy, "Workspace projected on the XOY plane, visited poses coloured by mean position error."),
+        ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with the 50, 95 and 99 % lines."),
+        ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the line that 95 % of robots stay below."),
+        ("levels", "levels", levels, "Stacked bars of the r.m.s. error as built, with load and pose compensated, and calibrated as well."),
+        ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the dearest on top."),
+        ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
+    ]
+    if answer.sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
+        drawn = [entry for entry in drawn if entry[0] != "ap-rp"]
+    return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn]
+
+
+def workspace_xoz(answer: Answer) -> go.Figure:
+    """Where does the tool reach, seen from the side, and where is it least accurate? Projection on XOZ, mm."""
+    return _projection(answer, 0, 2)
+
+
+def workspace_xoy(answer: Answer) -> go.Figure:
+    """Where does the tool reach, seen from above, and where is it least accurate? Projection on XOY, mm."""
+    return _projection(answer, 0, 1)
+
+
+def error_map(answer: Answer) -> go.Figure:
+    """Where in space is the tool least accurate? Visited tool points (mm) coloured by their mean position error."""
+    import plotly.graph_objects as go
+
+    chosen = _thinned(len(answer.poses), _MOST_IN_SPACE)
+    at = _mm(answer.tool[chosen])
+    error, marker = _coloured(answer, chosen)
+    marker["size"] = 3
+    points = go.Scatter3d(
+        x=at[:, 0],
+        y=at[:, 1],
+        z=at[:, 2],
+        mode="markers",
+        marker=marker,
+        customdata=error,
+        hovertemplate=f"x %{{x:.0f}}, y %{{y:.0f}}, z %{{z:.0f}} mm<br>mean error %{{customdata:.4~g}} {_error_unit(answer)}<extra></extra>",
+        showlegend=False,
+    )
+    figure = _figure("Mean error in space", points, height=440)
+    axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
+    scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
+    figure.update_layout(
+        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": -1.75, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.12}}},
+        margin={"l": 0, "r": 0, "t": 40, "b": 0},
+    )
+    return figure
+
+
+def error_histogram(answer: Answer) -> go.Figure:
+    """How far off is the tool, how often? Every sample counted, with the errors that 50, 95 and 99 % stay below and their 95 % intervals shaded."""
+    sampled = answer.sampled
+    edges, counts = linear_bins(sampled.replicate_hist.sum(axis=0))
+    unit = length(float(edges[-1])).unit
+    factor = _PER_UNIT[unit]
+    hover = f"%{{x:.4~g}} {unit} ± half a bin<br>%{{y}} samples, %{{customdata:.2f}} %<extra></extra>"
+    bars = _histogram(edges * factor, counts, BLUE, hover)
+    figure = _figure("Position error over the workspace", bars, height=400)
+    for k, level in enumerate(kernel.QUANTILES):
+        _mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{level:.0%} below", unit, row=k)
+    figure.update_xaxes(title_text=f"position error [{unit}]", showgrid=False)
+    figure.update_yaxes(title_text=f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [1]")
+    figure.update_layout(margin_t=96, bargap=0)
+    return figure
+
+
+def accuracy_over_robots(answer: Answer) -> go.Figure:
+    """How much do the robots built from these parts differ in AP and RP? Each robot's average over the poses, and what 95 % of robots stay below.
+
+    Raises ValueError for a study of a single visit, which has no RP.
+    """
+    from plotly.subplots import make_subplots
+
+    sampled = answer.sampled
+    if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
+        raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
+    figure = _styled(make_subplots(rows=1, cols=2, horizontal_spacing=0.14), "AP and RP of the robots built", height=360)
+    for column, name in ((1, "AP"), (2, "RP")):
+        values = sampled.robot_means[:, column]
+        unit = length(float(values.max())).unit
+        factor = _PER_UNIT[unit]
+        edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
+        hover = f"{name} %{{x:.4~g}} {unit} ± half a bin<br>%{{y}} robots, %{{customdata:.2f}} %<extra></extra>"
+        bars = _histogram(edges * factor, counts, BLUE if name == "AP" else GREEN, hover)
+        figure.add_trace(bars, row=1, col=column)
+        figure.update_xaxes(title_text=f"{name} [{unit}]", showgrid=False, nticks=6, row=1, col=column)
+        figure.update_yaxes(title_text="robots [1]" if column == 1 else None, row=1, col=column)
+        _mark(figure, robots_quantile(values), "95% below", unit, axes=str(column) if column > 1 else "")
+    figure.update_layout(margin_t=76, bargap=0)
+    return figure
+
+
+def levels(answer: Answer) -> go.Figure:
+    """What can be done about the error? Its r.m.s. as built, with load and pose compensated, and calibrated too, split by cause."""
+    import plotly.graph_objects as go
+
+    tally = answer.sampled.tally
+    squares = np.asarray(tally.levels, dtype=float) / tally.poses
+    stages = ("as built", "load and pose<br>compensated", "and each robot<br>calibrated")
+    left = np.array([squares[k:].sum() for k in range(len(stages))])
+    unit = length(math.sqrt(left[0])).unit
+    size = np.sqrt(left) * _PER_UNIT[unit]
+    figure = _figure("What is left of the r.m.s. error", height=330)
+    for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
+        share = np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)])
+        bar = go.Bar(
+            y=list(range(len(stages))),
+            x=size * share,
+            orientation="h",
+            name=name,
+            marker={"color": colour},
+            width=0.6,
+            customdata=100 * share,
+            hovertemplate=f"{name}: %{{customdata:.3~g}} % of this bar's mean square<extra></extra>",
+        )
+        figure.add_trace(bar)
+    for stage, whole in enumerate(left):
+        text = str(length(math.sqrt(whole)))
+        figure.add_annotation(x=math.sqrt(whole) * _PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
+    figure.update_yaxes(**_named(stages))
+    figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.18])
+    figure.update_layout(barmode="stack", legend=_LEGEND, margin_t=80)
+    return figure
+
+
+def budget(answer: Answer) -> go.Figure:
+    """Which part is to blame? Shares of the mean-square error in %, the dearest on top, adding to 100; a negative one cancels others."""
+    import plotly.graph_objects as go
+
+    found = costs(answer.sampled.tally)
+    by_size = sorted(found, key=lambda cost: -abs(cost.share))
+    shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
+    rest = by_size[_PARTS_SHOWN:]
+    names = [_label(cost.part) for cost in shown]
+    shares = [100 * cost.share for cost in shown]
+    hover = [
+        f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"
+        for name, share, cost in zip(names, shares, shown, strict=True)
+    ]
+    if rest:
+        names.append(f"{len(rest)} others")
+        shares.append(100 * sum(cost.share for cost in rest))
+        hover.append(f"{len(rest)} others together<br>{shares[-1]:.3g} % of the mean square")
+    bars = go.Bar(
+        x=shares,
+        y=list(range(len(names))),
+        orientation="h",
+        width=0.7,
+        marker={"color": [ORANGE if share < 0 else BLUE for share in shares]},
+        text=[_percent(share) for share in shares],
+        textposition="outside",
+        cliponaxis=False,
+        textfont={"size": 12},
+        hovertext=hover,
+        hovertemplate="%{hovertext}<extra></extra>",
+        showlegend=False,
+    )
+    figure = _figure("Share of mean square by part", bars, height=130 + 23 * len(names))
+    low, high = min(0.0, *shares), max(0.0, *shares)
+    room = 0.14 * ((high - low) or 1.0)
+    figure.update_xaxes(
+        title_text="share of mean square [%]", range=[low - (room if low < 0 else 0), high + room], zeroline=True, zerolinecolor="#888888"
+    )
+    figure.update_yaxes(**_named(names))
+    if low < 0:
+        figure.add_annotation(
+            x=0, y=1, xref="x", yref="paper", yanchor="bottom", xanchor="right", xshift=-4, text="cancels others", showarrow=False, font={"size": 12}
+        )
+    return figure
+
+
+def torques(answer: Answer) -> go.Figure:
+    """What must each drive hold still? The largest torque (N m, or force in N) of each joint as the base stands, and over every tilt of the base."""
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+
+    units = [unit for unit in ("N m", "N") if any(held.unit == unit for held in answer.worst_torques)]
+    counts = [sum(held.unit == unit for held in answer.worst_torques) for unit in units]
+    figure = make_subplots(rows=len(units), cols=1, row_heights=counts, vertical_spacing=0.36 / len(answer.worst_torques))
+    figure = _styled(
+        figure,
+        "Largest holding torque" if units == ["N m"] else "Largest holding torque or force",
+        height=150 + 46 * sum(counts) + 60 * (len(units) - 1),
+    )
+    for row, unit in enumerate(units, start=1):
+        held = [one for one in answer.worst_torques if one.unit == unit]
+        for name, colour, values, signed in (
+            ("as the base stands", BLUE, [abs(one.worst) for one in held], [one.worst for one in held]),
+            ("worst over base tilts", ORANGE, [one.over_tilts for one in held], [one.over_tilts for one in held]),
+        ):
+            bars = go.Bar(
+                x=values,
+                y=list(range(len(held))),
+                orientation="h",
+                name=name,
+                legendgroup=name,
+                showlegend=row == 1,
+                marker={"color": colour},
+                customdata=signed,
+                hovertemplate=f"{name}: %{{customdata:.4~g}} {unit}<extra></extra>",
+            )
+            figure.add_trace(bars, row=row, col=1)
+        figure.update_yaxes(**_named([_label(one.joint) for one in held]), row=row, col=1)
+        figure.update_xaxes(title_text=f"holding {'torque' if unit == 'N m' else 'force'}, magnitude [{unit}]", rangemode="tozero", row=row, col=1)
+    figure.update_layout(barmode="group", bargap=0.3, bargroupgap=0.08, legend=_LEGEND, margin_t=80)
+    return figure
+
+
+def linear_bins(hist: np.ndarray) -> tuple[Floats, np.ndarray]:
+    """How many samples of `hist` (kernel.BINS,) fall into equal bins of a round width? Edges (bin + 1,) in m; counts (bin,) add to all samples."""
+    fine = kernel.bin_edges()
+    occupied = np.flatnonzero(hist)
+    edges = _round_edges(float(fine[occupied[0]]), float(fine[occupied[-1] + 1]), _ABOUT_BINS)
+    below = np.rint(np.interp(edges, fine, np.concatenate([[0.0], np.cumsum(hist)])))
+    return edges, np.diff(below).astype(np.int64)
+
+
+def binned(values: Floats, about: int) -> tuple[Floats, np.ndarray]:
+    """How many of these values (value,) fall into about so many equal bins of a round width? Edges (bin + 1,) and counts (bin,)."""
+    edges = _round_edges(float(values.min()), float(values.max()), about)
+    return edges, np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
+
+
+def _round_edges(low: float, high: float, about: int) -> Floats:
+    """Lay edges of a round width around low … high (m); a span of no width is taken as a hundredth of its value, a nanometre at least."""
+    width = max(high - low, 0.01 * abs(high), 1e-9) / about
+    power = 10.0 ** math.floor(math.log10(width))
+    width = power * min(_NICE, key=lambda nice: abs(math.log(nice * power / width)))
+    first, last = math.floor(low / width), math.ceil(high / width)
+    return np.asarray(np.arange(first, max(last, first + 1) + 1) * width, dtype=np.float64)
+
+
+def _histogram(edges: Floats, counts: np.ndarray, colour: str, hover: str) -> go.Bar:
+    import plotly.graph_objects as go
+
+    middles, width = (edges[:-1] + edges[1:]) / 2, float(edges[1] - edges[0])
+    marker = {"color": colour, "line": {"color": "white", "width": 0.5}}
+    share = 100 * counts / counts.sum()
+    return go.Bar(x=middles, y=counts, width=width, marker=marker, customdata=share, hovertemplate=hover, showlegend=False)
+
+
+def _projection(answer: Answer, across: int, up: int) -> go.Figure:
+    import plotly.graph_objects as go
+
+    cloud = _mm(answer.workspace.points[_thinned(len(answer.workspace.points), _MOST_CLOUD)])
+    chosen = _thinned(len(answer.poses), _MOST_POSES)
+    visited = _mm(answer.tool[chosen])
+    error, marker = _coloured(answer, chosen)
+    worst = int(answer.sampled.per_pose[:, kernel.MEAN].argmax())
+    ring = {"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}}
+    names = "XYZ"[across], "XYZ"[up]
+    marker["size"] = 4.5
+    text = (
+        f"{names[0].lower()} %{{x:.0f}} mm, {names[1].lower()} %{{y:.0f}} mm<br>mean error %{{customdata:.4~g}} {_error_unit(answer)}<extra></extra>"
+    )
+    figure = _figure(
+        f"Workspace on {names[0]}O{names[1]}",
+        go.Scatter(x=cloud[:, across], y=cloud[:, up], mode="markers", marker={"size": 3, "color": _CLOUD}, name="reachable", hoverinfo="skip"),
+        go.Scatter(x=visited[:, across], y=visited[:, up], mode="markers", marker=marker, name="visited", customdata=error, hovertemplate=text),
+        go.Scatter(
+            x=_mm(answer.tool[[worst], across]),
+            y=_mm(answer.tool[[worst], up]),
+            mode="markers",
+            marker=ring,
+            name="worst pose",
+            hovertemplate=f"worst pose, number {worst}<extra></extra>",
+        ),
+        height=520,
+    )
+    figure.update_xaxes(title_text=f"{names[0].lower()} [mm]")
+    figure.update_yaxes(title_text=f"{names[1].lower()} [mm]", scaleanchor="x", scaleratio=1)
+    figure.update_layout(legend=_LEGEND, margin_t=80)
+    return figure
+
+
+def _coloured(answer: Answer, chosen: np.ndarray) -> tuple[Floats, dict[str, Any]]:
+    """Give the chosen poses' mean errors in the unit of all, and a marker that colours by them; all maps share one scale."""
+    means = answer.sampled.per_pose[:, kernel.MEAN]
+    unit = _error_unit(answer)
+    error = np.round(means[chosen] * _PER_UNIT[unit], 4).astype(np.float32)
+    low, high = (float(end) * _PER_UNIT[unit] for end in (means.min(), means.max()))
+    title = {"text": f"mean error [{unit}]", "side": "right", "font": {"size": 13}}
+    bar = {"title": title, "thickness": 12, "outlinewidth": 0, "ticks": "outside", "len": 0.85, "nticks": 7}
+    return error, {"color": error, "colorscale": [list(stop) for stop in _ERROR_SCALE], "cmin": low, "cmax": high, "colorbar": bar}
+
+
+def _error_unit(answer: Answer) -> str:
+    return length(float(answer.sampled.per_pose[:, kernel.MEAN].max())).unit
+
+
+def _mark(  # noqa: PLR0913 - where the line stands and what it says
+    figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0
+) -> None:
+    """Draw a line at an estimate over the shaded interval, and its value above the plot, `row` lines up."""
+    factor = _PER_UNIT[unit]
+    value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
+    place = {"xref": f"x{axes}", "yref": f"y{axes} domain"}
+    if math.isfinite(high - low):
+        figure.add_shape(type="rect", x0=low, x1=high, y0=0, y1=1, fillcolor=_BAND, line_width=0, **place)
+    top = 1 + 0.07 * row
+    figure.add_shape(type="line", x0=value, x1=value, y0=0, y1=top, line={"color": RED, "width": 1.3, "dash": "dot"}, **place)
+    shown = length(estimate.value, estimate.low, estimate.high)
+    figure.add_annotation(
+        x=value, y=top, text=f"{name} {shown}", showarrow=False, xanchor="right", yanchor="bottom", xshift=4, font={"color": RED, "size": 12}, **place
+    )
+
+
+def _named(names: Sequence[str]) -> dict[str, Any]:
+    """Write these names beside bars at 0, 1, 2 …, the first on top."""
+    count = len(names)
+    return {"tickvals": list(range(count)), "ticktext": list(names), "range": [count - 0.5, -0.5], "showgrid": False, "showline": False, "ticks": ""}
+
+
+def _thinned(count: int, most: int) -> np.ndarray:
+    """Choose at most so many of `count` in equal steps, always the same ones."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+
+
+def _mm(metres: Floats) -> Floats:
+    return np.asarray(np.round(metres * 1e3, 1), dtype=np.float32)
+
+
+def _label(name: str) -> str:
+    """Make a name of the arm safe to draw: plotly reads mark-up in its texts."""
+    return html.escape(name if len(name) <= _LONGEST_LABEL else name[: _LONGEST_LABEL - 1] + "…")
+
+
+def _percent(share: float) -> str:
+    return f"{share:.1f} %" if abs(share) >= 0.05 else "< 0.1 %"  # noqa: PLR2004 - would show as 0.0
+
+
+def _figure(title: str, *traces: Any, height: int) -> go.Figure:  # noqa: ANN401 - plotly publishes no types
+    import plotly.graph_objects as go
+
+    return _styled(go.Figure(list(traces)), title, height=height)
+
+
+def _styled(figure: go.Figure, title: str, *, height: int) -> go.Figure:
+    """Dress a figure for print: white, one font, a light grid, nothing else."""
+    figure.update_layout(
+        template="none",
+        title={"text": title, "x": 0, "y": 1, "xref": "container", "yref": "container", "pad": {"t": 10, "l": 4}, "font": {"size": 15}},
+        font={"family": FONT, "size": 13, "color": INK},
+        height=height,
+        margin={"l": 60, "r": 16, "t": 52, "b": 56},
+        hoverlabel={"font": {"family": FONT}},
+    )
+    figure.update_xaxes(**_LINE, **_GRID)
+    figure.update_yaxes(**_LINE, **_GRID)
+    return figure
