@@ -1,0 +1,122 @@
+"""The command line as a user meets it: what it prints, what it writes, how it refuses."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+ARM = EXAMPLES / "z-arm.toml"
+QUICK = ("--poses", "16", "--robots", "20", "--visits", "3")
+
+
+def lostmotion(*words, cwd, **environment):
+    """Run the command in a folder."""
+    command = [sys.executable, "-m", "lostmotion", *map(str, words)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, "COLUMNS": "200", **environment})
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """Run the example once."""
+    folder = tmp_path_factory.mktemp("run")
+    return folder, lostmotion("run", ARM, *QUICK, cwd=folder)
+
+
+def test_run_prints_the_answer_and_writes_three_files(ran):
+    """Every section an engineer asks for is printed, and the folder holds report, figures and arrays, nothing else."""
+    folder, done = ran
+    assert done.returncode == 0, done.stderr
+    for title in ("Workspace", "Position error", "ISO 9283", "What can be done", "Which part is to blame", "Static torque", "First order"):
+        assert title in done.stdout
+    assert sorted(path.name for path in (folder / "z-arm-accuracy").iterdir()) == ["arrays.nc", "report.html", "result.json"]
+    assert [path.name for path in folder.iterdir()] == ["z-arm-accuracy"]
+
+
+def test_an_existing_folder_is_left_alone_without_force(ran):
+    """A second run refuses before it works, exit code 2, and names --force; with --force it replaces."""
+    folder, _ = ran
+    result = folder / "z-arm-accuracy" / "result.json"
+    before = result.read_bytes()
+    again = lostmotion("run", ARM, *QUICK, "--seed", "2", cwd=folder)
+    assert again.returncode == 2
+    assert "--force" in again.stderr
+    assert result.read_bytes() == before
+    forced = lostmotion("run", ARM, *QUICK, "--seed", "2", "--force", "--quiet", cwd=folder)
+    assert forced.returncode == 0
+    assert json.loads(result.read_text())["seed"] == 2
+
+
+def test_two_runs_write_the_same_bytes(tmp_path):
+    """Same file, version and seed: result.json and arrays.nc are equal byte by byte, on one thread or two."""
+    for name, threads in (("a", 1), ("b", 2)):
+        done = lostmotion("run", ARM, *QUICK, "--threads", threads, "--out", name, "--quiet", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    for file in ("result.json", "arrays.nc", "report.html"):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
+
+
+WRONG = {
+    "three mistakes": (
+        ARM.read_text() + '\n[[joints]]\nname = "E"\ntype = "revolute"\naxis = "y"\nlimits = ["1 deg", "2 m"]\ngearbocks = "drive"\nmass = "-1 kg"\n',
+        ("limits", "gearbocks", "gearbox", "mass"),
+    ),
+    "not TOML": ("name = \n", ("line 1",)),
+    "nothing in it": ("", ("name", "joints")),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_files_get_one_clear_message(case, tmp_path):
+    """Exit code 2, every mistake in one message with file and key, no traceback, nothing written."""
+    text, words = WRONG[case]
+    (tmp_path / "wrong.toml").write_text(text, encoding="utf-8")
+    done = lostmotion("run", "wrong.toml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "wrong.toml" in done.stderr
+    for word in words:
+        assert word in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["wrong.toml"]
+
+
+def test_a_missing_file_and_a_wrong_option_are_refused(tmp_path):
+    """A file that is not there and a count below one: exit code 2 and a sentence."""
+    missing = lostmotion("run", "nowhere.toml", cwd=tmp_path)
+    assert missing.returncode == 2
+    assert "nowhere.toml" in missing.stderr
+    assert lostmotion("run", ARM, "--robots", "0", cwd=tmp_path).returncode == 2
+    assert not list(tmp_path.iterdir())
+
+
+def test_poses_can_come_from_a_file(tmp_path):
+    """A CSV of poses is visited as it stands, and a wrong one is refused."""
+    import lostmotion as package
+
+    arm = package.read(ARM)
+    names = [joint.name for joint in arm.moving]
+    middle = arm.limits.mean(axis=1)
+    rows = [",".join(f"{name} [rad]" for name in names), *[",".join(f"{value:.6f}" for value in middle)] * 3]
+    (tmp_path / "poses.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    done = lostmotion("run", ARM, "--poses-file", "poses.csv", "--robots", "20", "--visits", "3", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "3 poses (given)" in json.dumps(json.loads((tmp_path / "z-arm-accuracy" / "result.json").read_text()))
+    (tmp_path / "poses.csv").write_text("\n".join(rows).replace("rad", "kg") + "\n", encoding="utf-8")
+    assert lostmotion("run", ARM, "--poses-file", "poses.csv", "--force", cwd=tmp_path).returncode == 2
+
+
+def test_the_schema_is_printed_as_json(tmp_path):
+    """`lostmotion schema` prints a JSON Schema with the joints in it."""
+    done = lostmotion("schema", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "joints" in json.loads(done.stdout)["properties"]
+
+
+def test_importing_the_package_loads_no_heavy_library():
+    """`import lostmotion` loads neither NumPy nor Numba nor plotly: the start stays fast."""
+    code = "import sys, lostmotion; print([m for m in ('numpy', 'numba', 'scipy', 'pydantic', 'plotly', 'xarray', 'rich') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
