@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from lostmotion.studies.answer import Answer
 
 _SECONDS_BEFORE_BAR = 1.0
-_WIDEST_LABEL = 30
 
 
 def print_summary(answer: Answer, console: Console | None = None) -> None:
@@ -46,7 +45,7 @@ def _table(section: Section) -> Table:
     table = Table(
         title=section.title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=len(section.columns) > 1, pad_edge=False
     )
-    table.add_column("", min_width=min(max((len(row.label) for row in section.rows), default=0), _WIDEST_LABEL))
+    table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
         table.add_column(name, justify="right", min_width=max((len(str(row.figures[k])) for row in section.rows), default=0))
