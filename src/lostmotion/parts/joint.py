@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -57,7 +57,8 @@ _Sliding = tuple[Annotated[float, Quantity("m", "0 mm")], Annotated[float, Quant
 TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
 SlidingLimits = Annotated[_Sliding, AfterValidator(_rising)]
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,39}$")]
+NAME_PATTERN: Final = r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,39}$"
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
 class Mounting(Part, ErrorSource):

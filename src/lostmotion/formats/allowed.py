@@ -1,0 +1,108 @@
+"""What a field of a model takes: the alternatives, in words, and an example that passes."""
+
+from __future__ import annotations
+
+import types
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+Options = list[Any]
+
+
+def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: ANN401 - any annotation
+    """Which alternatives does an annotation allow? Quantities, models, lists and plain types; unions opened, None left out."""
+    quantities: Options = [mark for mark in marks if isinstance(mark, Quantity)]
+    if quantities:
+        return quantities
+    origin = _origin(annotation)
+    if origin is Annotated:
+        inner, *metadata = get_args(annotation)
+        return options_of(inner, metadata)
+    if origin in (Union, types.UnionType):
+        return [option for alternative in get_args(annotation) for option in options_of(alternative)]
+    return [] if annotation is type(None) else [annotation]
+
+
+def _origin(annotation: Any) -> Any:  # noqa: ANN401 - any annotation
+    return get_origin(annotation)
+
+
+def models(options: Options) -> list[type[BaseModel]]:
+    """Which of the alternatives are tables?"""
+    return [option for option in options if isinstance(option, type) and issubclass(option, BaseModel)]
+
+
+def tag(model: type[BaseModel]) -> str:
+    """Which value of `kind` or `type` chooses this table among others? Empty where none does."""
+    return next((str(model.model_fields[name].default) for name in ("kind", "type") if name in model.model_fields), "")
+
+
+def literals(options: Options) -> list[str]:
+    """Which words are allowed?"""
+    return [str(word) for option in options if _origin(option) is Literal for word in get_args(option)]
+
+
+def inside(options: Options, item: str | int) -> Options:
+    """What is allowed one step further in: under a key, or at a position of a list?"""
+    if isinstance(item, str):
+        fields = [model.model_fields[item] for model in models(options) if item in model.model_fields]
+        return [option for field in fields for option in options_of(field.annotation, field.metadata)]
+    out: Options = []
+    for option in options:
+        origin = _origin(option)
+        members = get_args(option)
+        if origin in (tuple, list):
+            out += options_of(members[item] if item < len(members) and members[-1] is not Ellipsis else members[0])
+    return out
+
+
+def words(options: Options) -> str:
+    """Say in words what is allowed."""
+    return " or ".join(dict.fromkeys(_words(option) for option in options))
+
+
+def _words(option: Any) -> str:  # noqa: ANN401 - any annotation
+    if isinstance(option, Quantity):
+        return option.expected
+    origin = _origin(option)
+    members = get_args(option)
+    if origin is Literal:
+        return ("one of " if len(members) > 1 else "") + ", ".join(f'"{word}"' for word in members)
+    if origin is tuple and members[-1] is not Ellipsis:
+        return f"a list of {len(members)}, each {words(options_of(members[0]))}"
+    if origin in (tuple, list):
+        return f"a list, each {words(options_of(members[0]))}"
+    return {str: "text", float: "a finite number", int: "a whole number"}.get(option, "a table")
+
+
+def example(options: Options) -> str:
+    """Give one example that passes, as it stands in a file."""
+    return _example(options[0]) if options else '"..."'
+
+
+def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
+    if isinstance(option, Quantity):
+        return option.example if not option.si and option.example.isdecimal() else f'"{option.example}"'
+    origin = _origin(option)
+    members = get_args(option)
+    if origin is Literal:
+        return f'"{members[0]}"'
+    if origin is tuple and members[-1] is not Ellipsis:
+        return "[" + ", ".join(example(options_of(member)) for member in members) + "]"
+    if origin in (tuple, list):
+        return f"[{example(options_of(members[0]))}]"
+    if models([option]):
+        return _example_table(option)
+    return {float: "1.0", int: "1"}.get(option, '"text"')
+
+
+def _example_table(model: type[BaseModel]) -> str:
+    needed = [name for name, field in model.model_fields.items() if field.is_required() or name in ("kind", "type")]
+    needed = needed or list(model.model_fields)[:1]
+    return "{ " + ", ".join(f"{name} = {example(inside([model], name))}" for name in needed) + " }"

@@ -1,0 +1,124 @@
+"""An arm in the making: what the files say, which key the user wrote each piece under, and the mistakes found so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import ValidationError
+
+from lostmotion.arm import Arm
+from lostmotion.catalogue import materials
+from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.formats.mistakes import problems
+from lostmotion.parts.link import Material, Rod
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pydantic import BaseModel
+
+    from lostmotion.formats.mistakes import Path
+
+# Tables of parts that joints refer to by name, and where in a joint the reference stands.
+SHARED: Final[dict[str, tuple[str, ...]]] = {
+    "gearboxes": ("gearbox",),
+    "bearings": ("bearing",),
+    "encoders": ("encoder",),
+    "sections": ("link", "section"),
+    "materials": ("link", "material"),
+}
+# Stands where a reference led nowhere, so that the rest of the link is still checked.
+_STAND_IN: Final = {"sections": Rod(diameter=1.0), "materials": Material(young=1.0, poisson=0.3, density=1.0)}
+
+
+@dataclass
+class Draft:
+    """A tree with Arm's fields, made from `file`.
+
+    also      keys that the format takes besides the fields of a model
+    written   the user's key of every piece that stands elsewhere in the file
+    """
+
+    file: str
+    tree: dict[str, Any]
+    also: Mapping[type[BaseModel], Sequence[str]]
+    written: dict[Path, str] = field(default_factory=dict)
+    mistakes: list[Problem] = field(default_factory=list)
+
+    def key(self, path: Path) -> str:
+        """Under which key did the user write this?"""
+        kept = next((length for length in range(len(path), 0, -1) if path[:length] in self.written), 0)
+        key = self.written.get(path[:kept], "")
+        for step in path[kept:]:
+            key += f"[{step}]" if isinstance(step, int) else f".{plain(step)}" if key else plain(step)
+        return key
+
+    def refuse(self, path: Path, *words: str) -> None:
+        """Note a mistake: what was found, what is expected, an example, and the nearest name."""
+        self.mistakes.append(Problem(self.file, self.key(path), *words))
+
+    @property
+    def joints(self) -> list[tuple[int, dict[str, Any]]]:
+        """Give the joints that are tables, with their positions; anything else is refused later, by the model."""
+        return [(index, joint) for index, joint in enumerate(self.tree.get("joints", ())) if isinstance(joint, dict)]
+
+    def fill_in_shared_parts(self) -> None:
+        """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
+        unused = []
+        for table, steps in SHARED.items():
+            stock = self._stock(table)
+            used = set()
+            for index, joint in self.joints:
+                holder = joint
+                for step in steps[:-1]:
+                    holder = holder.get(step, {})
+                if isinstance(holder, dict) and steps[-1] in holder:
+                    used.add(self._fill_in(table, stock, holder, ("joints", index, *steps)))
+            unused += [f"{table}.{plain(name)}" for name in stock if name not in used]
+        if unused and isinstance(self.tree.get("notes", []), list):
+            self.tree["notes"] = [*self.tree.get("notes", []), f"described and used by no joint: {', '.join(unused)}"]
+
+    def _stock(self, table: str) -> dict[str, Any]:
+        stock = self.tree.pop(table, {})
+        if isinstance(stock, dict):
+            return stock
+        self.refuse((table,), shown(stock), "a table of named parts", f"[{table}.NAME]")
+        return {}
+
+    def _fill_in(self, table: str, stock: dict[str, Any], holder: dict[str, Any], path: Path) -> str:
+        """Replace one reference by the part it names, and give the name; empty where there is none."""
+        last = str(path[-1])
+        stated = holder[last]
+        if isinstance(stated, dict):
+            return ""
+        known = {**materials(), **stock} if table == "materials" else stock
+        if isinstance(stated, str) and stated in known:
+            holder[last] = known[stated]
+            self.written[path] = f"{table}.{plain(stated)}"
+            return stated
+        near = nearest(stated, known) if isinstance(stated, str) else ""
+        example = f'{last} = "{plain(near or next(iter(known)))}"' if known else f"[{table}.NAME]"
+        names = ", ".join(plain(name) for name in known) or "none is there"
+        expected = f"a name under [{table}]: {names}" if isinstance(stated, str) else f"a table, or a name under [{table}]"
+        self.refuse(path, shown(stated), expected, example, near)
+        holder.pop(last)
+        if table in _STAND_IN:
+            holder[last] = _STAND_IN[table]
+        return ""
+
+    def arm(self) -> Arm:
+        """Which arm is it? Raises InputError with every mistake noted on the way and every one that the model finds."""
+        self.fill_in_shared_parts()
+        try:
+            arm = Arm.model_validate(self.tree, context={"text": True})
+        except ValidationError as error:
+            self.mistakes += problems(error, Arm, self.file, self.key, self.also)
+        if self.mistakes:
+            raise InputError(self.mistakes)
+        return arm
+
+
+def plain(name: str) -> str:
+    """Show a name from a file within a key, whatever it holds."""
+    return shown(name, 42)[1:].rstrip("'\"")

@@ -1,0 +1,61 @@
+"""The one place where a text file is opened: a regular file, of bounded size, in UTF-8."""
+
+from __future__ import annotations
+
+import itertools
+import stat
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from lostmotion.errors import InputError, Problem, nearest
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_MEGABYTE: Final = 1_000_000
+_NAMES_LOOKED_AT: Final = 1000
+_SAVE_AS: Final = "save the file as UTF-8 in your editor"
+
+
+def refuse(*fields: str) -> NoReturn:
+    """Raise one mistake, given as the fields of a Problem, as an InputError."""
+    raise InputError([Problem(*fields)])
+
+
+def read_text(path: Path, megabytes: int) -> str:
+    """What does this file say? Its text, at most so many megabytes (1e6 bytes).
+
+    Nothing is read from a folder, device or pipe, nor beyond the size. A byte order mark is dropped. Raises InputError where the file is missing,
+    no regular file, unreadable, too big, not UTF-8, or holds a NUL.
+    """
+    file = str(path)
+    try:
+        kind = path.stat().st_mode
+        if not stat.S_ISREG(kind):
+            refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm.toml")
+        with path.open("rb") as stream:
+            raw = stream.read(megabytes * _MEGABYTE + 1)
+    except FileNotFoundError:
+        refuse(file, "", "no such file", "the path of a file that exists", "examples/z-arm.toml", _near_file(path))
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path itself
+        refuse(file, "", getattr(error, "strerror", None) or str(error), "a file that can be read", "examples/z-arm.toml")
+    if len(raw) > megabytes * _MEGABYTE:
+        refuse(file, "", f"more than {megabytes} MB", f"at most {megabytes} MB", "one arm, or one table of poses, per file")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        refuse(
+            file, f"line {line}", f"the byte 0x{raw[error.start]:02x}, which is no UTF-8", "text in UTF-8", "save the file as UTF-8 in your editor"
+        )
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        refuse(file, f"line {line}", "a NUL character", "text in UTF-8", _SAVE_AS)
+    return text
+
+
+def _near_file(path: Path) -> str:
+    """Which file of the same folder was probably meant?"""
+    try:
+        return nearest(path.name, (other.name for other in itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT)))
+    except OSError:
+        return ""

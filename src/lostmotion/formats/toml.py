@@ -1,0 +1,52 @@
+"""TOML text as a tree of tables, lists and values; whatever cannot be read is one clear mistake."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+from lostmotion.errors import shown
+from lostmotion.formats.text import read_text, refuse
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+MEGABYTES: Final = 1
+# No arm needs either; without these bounds dotted keys of a hostile file take minutes, and deep tables break whatever walks them.
+_LONGEST_LINE: Final = 1000
+_DEEPEST: Final = 16
+
+_PLACE: Final = re.compile(r" \((at line (?P<line>\d+), column (?P<column>\d+)|at end of document)\)$")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """What does this TOML file say? Raises InputError, with line and column where the text is no TOML."""
+    file, text = str(path), read_text(path, MEGABYTES)
+    for number, line in enumerate(text.splitlines(), 1):
+        if len(line) > _LONGEST_LINE:
+            refuse(file, f"line {number}", f"a line of {len(line)} characters", f"lines of at most {_LONGEST_LINE} characters", "one key per line")
+    try:
+        tree = tomllib.loads(text)
+    except RecursionError:
+        _refuse_depth(file)
+    except ValueError as error:  # TOMLDecodeError, and Python's own refusal of integers with thousands of digits
+        where = _PLACE.search(str(error))
+        key = ""
+        if where is not None:
+            key = f"line {where['line']}, column {where['column']}" if where["line"] else "end of file"
+        refuse(file, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), "valid TOML", 'key = "value"')
+    if not _is_shallow(tree):
+        _refuse_depth(file)
+    return tree
+
+
+def _is_shallow(tree: dict[str, Any]) -> bool:
+    level: list[Any] = [tree]
+    for _ in range(_DEEPEST):
+        level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer) if isinstance(inner, dict | list)]
+    return not level
+
+
+def _refuse_depth(file: str) -> NoReturn:
+    refuse(file, "", "tables or lists nested too deeply", f"at most {_DEEPEST} levels", 'joints = [{ name = "A", link = { length = "400 mm" } }]')
