@@ -47,10 +47,11 @@ def moved(here: Floats, twist: Floats, amount: Floats) -> Floats:
     """
     out = here.copy()
     if twist[:3].any():
-        axis = skew(twist[:3])
-        rotation = here[:, :3, :3]
-        once = rotation @ axis
-        out[:, :3, :3] += np.sin(amount)[:, None, None] * once + (1 - np.cos(amount))[:, None, None] * (once @ axis)
+        axis = np.zeros((4, 4))
+        axis[:3, :3] = skew(twist[:3])
+        rows = here.reshape(-1, 4)  # one product over all rows of all frames
+        out += np.sin(amount)[:, None, None] * (rows @ axis).reshape(out.shape)
+        out += (1 - np.cos(amount))[:, None, None] * (rows @ (axis @ axis)).reshape(out.shape)
     else:
         out[:, :3, 3] += amount[:, None] * (here[:, :3, :3] @ twist[3:])
     return out

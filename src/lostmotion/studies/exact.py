@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -32,14 +33,15 @@ def draws_of(matrix: Screws, seed: int, pose: int, robots: NDArray[np.int64], vi
     out = np.ones((len(matrix.infos), len(robots)))
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
-            out[k] *= _of_robots(seed, info.robot, robots)
+            out[k] *= _first_robots(seed, info.robot, int(robots.max()) + 1)[robots]
         if info.visit is not None:
             out[k] *= visit_draws(seed, [info.visit], pose, robots, visits)[0]
     return out
 
 
-def _of_robots(seed: int, stream: Stream, robots: NDArray[np.int64]) -> Floats:
-    return np.asarray(robot_draws(seed, [stream], int(robots.max()) + 1)[:, 0, :].ravel()[robots])
+@functools.lru_cache(maxsize=1024)
+def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
+    return np.asarray(robot_draws(seed, [stream], count)[:, 0, :].ravel())
 
 
 def compose(matrix: Screws, row: int, draws: Floats) -> Floats:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.poses import Poses
 
-BLOCK: Final = 512
+BLOCK: Final = 1024
 # Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
 _Z: Final = 1.959963984540054
 _MOST_GROUPS: Final = 32
@@ -78,6 +79,8 @@ class Plan:
     approach: float
     groups: int
     edges: Floats
+    # What was drawn for every robot, by stream: the same in all blocks, so drawn once.
+    robot_draws: dict[Stream, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
@@ -211,7 +214,9 @@ def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
 def _spans(poses: int, replicates: int) -> list[tuple[int, int]]:
     """Cut the poses into blocks, none of which reaches over two replicates."""
     each = poses // replicates
-    return [(k * each + a, k * each + min(a + BLOCK, each)) for k in range(replicates) for a in range(0, each, BLOCK)]
+    parts = math.ceil(each / BLOCK)
+    ends = [each * k // parts for k in range(parts + 1)]
+    return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
 
 
 def _block(plan: Plan, first: int, last: int) -> _Block:
@@ -256,7 +261,6 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
     robot = _alive(matrix, "robot")
     visit = _alive(matrix, "visit")
     both = _alive(matrix, "robot x visit")
-    robot_streams = [_known(matrix.infos[k].robot) for k in robot]
     tables: dict[Stream, int] = {}
     for k in (*visit, *both):
         tables.setdefault(_known(matrix.infos[k].visit), len(tables))
@@ -271,12 +275,12 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         first,
         np.ascontiguousarray(matrix.bias[:, 3:]),
         _padded(matrix.tool[:, 3:, robot]),
-        _padded(robot_draws(plan.seed, robot_streams, plan.robots).swapaxes(1, 2)).swapaxes(1, 2).copy(),
+        _drawn(plan, [_known(matrix.infos[k].robot) for k in robot], pad=True),
         _padded(matrix.tool[:, 3:, visit]),
         *_reading(plan.seed, matrix, visit, tables),
         np.ascontiguousarray(matrix.tool[:, 3:, both]),
         *_reading(plan.seed, matrix, both, tables),
-        robot_draws(plan.seed, [_known(matrix.infos[k].robot) for k in both], plan.robots),
+        _drawn(plan, [_known(matrix.infos[k].robot) for k in both]),
         np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
         plan.edges,
         plan.robots,
@@ -302,6 +306,16 @@ def _known(stream: Stream | None) -> Stream:
     if stream is None:
         raise ValueError("a term without a draw reached the kernel")
     return stream
+
+
+def _drawn(plan: Plan, streams: list[Stream], *, pad: bool = False) -> Floats:
+    """Give the robots' draws (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros."""
+    out = np.zeros((-(-plan.robots // kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), kernel.LANES))
+    for row, stream in enumerate(streams):
+        if stream not in plan.robot_draws:
+            plan.robot_draws[stream] = robot_draws(plan.seed, [stream], plan.robots)[:, 0]
+        out[:, row] = plan.robot_draws[stream]
+    return out
 
 
 def _padded(screws_of_terms: Floats) -> Floats:

@@ -10,7 +10,6 @@ import numpy as np
 
 from lostmotion.arm import frames, terms
 from lostmotion.laws.chance import Cosine, Sine
-from lostmotion.spatial import skew
 from lostmotion.studies.draws import Stream
 
 if TYPE_CHECKING:
@@ -91,23 +90,30 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
     placed = terms(arm, q, approach=approach, at=at)
     poses = at.shape[1]
     place = np.array([item.place for item in placed], dtype=int)
-    local = np.empty((poses, 6, len(placed)))
+    # Poses lie innermost in memory: every step below runs along them.
+    local, tool = np.empty((6, len(placed), poses)), np.empty((6, len(placed), poses))
     for k, item in enumerate(placed):
-        local[:, :, k] = item.term.screw
-    tool = np.empty_like(local)
-    point = at[-1, :, :3, 3]
+        local[:, k] = np.broadcast_to(item.term.screw, (poses, 6)).T
+    point = at[-1, :, :3, 3].T
     for where in np.unique(place):
-        here = place == where
-        rotation = at[where, :, :3, :3]
-        turned = rotation @ local[:, :3, here]
-        to_tool = skew(point - at[where, :, :3, 3])
-        tool[:, :3, here] = turned
-        tool[:, 3:, here] = rotation @ local[:, 3:, here] - to_tool @ turned
+        here = np.flatnonzero(place == where)
+        span = slice(here[0], here[-1] + 1)
+        if len(here) != span.stop - span.start:
+            raise ValueError("terms of one place do not stand together")
+        rotation = np.ascontiguousarray(at[where, :, :3, :3].transpose(1, 2, 0))
+        x, y, z = point - at[where, :, :3, 3].T
+        for half in (0, 3):
+            for i in range(3):
+                tool[half + i, span] = sum(rotation[i, c] * local[half + c, span] for c in range(3))
+        turned = tool[:3, span]
+        tool[3, span] += turned[1] * z - turned[2] * y
+        tool[4, span] += turned[2] * x - turned[0] * z
+        tool[5, span] += turned[0] * y - turned[1] * x
     infos = tuple(
         TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
         for item in placed
     )
-    return Screws(infos, place, local, tool, at)
+    return Screws(infos, place, local.transpose(2, 0, 1), tool.transpose(2, 0, 1), at)
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:

@@ -19,6 +19,7 @@ from lostmotion.parts.source import (
     Part,
     Term,
 )
+from lostmotion.spatial import cross
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ class RollingPair(Part, ErrorSource):
         """Give the radial load (pose, 3) that one bearing carries: half of the force, and its part of the moment."""
         force, moment = wrench[:, 3:], wrench[:, :3]
         across = force - np.outer(force @ axis, axis)
-        return across / 2 + side * np.cross(moment, axis) / self.span
+        return across / 2 + side * cross(moment, axis) / self.span
 
     def _in_clearance(self, name: str, per_shift: Floats, reaction: Floats, axis: Floats, scale: Floats) -> list[Term]:
         half = self.clearance.nominal / 2
