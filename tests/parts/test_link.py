@@ -153,6 +153,14 @@ def test_a_link_cut_too_long_reaches_further():
     np.testing.assert_allclose(twist * item.term.bound, [0, 0, 0, -5e-5 * math.sin(0.5), 5e-5 * math.cos(0.5), 0], atol=1e-15)
 
 
+def test_a_tip_from_a_table_may_be_too_far_as_well():
+    """A tip frame with a length tolerance errs along the straight line to it, however the frame there is turned."""
+    tip = Place(xyz=(0.3, 0.0, 0.4), rpy=(0.4, -1.1, 2.0))
+    arm = Arm(name="arm", joints=[RevoluteJoint(name="A", limits=(-4, 4), axis="y", link={"tip": tip, "length_tolerance": 5e-5})])
+    ((item, twist),) = at_tool(arm, [0.0])
+    np.testing.assert_allclose(twist * item.term.bound, [0, 0, 0, 3e-5, 0, 4e-5], atol=1e-15)
+
+
 def test_soft_batches_bend_more():
     """With stiffness ± 5 % the bending of a robot's link differs from the nominal by at most 5 %."""
     material = {**STEEL, "scatter": 0.05}
@@ -213,6 +221,8 @@ def test_any_section_can_be_given_by_its_figures():
     ("fields", "why"),
     [
         ({"length": 0.4, "tip": {"xyz": (0.4, 0, 0)}}, "both tip and length"),
+        ({"length": Toleranced(0.4, 1e-4), "length_tolerance": 1e-4}, "a tolerance both in"),
+        ({"length_tolerance": 1e-4}, "leads nowhere"),
         ({"length": 0.4, "section": BAR}, "a section without a material"),
         ({"length": 0.4, "material": STEEL}, "a section without a material"),
         ({"length": 0.4, "direction": (0, 0, 0)}, "not zero"),
