@@ -60,7 +60,7 @@ class Plot:
 
 
 def plots(answer: Answer) -> list[Plot]:
-    """Which plots does this study have? In reading order; those of AP and RP only where poses were visited twice or more."""
+    """Which plots does this study have? In reading order; AP and RP only where poses were visited twice, a budget only where parts err."""
     drawn: list[tuple[str, str, Callable[[Answer], go.Figure], str]] = [
         ("error-map", "workspace", error_map, "Tool points in space, coloured by mean position error."),
         ("workspace-xoz", "workspace", workspace_xoz, "Workspace projected on the XOZ plane, visited poses coloured by mean position error."),
@@ -71,9 +71,9 @@ def plots(answer: Answer) -> list[Plot]:
         ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the dearest on top."),
         ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
     ]
-    if answer.sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
-        drawn = [entry for entry in drawn if entry[0] != "ap-rp"]
-    return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn]
+    missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
+    missing |= set() if answer.sampled.tally.owners else {"levels", "budget"}
+    return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing]
 
 
 def workspace_xoz(answer: Answer) -> go.Figure:
@@ -223,7 +223,7 @@ def budget(answer: Answer) -> go.Figure:
         showlegend=False,
     )
     figure = _figure("Share of mean square by part", bars, height=130 + 23 * len(names))
-    low, high = min(0.0, *shares), max(0.0, *shares)
+    low, high = min([0.0, *shares]), max([0.0, *shares])
     room = 0.14 * ((high - low) or 1.0)
     figure.update_xaxes(
         title_text="share of mean square [%]", range=[low - (room if low < 0 else 0), high + room], zeroline=True, zerolinecolor="#888888"
@@ -355,7 +355,7 @@ def _error_unit(answer: Answer) -> str:
     return length(float(answer.sampled.per_pose[:, kernel.MEAN].max())).unit
 
 
-def _mark(  # noqa: PLR0913 - where the line stands and what it says
+def _mark(
     figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0
 ) -> None:
     """Draw a line at an estimate over the shaded interval, and its value above the plot, `row` lines up."""

@@ -152,6 +152,8 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
         raise OutputExistsError(
             f"'{target}' exists and holds files that are not ours: {names}\n  it is left alone, even with --force; name another folder with --out"
         )
+    if target.resolve() == Path.cwd():
+        raise OutputExistsError(f"'{target}' is the folder you stand in, which is never replaced\n  name another folder with --out")
     if not force:
         raise OutputExistsError(f"'{target}' exists\n  replace it with --force, or name another folder with --out")
     return target

@@ -1,0 +1,311 @@
+"""The folder a study leaves behind: whole or not at all, the same bytes every time, safe to open, and nobody else's files touched."""
+
+from __future__ import annotations
+
+import html.parser
+import io
+import json
+import re
+from pathlib import Path
+
+import pytest
+import xarray
+from rich.console import Console
+
+from lostmotion import LostmotionError, OutputExistsError, report
+from lostmotion.figures import Figure, sections
+from lostmotion.screen import print_summary
+from tests.test_plots import small_study
+
+HOSTILE = "<script>alert(1)</script>\"'&</title>"
+
+
+def of_page(page: str) -> html.parser.HTMLParser:
+    """Read a page as a browser would: its tags, what they point at, and its scripts."""
+
+    class Reader(html.parser.HTMLParser):
+        def __init__(self):
+            super().__init__()
+            self.tags, self.targets, self.scripts, self.ids = [], [], [], []
+
+        def handle_starttag(self, tag, attrs):
+            self.tags.append(tag)
+            self.targets += [value for name, value in attrs if name in {"src", "href", "action", "data", "poster", "srcset"}]
+            self.ids += [value for name, value in attrs if name == "id"]
+            if tag == "script":
+                self.scripts.append("")
+
+        def handle_data(self, data):
+            if self.lasttag == "script" and self.scripts:
+                self.scripts[-1] += data
+
+    reader = Reader()
+    reader.feed(page)
+    return reader
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Write the small study once."""
+    return report.write_folder(small_study(), tmp_path_factory.mktemp("written") / "new" / "deep" / "out")
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    """Read its page."""
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def left_in(path: Path) -> list[str]:
+    """Name everything in a folder, hidden things too."""
+    return sorted(entry.name for entry in path.iterdir())
+
+
+def test_folder_holds_three_files_and_its_parents_are_made(folder):
+    """What the user asked for lies where the user said, and nothing beside it."""
+    assert left_in(folder) == ["arrays.nc", "report.html", "result.json"]
+    assert left_in(folder.parent) == ["out"]
+
+
+def test_same_study_gives_the_same_bytes_on_any_threads(folder, tmp_path):
+    """Run twice, on one thread and on two: every file is the same to the byte."""
+    again = report.write_folder(small_study(threads=2), tmp_path / "again")
+    for name in report.FILES:
+        assert (again / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+def test_page_stays_small_enough_to_mail(folder):
+    """Plotly included, the page stays under 8 MB."""
+    assert (folder / "report.html").stat().st_size < 8e6
+
+
+def test_every_figure_on_screen_is_in_result_json(folder):
+    """Whatever number the terminal shows, a program can read from result.json, with its unit."""
+    plain = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    known = set()
+    for row in (row for section in plain["sections"] for row in section["rows"]):
+        for figure in row["figures"]:
+            low, high = (float("nan") if end is None else end for end in figure["interval"] or (None, None))
+            known.add(str(Figure(figure["value"], figure["unit"], low, high)))
+            assert figure["samples"]
+    screen = io.StringIO()
+    print_summary(small_study(), Console(file=screen, width=250))
+    shown = {str(figure) for section in sections(small_study()) for row in section.rows for figure in row.figures}
+    assert shown == known
+    said = json.dumps(plain, ensure_ascii=False)
+    for number in re.findall(r"(?<!\S)[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
+        assert number in known or number in said, number
+
+
+def test_every_figure_is_in_the_tables(page):
+    """The report prints each value and interval that the screen prints."""
+    for section in sections(small_study()):
+        for row in section.rows:
+            assert report._text(row.label) in page
+            for figure in row.figures:
+                assert report._text(str(figure)) in page
+                assert figure.interval in page
+
+
+def test_verdict_speaks_of_what_was_asked(page):
+    """The first sentence gives the 95 % error, the dearest part and how well robots repeat."""
+    said = re.search(r'<p class="verdict">(.*?)</p>', page)
+    assert said
+    for words in ("Expect 95 % of positions within", "The dearest part is joints.", "of the robots built repeat within"):
+        assert words in said[1]
+
+
+def test_page_asks_nothing_of_the_network(page):
+    """Opened from a disk without a net, the page is complete: it points only into itself and at its two neighbours."""
+    targets = of_page(page).targets
+    assert targets
+    assert {target for target in targets if not target.startswith("#")} == {"result.json", "arrays.nc"}
+    assert "default-src 'none'" in page
+    assert not re.search(r"@import|url\(", page[: page.index("<body")])
+
+
+def test_page_offers_no_upload(page):
+    """Plotly's own button that sends a chart to a server is off."""
+    assert "showSendToCloud: false" in page
+
+
+def test_every_plot_has_its_place_and_its_words(page):
+    """Each plot's data finds an element of its own, ids are unique, and a screen reader is told what is drawn."""
+    reader = of_page(page)
+    wanted = re.findall(r'data-plot="([^"]+)"', page)
+    assert len(wanted) == 8
+    assert len(set(reader.ids)) == len(reader.ids)
+    assert {f"plot-{key}" for key in wanted} <= set(reader.ids)
+    assert page.count('<figure role="img" aria-label="') == 8
+
+
+def test_hostile_names_are_shown_not_run():
+    """An arm from an unknown source may call itself a script; the page and the notebook show the name and run nothing."""
+    study = small_study(16, 8, 2, name=HOSTILE)
+    page = report._page(study, "0")
+    reader = of_page(page)
+    assert not any("alert(1)" in script for script in reader.scripts)
+    assert len([script for script in reader.scripts if script]) == 2 + 8
+    assert "<script>alert" not in page
+    assert "<script>alert" not in report.tables_html(study)
+    assert reader.tags.count("title") == 1
+
+
+def test_plot_data_cannot_leave_its_script_tag():
+    """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same text."""
+    from lostmotion.plots import Plot, torques
+
+    figure = torques(small_study())
+    figure.update_layout(title_text="</script><script>alert(1)</script>&amp;")
+    block = report._data(Plot("k", "s", figure, "w"))
+    inside = block[block.index(">") + 1 : block.rindex("</script>")]
+    assert not set("<>&") & set(inside)
+    assert json.loads(inside)["layout"]["title"]["text"] == "</script><script>alert(1)</script>&amp;"
+
+
+def test_arrays_read_back_with_units(folder):
+    """Every variable in arrays.nc says its unit and what it is, and holds the study's own numbers."""
+    with xarray.open_dataset(folder / "arrays.nc", engine="scipy") as read:
+        assert read.sizes["pose"] == 64
+        assert read.sizes["robot"] == 32
+        for name, variable in read.data_vars.items():
+            assert variable.attrs["units"], name
+            assert variable.attrs["long_name"], name
+        assert (read["tool"].values == small_study().tool).all()
+        assert read.attrs["arm"] == "test arm"
+
+
+def test_existing_folder_needs_force(folder):
+    """Results once written are not lost to a second run: it refuses and says what to do."""
+    before = (folder / "result.json").stat().st_mtime_ns
+    with pytest.raises(OutputExistsError, match=r"exists\n.*--force.*--out"):
+        report.write_folder(small_study(), folder)
+    assert (folder / "result.json").stat().st_mtime_ns == before
+
+
+def test_force_replaces_our_own_folder(tmp_path):
+    """With --force the new results stand where the old ones stood, and nothing is left beside them."""
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "result.json").write_text("old")
+    report.write_folder(small_study(), target, force=True)
+    assert json.loads((target / "result.json").read_text(encoding="utf-8"))["arm"] == "test arm"
+    assert left_in(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize("stranger", ["thesis.tex", ".git", "report.html/"])
+def test_force_spares_what_is_not_ours(tmp_path, stranger):
+    """--out pointed at the wrong folder by mistake: not even --force removes it, and the message names what is there."""
+    target = tmp_path / "home"
+    target.mkdir()
+    if stranger.endswith("/"):
+        (target / stranger).mkdir()
+    else:
+        (target / stranger).write_text("years of work")
+    with pytest.raises(OutputExistsError, match="not ours") as refused:
+        report.write_folder(small_study(), target, force=True)
+    assert repr(stranger.rstrip("/")) in str(refused.value)
+    assert left_in(target) == [stranger.rstrip("/")]
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_file_in_the_way_is_kept(tmp_path, force):
+    """A file of that name is never replaced by a folder."""
+    target = tmp_path / "out"
+    target.write_text("mine")
+    with pytest.raises(OutputExistsError, match="is a file"):
+        report.write_folder(small_study(), target, force=force)
+    assert target.read_text() == "mine"
+
+
+@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("dangling", [False, True])
+def test_a_link_in_the_way_is_not_followed(tmp_path, force, dangling):
+    """A link at the target may lead anywhere: it is refused, and neither it nor what it points at changes."""
+    if not dangling:
+        (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").symlink_to(tmp_path / "elsewhere")
+    before = left_in(tmp_path)
+    with pytest.raises(OutputExistsError, match="symbolic link"):
+        report.write_folder(small_study(), tmp_path / "out", force=force)
+    assert left_in(tmp_path) == before
+
+
+def failing_at(name: str, error: BaseException):
+    """Write files until one of this name comes."""
+    write = Path.write_bytes
+
+    def written(path, content):
+        if path.name == name:
+            write(path, content[:10])
+            raise error
+        return write(path, content)
+
+    return written
+
+
+@pytest.mark.parametrize("name", report.FILES)
+def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
+    """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays behind."""
+    monkeypatch.setattr(Path, "write_bytes", failing_at(name, OSError(28, "No space left on device")))
+    with pytest.raises(LostmotionError, match="No space left on device"):
+        report.write_folder(small_study(), tmp_path / "deep" / "out")
+    assert left_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_failure_keeps_the_old_results(tmp_path, monkeypatch, error):
+    """When replacing fails midway, by a full disk or by Ctrl-C, the earlier results are still whole."""
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "result.json").write_text("old")
+    monkeypatch.setattr(Path, "write_bytes", failing_at("arrays.nc", error))
+    with pytest.raises((LostmotionError, KeyboardInterrupt)):
+        report.write_folder(small_study(), target, force=True)
+    assert left_in(tmp_path) == ["out"]
+    assert (target / "result.json").read_text() == "old"
+
+
+def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
+    """When the new folder is complete but cannot take its place, the old one returns to it."""
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "result.json").write_text("old")
+    rename = Path.rename
+
+    def renamed(path, to):
+        if path.name.endswith(".new"):
+            raise OSError(13, "Permission denied")
+        return rename(path, to)
+
+    monkeypatch.setattr(Path, "rename", renamed)
+    with pytest.raises(LostmotionError, match="Permission denied"):
+        report.write_folder(small_study(), target, force=True)
+    assert left_in(tmp_path) == ["out"]
+    assert (target / "result.json").read_text() == "old"
+
+
+def test_a_parent_that_is_a_file_is_one_message(tmp_path):
+    """A path through a file cannot be; the user is told in the package's own words."""
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(LostmotionError, match="could not be written"):
+        report.write_folder(small_study(), tmp_path / "file" / "out")
+    assert left_in(tmp_path) == ["file"]
+
+
+@pytest.mark.parametrize("here", [".", "..", "sub/.."])
+def test_the_folder_one_stands_in_is_never_replaced(tmp_path, monkeypatch, here):
+    """`--out .` names the working folder: it exists, so it is refused."""
+    if here != ".":
+        (tmp_path / "sub").mkdir()
+    monkeypatch.chdir(tmp_path / "sub" if here == ".." else tmp_path)
+    with pytest.raises(OutputExistsError):
+        report.refuse_existing(here, force=True)
+
+
+def test_tables_for_notebooks_carry_every_section():
+    """A study shown in a notebook is its tables, each with its caption, and asks for no script."""
+    shown = small_study()._repr_html_()
+    for section in sections(small_study()):
+        assert f"<caption>{section.title}</caption>" in shown
+    assert "<script" not in shown
