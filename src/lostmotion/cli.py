@@ -81,7 +81,7 @@ def schema() -> None:
     """Print the JSON Schema of the native TOML, for editors."""
     import json
 
-    from lostmotion.formats.native import json_schema
+    from lostmotion.formats.schema import json_schema
 
     typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
 

@@ -1,0 +1,113 @@
+"""The JSON Schema of the native TOML: Arm's own, adapted to what the file takes besides (parts by name, Denavit-Hartenberg rows)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from lostmotion.arm import Arm
+from lostmotion.formats.dh import DH_KEYS, Row
+from lostmotion.formats.draft import SHARED
+
+if TYPE_CHECKING:
+    from pydantic_core import core_schema
+
+_JOINTS: Final = ("RevoluteJoint", "PrismaticJoint", "FixedJoint")
+_DESCRIPTION: Final = (
+    "An arm for lostmotion: joints from base to tool with their gearboxes, bearings, encoders and links. Quantities are text with a unit, "
+    '"400 mm ± 50 µm"; parts that joints share stand in tables and are named where they are used.'
+)
+
+Schema = dict[str, Any]
+
+
+class _ForToml(GenerateJsonSchema):
+    """Pydantic's schema without what no TOML holds: nulls, defaults in SI numbers, titles that only repeat the key."""
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> Schema:
+        return self.generate_inner(schema["schema"])
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> Schema:
+        inner = self.generate_inner(schema["schema"])
+        return {**inner, "default": schema["default"]} if isinstance(schema.get("default"), str) and "const" not in inner else inner
+
+    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ANN401, ARG002 - pydantic's signature
+        return False
+
+
+def json_schema() -> Schema:
+    """Which TOML files describe an arm? A JSON Schema (2020-12) for editors; the reader itself checks more (ranges, units, what fits together)."""
+    schema = Arm.model_json_schema(schema_generator=_ForToml)
+    kinds: dict[str, Schema] = schema["$defs"]
+    kinds["DenavitHartenbergRow"] = {**Row.model_json_schema(schema_generator=_ForToml), "title": "DenavitHartenbergRow"}
+    for joint in _JOINTS[:2]:
+        _name_readably(kinds, joint, kinds[joint])
+    _require_tags(schema)
+    stock = _take_parts_by_name(kinds)
+    for joint in _JOINTS:
+        kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
+    schema["properties"] |= stock
+    schema = _with_renamed_references(schema, {name: kind["title"] for name, kind in kinds.items()})
+    schema["$defs"] = {kind["title"]: kind for _, kind in sorted(schema["$defs"].items(), key=lambda item: str(item[1]["title"]))}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "lostmotion arm", "description": _DESCRIPTION}
+
+
+_ROW: Final = {
+    "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
+    "mdh": "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) Rz(theta + q) Tz(d)",
+}
+
+
+def _name_readably(kinds: dict[str, Schema], joint: str, schema: Any) -> None:  # noqa: ANN401 - any piece of a schema
+    """Title the parts whose units depend on the kind of joint after both: GearboxOfRevoluteJoint."""
+    if isinstance(schema, list):
+        for inner in schema:
+            _name_readably(kinds, joint, inner)
+    if isinstance(schema, dict):
+        kind = kinds.get(str(schema.get("$ref", "")).removeprefix("#/$defs/"), {})
+        if "[" in kind.get("title", ""):
+            kind["title"] = kind["title"].partition("[")[0].removeprefix("Catalogue") + f"Of{joint}"
+            _name_readably(kinds, joint, kind)
+        for inner in schema.values():
+            _name_readably(kinds, joint, inner)
+
+
+def _require_tags(schema: Schema) -> None:
+    """Require the key that chooses among kinds: the reader does, and without it several kinds would match."""
+    waiting: list[Any] = [schema]
+    while waiting:
+        piece = waiting.pop()
+        if isinstance(piece, dict):
+            for reference in piece.get("discriminator", {}).get("mapping", {}).values():
+                kind = schema["$defs"][reference.removeprefix("#/$defs/")]
+                kind["required"] = sorted({*kind.get("required", ()), piece["discriminator"]["propertyName"]})
+            waiting += piece.values()
+        elif isinstance(piece, list):
+            waiting += piece
+
+
+def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
+    """Let a text stand where a joint takes a shared part, and give the tables of those parts."""
+    stock: dict[str, Schema] = {}
+    for table, steps in SHARED.items():
+        allowed: list[Schema] = []
+        for holder in ["Link"] if len(steps) > 1 else list(_JOINTS):
+            fields = kinds[holder]["properties"]
+            if steps[-1] in fields:
+                part = fields[steps[-1]]
+                allowed += [] if part in allowed else [part]
+                fields[steps[-1]] = {"anyOf": [{"type": "string", "description": f"a name under [{table}]"}, part]}
+        items = allowed[0] if len(allowed) == 1 else {"anyOf": allowed}
+        stock[table] = {"type": "object", "description": "parts by name, for joints to share", "additionalProperties": items}
+    return stock
+
+
+def _with_renamed_references(piece: Any, titles: dict[str, str]) -> Any:  # noqa: ANN401 - any piece of a schema
+    if isinstance(piece, list):
+        return [_with_renamed_references(inner, titles) for inner in piece]
+    if isinstance(piece, dict):
+        return {key: _with_renamed_references(inner, titles) for key, inner in piece.items()}
+    if isinstance(piece, str) and piece.startswith("#/$defs/"):
+        return "#/$defs/" + titles[piece.removeprefix("#/$defs/")]
+    return piece
