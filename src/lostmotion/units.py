@@ -39,6 +39,7 @@ inch = 0.0254 * meter = in
 foot = 12 * inch = ft
 pound = 0.45359237 * kilogram = lb
 newton = kilogram * meter / second**2 = N
+newton_meter = newton * meter = Nm
 pound_force = 4.4482216152605 * newton = lbf
 pascal = newton / meter**2 = Pa
 percent = 0.01 = pct

@@ -51,12 +51,13 @@ def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
     errors' geometry at any size.
     """
     steps = steps_of(matrix.at[:, row : row + 1])[:, 0]
-    here = np.broadcast_to(np.eye(4), (draws.shape[1], 4, 4))
-    for place, step in enumerate(steps):
-        here = here @ step
+    twists = np.zeros((len(steps), draws.shape[1], 6))
+    for place in np.unique(matrix.place):
         own = matrix.place == place
-        if own.any():
-            here = here @ exp((matrix.local[row][:, own] @ draws[own]).T)
+        twists[place] = (matrix.local[row][:, own] @ draws[own]).T
+    here = np.broadcast_to(np.eye(4), (draws.shape[1], 4, 4))
+    for step, moved in zip(steps, exp(twists), strict=True):
+        here = here @ (step @ moved)
     return here
 
 

@@ -31,9 +31,10 @@ class TermInfo:
 
     @property
     def phase(self) -> str:
-        """Name the stream whose phase this term shares with its partner; empty for all but the two parts of a wave."""
-        stream = self.robot or self.visit
-        return stream.name if stream is not None and isinstance(stream.law, Cosine | Sine) and self.level != "robot x visit" else ""
+        """Name what this term draws together with its partner; empty for all but the two parts of a wave."""
+        streams = [stream for stream in (self.robot, self.visit) if stream is not None]
+        waves = any(isinstance(stream.law, Cosine | Sine) for stream in streams)
+        return " x ".join(stream.name for stream in streams) if waves else ""
 
 
 @dataclass(frozen=True)
