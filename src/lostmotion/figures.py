@@ -41,7 +41,8 @@ class Figure:
         """Say the interval, or nothing where there is none."""
         if math.isnan(self.low) and math.isnan(self.high):
             return ""
-        close = abs(self.high - self.low) if math.isfinite(self.high - self.low) else abs(self.value)
+        spans = (self.high - self.low, self.high - self.value, self.value - self.low)
+        close = next((abs(span) for span in spans if math.isfinite(span)), 0.0)
         ends = ("?" if not math.isfinite(end) else digits(end, close) for end in (self.low, self.high))
         return " … ".join(ends)
 
@@ -141,7 +142,13 @@ def _error(answer: Answer) -> Section:
         rows.append(Row(f"{level:.0%} below", (_of(pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), counted),)))
     at = int(table[:, kernel.LARGEST].argmax())
     who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
-    rows.append(Row("largest", (length(float(table[at, kernel.LARGEST]), samples=counted),), f"of {len(poses) * sampled.robots * sampled.visits} samples: {who}"))
+    rows.append(
+        Row(
+            "largest",
+            (length(float(table[at, kernel.LARGEST]), samples=counted),),
+            f"of {len(poses) * sampled.robots * sampled.visits} samples: {who}",
+        )
+    )
     best, worst = int(table[:, kernel.MEAN].argmin()), int(table[:, kernel.MEAN].argmax())
     each = f"{sampled.robots} robots x {sampled.visits} visits at one pose"
     for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
@@ -149,7 +156,7 @@ def _error(answer: Answer) -> Section:
         value = float(table[k, kernel.MEAN])
         rows.append(Row(label, (length(value, value - half, value + half, each),), described_pose(answer, k)))
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
-        rows.append(Row(label.replace("mean", "95% below"), (length(*q95, each),)))
+        rows.append(Row(label.replace("mean", "95% below"), (_of(Estimate(*q95), each),)))
     exact = f"exact sum over terms, {len(poses)} poses"
     rows += [
         Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
@@ -171,9 +178,25 @@ def _iso(answer: Answer) -> Section:
         rows.append(Row(f"{label}, mean over poses and robots", (_of(pooled_mean(of_robots, replicate_means(table[:, 0], replicates)), counted),)))
         rows.append(Row(f"{label}, 95% of robots below", (_of(robots_quantile(of_robots), counted),), "each robot's average over the poses"))
         at = int(table[:, 1].argmax())
-        rows.append(Row(f"{label} at its worst pose, 95% of robots below", (length(*(float(x) for x in table[at, 1:]), samples=counted),), described_pose(answer, at)))
-    arriving = "each joint arrives from either side at random" if answer.approach == 0 else f"every joint arrives moving {'up' if answer.approach > 0 else 'down'}"
-    return Section("iso9283", "ISO 9283, predicted", ("value",), tuple(rows), f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}")
+        rows.append(
+            Row(
+                f"{label} at its worst pose, 95% of robots below",
+                (_of(Estimate(*(float(x) for x in table[at, 1:])), counted),),
+                described_pose(answer, at),
+            )
+        )
+    arriving = (
+        "each joint arrives from either side at random"
+        if answer.approach == 0
+        else f"every joint arrives moving {'up' if answer.approach > 0 else 'down'}"
+    )
+    return Section(
+        "iso9283",
+        "ISO 9283, predicted",
+        ("value",),
+        tuple(rows),
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}",
+    )
 
 
 def _levels(answer: Answer) -> Section:
@@ -185,7 +208,14 @@ def _levels(answer: Answer) -> Section:
         ("from visit to visit", "nothing takes it away"),
     )
     rows = [
-        Row(label, (length(math.sqrt(level / tally.poses), samples=counted), Figure(100 * level / tally.total if tally.total else 0.0, "%", samples=counted)), note)
+        Row(
+            label,
+            (
+                length(math.sqrt(level / tally.poses), samples=counted),
+                Figure(100 * level / tally.total if tally.total else 0.0, "%", samples=counted),
+            ),
+            note,
+        )
         for (label, note), level in zip(names, tally.levels, strict=True)
     ]
     rows.append(Row("all together", (length(math.sqrt(tally.total / tally.poses), samples=counted), Figure(100.0, "%", samples=counted))))
@@ -228,7 +258,13 @@ def _torques(answer: Answer) -> Section:
         )
         for held in answer.worst_torques
     )
-    return Section("torques", "Static torque that each drive must hold", ("as the base stands", "worst over base tilts"), rows, "largest of the poses visited; its sign is the drive's")
+    return Section(
+        "torques",
+        "Static torque that each drive must hold",
+        ("as the base stands", "worst over base tilts"),
+        rows,
+        "largest of the poses visited; its sign is the drive's",
+    )
 
 
 def _check(answer: Answer) -> Section:

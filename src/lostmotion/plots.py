@@ -243,12 +243,10 @@ def torques(answer: Answer) -> go.Figure:
 
     units = [unit for unit in ("N m", "N") if any(held.unit == unit for held in answer.worst_torques)]
     counts = [sum(held.unit == unit for held in answer.worst_torques) for unit in units]
-    figure = make_subplots(rows=len(units), cols=1, row_heights=counts, vertical_spacing=0.36 / len(answer.worst_torques))
-    figure = _styled(
-        figure,
-        "Largest holding torque" if units == ["N m"] else "Largest holding torque or force",
-        height=150 + 46 * sum(counts) + 60 * (len(units) - 1),
-    )
+    tall, gap = 46 * sum(counts), 74  # pixels for the bars, and between two axes
+    inside = tall + gap * (len(units) - 1)
+    figure = make_subplots(rows=len(units), cols=1, row_heights=counts, vertical_spacing=gap / inside)
+    figure = _styled(figure, "Largest holding torque" if units == ["N m"] else "Largest holding torque or force", height=inside + 136)
     for row, unit in enumerate(units, start=1):
         held = [one for one in answer.worst_torques if one.unit == unit]
         for name, colour, values, signed in (
@@ -355,9 +353,7 @@ def _error_unit(answer: Answer) -> str:
     return length(float(answer.sampled.per_pose[:, kernel.MEAN].max())).unit
 
 
-def _mark(
-    figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0
-) -> None:
+def _mark(figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0) -> None:
     """Draw a line at an estimate over the shaded interval, and its value above the plot, `row` lines up."""
     factor = _PER_UNIT[unit]
     value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 FILES: Final = ("report.html", "result.json", "arrays.nc")
 
 _TABLES_CSS: Final = """
+div.lostmotion{background:#fff;color:#222;padding:4px 8px}
+div.lostmotion table{max-width:760px;margin:0 0 16px}
 .lostmotion table{border-collapse:collapse;font-size:13px;line-height:1.35;font-variant-numeric:tabular-nums;width:100%;text-align:left}
 .lostmotion caption{text-align:left;font-weight:600;font-size:14px;padding:0 0 6px;color:#222}
 .lostmotion th,.lostmotion td{padding:4px 10px 4px 0;vertical-align:top;text-align:left;border:0;background:none}
@@ -33,7 +35,8 @@ _TABLES_CSS: Final = """
 .lostmotion tbody tr+tr>*{border-top:1px solid #e6e6e6}
 .lostmotion td.value{text-align:right;white-space:nowrap;font-weight:600}
 .lostmotion thead th.value{text-align:right}
-.lostmotion td.interval{white-space:nowrap;color:#555}
+.lostmotion .interval{white-space:nowrap}
+.lostmotion td.interval{color:#555}
 .lostmotion small{display:block;color:#666;font-size:11.5px;overflow-wrap:anywhere}
 .lostmotion sup{color:#777;font-weight:400;font-size:9.5px;line-height:0;margin-left:1px}
 .lostmotion tfoot td{color:#666;font-size:11.5px;padding-top:6px;border-top:1px solid #888}
@@ -97,7 +100,7 @@ _WORDS: Final = (
     ),
     ("AP", "pose accuracy of ISO 9283: how far the average of a robot's visits lies from the commanded point. Predicted here, not certified."),
     ("RP", "pose repeatability of ISO 9283: how far its visits scatter about their own average, mean plus three standard deviations."),
-    ("interval", "95 % confidence. It counts robots and independent sets of poses, never single samples: a robot's visits resemble each other."),
+    ("interval", "95 % confidence. It counts robots and independent sets of poses, never single samples. A question mark: too few of them to tell."),
     ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others, so that the arm would be worse without it."),
     ("first order", "errors are small and are added up. The last table composes a sample of them exactly and shows the difference."),
 )
@@ -332,7 +335,7 @@ def _table(section: Section) -> str:
     samples = list(dict.fromkeys(figure.samples for row in section.rows for figure in row.figures if figure.samples))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
     head = "".join(
-        f'<th scope="col" class="value">{_text(name)}</th>' + ('<th scope="col">95 % interval</th>' if interval else "")
+        f'<th scope="col" class="value">{_text(name)}</th>' + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
         for name, interval in zip(section.columns, with_interval, strict=True)
     )
     body = []
