@@ -243,8 +243,8 @@ def torques(answer: Answer) -> go.Figure:
 
     units = [unit for unit in ("N m", "N") if any(held.unit == unit for held in answer.worst_torques)]
     counts = [sum(held.unit == unit for held in answer.worst_torques) for unit in units]
-    tall, gap = 46 * sum(counts), 74  # pixels for the bars, and between two axes
-    inside = tall + gap * (len(units) - 1)
+    gap = 74 * (len(units) - 1)  # pixels between two axes, if there are two
+    inside = 46 * sum(counts) + gap
     figure = make_subplots(rows=len(units), cols=1, row_heights=counts, vertical_spacing=gap / inside)
     figure = _styled(figure, "Largest holding torque" if units == ["N m"] else "Largest holding torque or force", height=inside + 136)
     for row, unit in enumerate(units, start=1):
