@@ -185,7 +185,7 @@ def levels(answer: Answer) -> go.Figure:
         text = str(length(math.sqrt(whole)))
         figure.add_annotation(x=math.sqrt(whole) * _PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
     figure.update_yaxes(**_named(stages))
-    figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.18])
+    figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.25])
     figure.update_layout(barmode="stack", legend=_LEGEND, margin_t=80)
     return figure
 
