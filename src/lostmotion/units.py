@@ -56,6 +56,8 @@ _TEXT: Final = re.compile(
     r"\s*(?:\((?P<law>normal|uniform)\))?\s*$",
 )
 _LONGEST_TEXT: Final = 120
+# In SI; no part of an arm is larger, heavier or stiffer, and squares of it still fit a float.
+LARGEST: Final = 1e15
 
 ToleranceLaw = Literal["normal", "uniform"]
 
@@ -218,7 +220,7 @@ class Quantity:
             raise UnitError("not a finite number")
         if found.tolerance < 0:
             raise UnitError("a tolerance after ± cannot be negative")
-        if value < self.low or value <= self.above or value > self.high:
+        if value < self.low or value <= self.above or value > self.high or max(abs(value), found.tolerance) > LARGEST:
             raise UnitError("out of range")
         floor = max(self.low, self.above)
         if math.isfinite(floor) and value - found.tolerance < floor:

@@ -29,7 +29,7 @@ DH_KEYS: Final = ("dh", "mdh")
 # What a row already says: where a joint sits, where its axis points, where its link leads.
 _SAID_BY_JOINT: Final = ("origin", "axis")
 _SAID_BY_LINK: Final = ("length", "direction", "tip")
-_EXAMPLE: Final = 'dh = { a = "0 mm", alpha = "90 deg", d = "162.5 mm", theta = "0 deg" }'
+DH_EXAMPLES: Final = {key: f'{key} = {{ a = "0 mm", alpha = "90 deg", d = "162.5 mm", theta = "0 deg" }}' for key in DH_KEYS}
 
 
 class Row(Part):
@@ -88,7 +88,12 @@ def place_by_rows(draft: Draft) -> None:
         stated = [key for key in DH_KEYS if key in joint]
         if stated != [convention]:
             found = " and ".join(stated) or "no row"
-            draft.refuse(("joints", index), f"{found}, where another joint has {convention}", "the same one key for all joints of an arm", _EXAMPLE)
+            draft.refuse(
+                ("joints", index),
+                f"{found}, where another joint has {convention}",
+                "the same one key for all joints of an arm",
+                DH_EXAMPLES[convention],
+            )
         rows.append(_row(draft, index, {key: joint.pop(key) for key in stated}))
         _refuse_said_twice(draft, index, joint, convention)
     for (_, joint), (origin, tip) in zip(draft.joints, _CONVENTIONS[convention](rows), strict=True):
@@ -115,4 +120,4 @@ def _refuse_said_twice(draft: Draft, index: int, joint: dict[str, Any], conventi
         for name in names:
             if isinstance(holder, dict) and name in holder:
                 expected = f"{convention} or {name}, not both; beside a row a link takes length_tolerance"
-                draft.refuse(("joints", index, *steps, name), shown(holder.pop(name)), expected, _EXAMPLE)
+                draft.refuse(("joints", index, *steps, name), shown(holder.pop(name)), expected, DH_EXAMPLES[convention])

@@ -14,7 +14,7 @@ from lostmotion.formats.mistakes import problems
 from lostmotion.parts.link import Material, Rod
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from pydantic import BaseModel
 
@@ -28,6 +28,7 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
     "sections": ("link", "section"),
     "materials": ("link", "material"),
 }
+SHARED_EXAMPLES: Final = {table: f"[{table}.NAME]" for table in SHARED}
 # Stands where a reference led nowhere, so that the rest of the link is still checked.
 _STAND_IN: Final = {"sections": Rod(diameter=1.0), "materials": Material(young=1.0, poisson=0.3, density=1.0)}
 
@@ -36,13 +37,13 @@ _STAND_IN: Final = {"sections": Rod(diameter=1.0), "materials": Material(young=1
 class Draft:
     """A tree with Arm's fields, made from `file`.
 
-    also      keys that the format takes besides the fields of a model
+    also      keys that the format takes besides the fields of a model, with an example of each
     written   the user's key of every piece that stands elsewhere in the file
     """
 
     file: str
     tree: dict[str, Any]
-    also: Mapping[type[BaseModel], Sequence[str]]
+    also: Mapping[type[BaseModel], Mapping[str, str]]
     written: dict[Path, str] = field(default_factory=dict)
     mistakes: list[Problem] = field(default_factory=list)
 

@@ -13,11 +13,11 @@ from lostmotion.errors import Problem, nearest, shown
 from lostmotion.formats.allowed import example, inside, literals, models, tag, words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     from pydantic import BaseModel, ValidationError
 
-    Also = Mapping[type[BaseModel], Iterable[str]]
+    Also = Mapping[type[BaseModel], Mapping[str, str]]
 
 Path: TypeAlias = tuple[str | int, ...]
 
@@ -58,7 +58,7 @@ class _Spot:
 def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: Callable[[Path], str], also: Also | None = None) -> list[Problem]:
     """Which mistakes did the user make? One Problem per mistake, whatever the number of alternatives that pydantic tried.
 
-    `key_of` gives the key as the user wrote it; `also` names keys that the file format takes besides a model's fields.
+    `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes besides a model's fields, with an example of each.
     """
     spots = [_spot(detail, model) for detail in error.errors(include_url=False) if not _is_echo(detail)]
     forks: dict[Path, list[_Spot]] = {}
@@ -127,11 +127,12 @@ def _say_missing(spot: _Spot, _: Also) -> _Said:
 
 def _say_unknown(spot: _Spot, also: Also) -> _Said:
     owners = models(spot.trail[-2])
-    names = [name for owner in owners for name in (*owner.model_fields, *also.get(owner, ()))]
-    near = nearest(spot.last, names)
-    field = near if near and inside(owners, near) else names[0]
+    examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in owner.model_fields}
+    for owner in owners:
+        examples |= also.get(owner, {})
+    near = nearest(spot.last, examples)
     found = f"an unknown key with {shown(spot.given)}"
-    return _Said(spot.path, found, "one of " + ", ".join(names), f"{field} = {example(inside(owners, field))}", near)
+    return _Said(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
 
 
 def _say_tag(spot: _Spot, _: Also) -> _Said:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.arm import Arm
 from lostmotion.errors import shown
-from lostmotion.formats.dh import DH_KEYS, place_by_rows
-from lostmotion.formats.draft import SHARED, Draft, plain
+from lostmotion.formats.dh import DH_EXAMPLES, place_by_rows
+from lostmotion.formats.draft import SHARED_EXAMPLES, Draft, plain
 from lostmotion.formats.text import refuse
 from lostmotion.formats.toml import read_toml
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 _JOINT_EXAMPLE = '[[joints]] with name = "A", type = "revolute", limits = ["-90 deg", "90 deg"]'
-_ALSO: Final[dict[type[BaseModel], tuple[str, ...]]] = {Arm: tuple(SHARED), RevoluteJoint: DH_KEYS, PrismaticJoint: DH_KEYS, FixedJoint: DH_KEYS}
+_ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {
+    Arm: SHARED_EXAMPLES,
+    **dict.fromkeys((RevoluteJoint, PrismaticJoint, FixedJoint), DH_EXAMPLES),
+}
 # Stands where no joints can be read, so that the rest of the file is still checked.
 _STAND_IN = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"]}
 

@@ -21,10 +21,24 @@ from lostmotion.formats.text import refuse
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from lostmotion.formats import mistakes
     from lostmotion.formats.draft import Draft
 
-_OF_JOINT: Final = ("gearbox", "bearing", "encoder", "mounting", "lumped", "link")
-_OF_LINK: Final = ("section", "material", "length_tolerance", "up")
+# What a sidecar may say of a joint and of its link, with an example each; the rest is the URDF's.
+_OF_JOINT: Final = {
+    "gearbox": 'gearbox = "large"',
+    "bearing": 'bearing = "large"',
+    "encoder": 'encoder = { zero = "0.2 arcmin" }',
+    "mounting": 'mounting = { tilt = "0.5 arcmin" }',
+    "lumped": 'lumped = { angle = "0.5 arcmin" }',
+    "link": 'link = { section = "tube", material = "aluminium" }',
+}
+_OF_LINK: Final = {
+    "length_tolerance": 'length_tolerance = "50 µm"',
+    "section": 'section = "tube"',
+    "material": 'material = "aluminium"',
+    "up": 'up = "z"',
+}
 _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
 
 
@@ -75,10 +89,10 @@ def _add_joint(draft: Draft, index: int, parts: dict[str, Any]) -> None:
     if isinstance(link, dict):
         _add(draft, entry["link"], link, _OF_LINK, ("joints", index, "link"))
     else:
-        draft.refuse(("joints", index, "link"), shown(link), "a table", 'link = { section = "tube", material = "aluminium" }')
+        draft.refuse(("joints", index, "link"), shown(link), "a table", _OF_JOINT["link"])
 
 
-def _add(draft: Draft, onto: dict[str, Any], said: dict[str, Any], known: tuple[str, ...], path: tuple[str | int, ...]) -> None:
+def _add(draft: Draft, onto: dict[str, Any], said: dict[str, Any], known: dict[str, str], path: mistakes.Path) -> None:
     for key, value in said.items():
         if key in known:
             onto[key] = value
@@ -88,6 +102,6 @@ def _add(draft: Draft, onto: dict[str, Any], said: dict[str, Any], known: tuple[
                 (*path, key),
                 f"an unknown key with {shown(value)}",
                 f"one of {', '.join(known)}; the URDF says the rest",
-                f"{near or known[0]} = ...",
+                known[near or next(iter(known))],
                 near,
             )

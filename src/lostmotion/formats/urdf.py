@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.arm import Arm
 from lostmotion.errors import InputError, nearest
-from lostmotion.formats.draft import SHARED, Draft
+from lostmotion.formats.draft import SHARED_EXAMPLES, Draft
 from lostmotion.formats.sidecar import add_sidecar, find_sidecar
 from lostmotion.formats.text import read_text, refuse
 from lostmotion.formats.toml import read_toml
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 MEGABYTES: Final = 5
 _MOST_JOINTS: Final = 64
-_ALSO: Final[dict[type[BaseModel], tuple[str, ...]]] = {Arm: ("tip", *SHARED)}
+_ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}}
 _NOT_SERIAL: Final = ("floating", "planar")
 
 

@@ -15,6 +15,7 @@ from lxml import etree
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.formats.text import refuse
 from lostmotion.parts.joint import NAME_PATTERN
+from lostmotion.units import LARGEST
 
 Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
@@ -292,7 +293,7 @@ class _Reader:
             values = tuple(float(word) for word in stated.split())
         except ValueError:
             values = ()
-        if len(values) == len(left_out) and all(math.isfinite(value) for value in values):
+        if len(values) == len(left_out) and all(abs(value) <= LARGEST for value in values):
             return values
         expected = "a finite number" if len(left_out) == 1 else f"{len(left_out)} finite numbers"
         self.tree.refuse(_line(element), f"{path}/{element.tag}/@{name}", shown(stated), expected, f"{name}={example}")

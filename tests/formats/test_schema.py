@@ -1,0 +1,49 @@
+"""The published JSON Schema."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+
+import jsonschema
+import pytest
+
+from lostmotion.formats.schema import json_schema
+from tests.formats.conftest import EXAMPLES, JOINT
+
+
+def test_the_published_schema_is_the_generated_one():
+    """docs/arm.schema.json is what `lostmotion schema` prints."""
+    published = (EXAMPLES.parent / "docs" / "arm.schema.json").read_text(encoding="utf-8")
+    assert published == json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def test_every_name_in_the_schema_can_be_read():
+    """Definitions are named after parts, not after Python's types."""
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert all(name.isalpha() for name in schema["$defs"])
+    assert {"GearboxOfRevoluteJoint", "GearboxOfPrismaticJoint", "DenavitHartenbergRow"} <= set(schema["$defs"])
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.rglob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_fits_the_schema(path):
+    """An editor that knows the schema finds nothing wrong in an example; sidecars, keyed by joint, are no arms by themselves."""
+    tree = tomllib.loads(path.read_text(encoding="utf-8"))
+    if isinstance(tree["joints"], dict):
+        assert path.with_suffix(".urdf").exists()
+        tree = {
+            "name": "x",
+            "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **joint} for joint in tree["joints"].values()],
+        }
+    jsonschema.validate(tree, json_schema())
+
+
+@pytest.mark.parametrize(
+    "line", ["axis = 3", 'gearbox = { ratio = "x", unknown = 1 }', "mass = 3", "dh = { a = 1 }", 'link = { section = { kind = "tub" } }']
+)
+def test_the_schema_refuses_what_the_reader_refuses(line):
+    """Slips of a key or a type show in the editor already."""
+    tree = tomllib.loads('name = "x"\n' + JOINT + line)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tree, json_schema())
