@@ -202,17 +202,14 @@ class _Carried:
         self.force = self.force + force
         self.moment = self.moment + cross(point, force)
 
-    def seen_from(self, frame: Floats) -> Floats:
-        """Give the wrench (pose, 6) about this frame's origin, in its axes."""
-        moment = self.moment - cross(frame[:, :3, 3], self.force)
-        out = np.empty((len(moment), 2, 3))
-        out[:, 0], out[:, 1] = moment, self.force
-        return (out @ frame[:, :3, :3]).reshape(-1, 6)
-
 
 def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats:
-    out = np.empty((len(at), at.shape[1], 6))
     carried = _Carried(at.shape[1], gravity)
+    forces, moments = np.empty((2, len(at), at.shape[1], 3))
+
+    def note(place: int) -> None:
+        forces[place], moments[place] = carried.force, carried.moment
+
     tool = at[-1]
     carried.weigh(tool, payload.mass, np.array(payload.centre_of_mass))
     carried.weigh(tool, arm.tool.mass, np.array(arm.tool.centre_of_mass))
@@ -220,15 +217,23 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
         carried.push(tool[:, :3, 3], tool[:, :3, :3] @ np.array(payload.force))
     if any(payload.moment):
         carried.moment = carried.moment + tool[:, :3, :3] @ np.array(payload.moment)
-    out[-1] = carried.seen_from(tool)
+    note(len(at) - 1)
     for k, joint in reversed(list(enumerate(arm.joints))):
-        seat, after, tip = at[3 * k + 1], at[3 * k + 2], at[3 * k + 3]
-        out[3 * k + 3] = carried.seen_from(tip)
-        carried.weigh(after, joint.link.total_mass, joint.link.mass_centre)
-        out[3 * k + 2] = carried.seen_from(after)
-        out[3 * k + 1] = carried.seen_from(seat)
-        carried.weigh(seat, joint.mass, np.array(joint.centre_of_mass))
-    out[0] = carried.seen_from(at[0])
+        note(3 * k + 3)
+        carried.weigh(at[3 * k + 2], joint.link.total_mass, joint.link.mass_centre)
+        note(3 * k + 2)
+        note(3 * k + 1)
+        carried.weigh(at[3 * k + 1], joint.mass, np.array(joint.centre_of_mass))
+    note(0)
+    return _seen_from(at, forces, moments)
+
+
+def _seen_from(at: Floats, forces: Floats, moments: Floats) -> Floats:
+    """Give wrenches (place, pose, 6) about each place's origin, in its axes, for forces and moments about the base's origin in its axes."""
+    out = np.empty((*forces.shape[:2], 6))
+    for vector, here in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
+        for j in range(3):
+            here[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
     return out
 
 
@@ -287,14 +292,13 @@ def _sources(arm: Arm, q: Floats) -> Iterator[tuple[str, int, Floats, Floats, Er
     for k, joint in enumerate(arm.joints):
         seat, tip = 3 * k + 1, 3 * k + 3
         owner = f"joints.{joint.name}"
-        axis = joint.twist[:3] if joint.twist[:3].any() else joint.twist[3:]
         angle = still if isinstance(joint, FixedJoint) else next(column)
         if joint.mounting is not None:
             across_what = joint.twist if joint.twist.any() else np.eye(6)[2]
             yield f"{owner}.mounting", seat, angle, across_what, joint.mounting
         for name, source in joint.sources.items():
             yield f"{owner}.{name}", seat + 1, angle, joint.twist, source
-        yield f"{owner}.link", tip, angle, nothing, joint.link.with_joint_axis(axis)
+        yield f"{owner}.link", tip, angle, nothing, joint.elastic_link
 
 
 def steps_of(at: Floats) -> Floats:

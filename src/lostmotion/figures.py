@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.answer import Answer
 
 ARCMIN = math.pi / 10800
+# In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
+_NOTHING = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,7 @@ def digits(value: float, uncertainty: float = 0.0) -> str:
     """Write a number with four digits, or as many as the width of its interval (two digits of it) leaves meaning."""
     if not math.isfinite(value):
         return "not known" if math.isnan(value) else "unbounded"
-    if value == 0:
+    if abs(value) < _NOTHING:
         return "0"
     places = 3 - math.floor(math.log10(abs(value)))
     if uncertainty > 0:
@@ -117,8 +119,8 @@ def _workspace(answer: Answer) -> Section:
         Row("nearest to the base", (length(space.nearest, samples=counted),), "smallest of the sample"),
     ]
     for k, name in enumerate("XYZ"):
-        rows.append(Row(f"from {name}", (length(float(space.low[k]), samples=counted),)))
-        rows.append(Row(f"to {name}", (length(float(space.high[k]), samples=counted),)))
+        rows.append(Row(f"least {name}", (length(float(space.low[k]), samples=counted),)))
+        rows.append(Row(f"largest {name}", (length(float(space.high[k]), samples=counted),)))
     if space.volume_high > 0:
         volume = Figure(space.volume, "m³", space.volume_low, space.volume_high, counted)
         rows.append(Row("volume", (volume,), f"between the cells well inside and all cells visited; cell {space.cell * 1e3:.0f} mm"))

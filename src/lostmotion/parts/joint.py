@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
-from lostmotion.parts.link import Direction, Link, Place, Vector, unit
+from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.source import (
     AngleAmount,
@@ -92,6 +93,16 @@ class _Joint(Part):
     mass: Mass = 0.0
     centre_of_mass: Vector = (0.0, 0.0, 0.0)
     link: Link = Link()
+
+    @property
+    @abstractmethod
+    def twist(self) -> Floats:
+        """Give the joint's unit motion (6,), zero where nothing moves."""
+
+    @functools.cached_property
+    def elastic_link(self) -> ElasticLink:
+        """Give the link as it stands behind this joint, whose axis says how its section lies."""
+        return self.link.with_joint_axis(self.twist[:3] if self.twist[:3].any() else self.twist[3:])
 
 
 class FixedJoint(_Joint):

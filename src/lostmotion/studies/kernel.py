@@ -14,7 +14,7 @@ from numba import njit
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-LANES: Final = 256
+LANES: Final = 128
 TABLE: Final = 8192
 ROW: Final = TABLE + LANES  # a table, and its beginning once more to run on into
 # Histogram over the squared error in m^2: 128 bins per factor of two, from 2^-64 (0.2 nm) to 2^8 (16 m).

@@ -32,8 +32,8 @@ _Z: Final = 1.959963984540054
 _MOST_GROUPS: Final = 32
 _LEAST_IN_GROUP: Final = 8
 # The exact check looks at this many poses, evenly spread over the study.
-_CHECKED_POSES: Final = 24
-_CHECKED_ROBOTS: Final = 64
+_CHECKED_POSES: Final = 12
+_CHECKED_ROBOTS: Final = 32
 _CHECKED_VISITS: Final = 4
 
 

@@ -104,8 +104,7 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
         rotation = np.ascontiguousarray(at[where, :, :3, :3].transpose(1, 2, 0))
         x, y, z = point - at[where, :, :3, 3].T
         for half in (0, 3):
-            for i in range(3):
-                tool[half + i, span] = sum(rotation[i, c] * local[half + c, span] for c in range(3))
+            np.einsum("ijp,jkp->ikp", rotation, local[half : half + 3, span], out=tool[half : half + 3, span])
         turned = tool[:3, span]
         tool[3, span] += turned[1] * z - turned[2] * y
         tool[4, span] += turned[2] * x - turned[0] * z
