@@ -56,8 +56,9 @@ _TEXT: Final = re.compile(
     r"\s*(?:\((?P<law>normal|uniform)\))?\s*$",
 )
 _LONGEST_TEXT: Final = 120
-# In SI; no part of an arm is larger, heavier or stiffer, and squares of it still fit a float.
+# In SI; no part of an arm is larger or smaller, heavier or stiffer, and powers of it still fit a float.
 LARGEST: Final = 1e15
+_SMALLEST: Final = 1e-20
 
 ToleranceLaw = Literal["normal", "uniform"]
 
@@ -222,6 +223,8 @@ class Quantity:
             raise UnitError("a tolerance after ± cannot be negative")
         if value < self.low or value <= self.above or value > self.high or max(abs(value), found.tolerance) > LARGEST:
             raise UnitError("out of range")
+        if self.above == 0 and value < _SMALLEST:
+            raise UnitError("too small to be real")
         floor = max(self.low, self.above)
         if math.isfinite(floor) and value - found.tolerance < floor:
             raise UnitError("the tolerance reaches out of range")
