@@ -33,7 +33,7 @@ _MOST_GROUPS: Final = 32
 _LEAST_IN_GROUP: Final = 8
 # The exact check looks at this many poses, evenly spread over the study.
 _CHECKED_POSES: Final = 12
-_CHECKED_ROBOTS: Final = 32
+_CHECKED_ROBOTS: Final = 16
 _CHECKED_VISITS: Final = 4
 
 

@@ -94,7 +94,7 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
     # Poses lie innermost in memory: every step below runs along them.
     local, tool = np.empty((6, len(placed), poses)), np.empty((6, len(placed), poses))
     for k, item in enumerate(placed):
-        local[:, k] = np.broadcast_to(item.term.screw, (poses, 6)).T
+        local[:, k] = np.atleast_2d(item.term.screw).T
     point = at[-1, :, :3, 3].T
     for where in np.unique(place):
         here = np.flatnonzero(place == where)
