@@ -1,13 +1,14 @@
 """How fast is a whole study of a real arm against a careful NumPy program of the same study, in the same run, on one core?
 
-The UR5e of examples/ with every part that its sidecar describes (gearbox play and wind-up, bearings, links, mounting, encoders), 10 000 poses x 1 000 draws
-(100 robots x 10 visits). Both give, at every pose, mean, 50/95/99 % and largest error, AP and RP of every robot, and the histogram over all.
+The UR5e of examples/ with every part that its sidecar describes (gearbox play and wind-up, bearings, links, mounting, encoders), 10 000 poses x
+1 000 draws (100 robots x 10 visits). All give, at every pose, mean, 50/95/99 % and largest error, AP and RP of every robot, and the histogram
+over all.
 
     python benchmarks/full_study.py [--poses 10000] [--robots 100] [--visits 10]
 
 Contestants, each on one thread, alternating, best of two:
-    exact NumPy     robots drawn once, visits drawn afresh; each place of the arm is turned and shifted by the errors there, and the tool point carried
-                    through all of them to second order (error 1e-9), vectorised over a pose's draws. The sizes of the errors are given to it.
+    exact NumPy     robots drawn once, visits drawn afresh; each place of the arm is turned and shifted by the errors there, and the tool point
+                    carried through all of them to second order (error 1e-9), vectorised over a pose's draws. The sizes of the errors are given to it.
     linear NumPy    the same, knowing the first-order trick: one matrix product per pose. The matrices are given to it.
     lostmotion      the whole of montecarlo.run: frames, loads, sizes of all errors, kernel, intervals, bounds, budget, exact check
 """
@@ -20,6 +21,7 @@ import os
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from against_numpy import EDGES, summed_up
@@ -28,7 +30,9 @@ import lostmotion
 from lostmotion.arm import steps_of
 from lostmotion.studies.kernel import MEAN
 from lostmotion.studies.montecarlo import run
-from lostmotion.studies.screws import Screws
+
+if TYPE_CHECKING:
+    from lostmotion.studies.screws import Screws
 
 UR5E = Path(__file__).parent.parent / "examples" / "ur5e.urdf"
 
@@ -46,10 +50,10 @@ class NumPyStudy:
         rng = np.random.default_rng(1)
         self.drawn = np.ones((len(matrix.infos), robots, visits))
         streams = {}
-        for row, info in zip(self.drawn, matrix.infos, strict=True):
+        for k, info in enumerate(matrix.infos):
             if info.robot:
                 u = streams.setdefault(info.robot.name, rng.random(robots))
-                row *= info.robot.law.quantile(u)[:, None]
+                self.drawn[k] *= info.robot.law.quantile(u)[:, None]
         self.fixed = self.drawn.copy()
         moving = matrix.columns("visit", "robot x visit")
         self.visiting = moving[np.any(matrix.tool[:, 3:, moving] != 0, axis=(0, 1))]

@@ -139,9 +139,8 @@ def _error(answer: Answer) -> Section:
     table = sampled.per_pose
     counted = f"{len(poses)} poses ({poses.law}) x {sampled.robots} robots x {sampled.visits} visits"
     mean = pooled_mean(sampled.robot_means[:, 0], replicate_means(table[:, kernel.MEAN], poses.replicates))
-    rows = [Row("mean", (_of(mean, counted),))]
-    for level in kernel.QUANTILES:
-        rows.append(Row(f"{level:.0%} below", (_of(pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), counted),)))
+    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level) for level in kernel.QUANTILES}
+    rows = [Row("mean", (_of(mean, counted),)), *(Row(f"{100 * level:.0f} % below", (_of(found, counted),)) for level, found in quantiles.items())]
     at = int(table[:, kernel.LARGEST].argmax())
     who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
     rows.append(
@@ -158,7 +157,7 @@ def _error(answer: Answer) -> Section:
         value = float(table[k, kernel.MEAN])
         rows.append(Row(label, (length(value, value - half, value + half, each),), described_pose(answer, k)))
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
-        rows.append(Row(label.replace("mean", "95% below"), (_of(Estimate(*q95), each),)))
+        rows.append(Row(label.replace("mean", "95 % below"), (_of(Estimate(*q95), each),)))
     exact = f"exact sum over terms, {len(poses)} poses"
     rows += [
         Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
@@ -178,11 +177,11 @@ def _iso(answer: Answer) -> Section:
     for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
         of_robots = sampled.robot_means[:, column]
         rows.append(Row(f"{label}, mean over poses and robots", (_of(pooled_mean(of_robots, replicate_means(table[:, 0], replicates)), counted),)))
-        rows.append(Row(f"{label}, 95% of robots below", (_of(robots_quantile(of_robots), counted),), "each robot's average over the poses"))
+        rows.append(Row(f"{label}, 95 % of robots below", (_of(robots_quantile(of_robots), counted),), "each robot's average over the poses"))
         at = int(table[:, 1].argmax())
         rows.append(
             Row(
-                f"{label} at its worst pose, 95% of robots below",
+                f"{label} at its worst pose, 95 % of robots below",
                 (_of(Estimate(*(float(x) for x in table[at, 1:])), counted),),
                 described_pose(answer, at),
             )
@@ -246,7 +245,8 @@ def _budget(answer: Answer) -> Section:
                 "cancels part of the others" if cost.share < -5e-4 else "",  # noqa: PLR2004 - shows as -0.1 % or more
             ),
         )
-    note = f"shares of the mean square add to 100 %; halving is read on the 95 % error, {digits(halving.before * 1e3)} mm on the {halving.samples} samples used for it"
+    read_on = f"{digits(halving.before * 1e3)} mm on the {halving.samples} samples used for it"
+    note = f"shares of the mean square add to 100 %; halving is read on the 95 % error, {read_on}"
     return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
 
 
@@ -278,7 +278,7 @@ def _check(answer: Answer) -> Section:
     rows = (
         Row("largest difference", (length(exact.largest, samples=counted),)),
         Row("mean difference", (length(exact.mean, samples=counted),)),
-        Row("largest, of the 95% error", (Figure(share, "%", samples=counted),), warn),
+        Row("largest, of the 95 % error", (Figure(share, "%", samples=counted),), warn),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 

@@ -152,7 +152,7 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
         figure.add_trace(bars, row=1, col=column)
         figure.update_xaxes(title_text=f"{name} [{unit}]", showgrid=False, nticks=6, row=1, col=column)
         figure.update_yaxes(title_text="robots [1]" if column == 1 else None, row=1, col=column)
-        _mark(figure, robots_quantile(values), "95% below", unit, axes=str(column) if column > 1 else "")
+        _mark(figure, robots_quantile(values), "95 % below", unit, axes=str(column) if column > 1 else "")
     figure.update_layout(margin_t=76, bargap=0)
     return figure
 

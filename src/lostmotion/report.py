@@ -279,7 +279,7 @@ and what was found for every pose and robot, <a href="arrays.nc">arrays.nc</a> (
 
 def _verdict(found: list[Section]) -> str:
     """Say in a sentence or three what the user asked: how far off, which part is dearest, how well it repeats."""
-    error = _row(found, "error", "95% below")
+    error = _row(found, "error", "95 % below")
     said = []
     if error is not None:
         figure = error.figures[0]
@@ -287,7 +287,7 @@ def _verdict(found: list[Section]) -> str:
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
         said.append(f"The dearest part is {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
-    repeats = _row(found, "iso9283", "RP, 95% of robots below")
+    repeats = _row(found, "iso9283", "RP, 95 % of robots below")
     if repeats is not None:
         said.append(f"95 % of the robots built repeat within {repeats.figures[0]}.")
     return " ".join(said)
@@ -296,10 +296,10 @@ def _verdict(found: list[Section]) -> str:
 def _cards(found: list[Section]) -> list[str]:
     """Show the six figures that are asked for first, each with its interval."""
     wanted = (
-        ("95 % of positions within", "error", "95% below"),
+        ("95 % of positions within", "error", "95 % below"),
         ("mean position error", "error", "mean"),
-        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95% of robots below"),
-        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95% of robots below"),
+        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95 % of robots below"),
+        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95 % of robots below"),
         ("reach from the base", "workspace", "reach from the base"),
     )
     rows = [(title, _row(found, section, label)) for title, section, label in wanted]

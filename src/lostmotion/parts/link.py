@@ -27,10 +27,12 @@ from lostmotion.parts.source import (
     limit_term,
     toleranced_terms,
 )
-from lostmotion.spatial import pose_of
+from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lostmotion.spatial import Floats
 
 Vector = Annotated[tuple[Length, Length, Length], Field(description="x, y, z, each with its unit")]
@@ -193,9 +195,7 @@ class Link(Part):
         if self.length_tolerance and self.length.tolerance:
             raise _refuse("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and not self.reach:
-            raise _refuse(
-                "length_tolerance on a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm ± 50 µm"'
-            )
+            raise _refuse("length_tolerance on a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
         if (self.section is None) != (self.material is None):
             raise _refuse("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
         if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
@@ -300,20 +300,16 @@ class ElasticLink(ErrorSource):
         centre = axes.T @ link.mass_centre
         where = min(max(float(centre[0]), 0.0), link.reach)
         arm = centre - np.array([where, 0, 0])
-        force_to_wrench = np.vstack([_cross(arm), np.eye(3)]) * link.total_mass
+        force_to_wrench = np.vstack([skew(arm), np.eye(3)]) * link.total_mass
         carry = np.eye(6)
-        carry[3:, :3] = -_cross(np.array([link.reach - where, 0, 0]))  # a rotation at the load point swings the rest of the link
+        carry[3:, :3] = -skew(np.array([link.reach - where, 0, 0]))  # a rotation at the load point swings the rest of the link
         return turn6 @ carry @ self._beam(where, beam.tip_compliance) @ force_to_wrench @ self._to_tip.T
 
-    def _beam(self, length: float, law: functools.partial[Floats] | object) -> Floats:
+    def _beam(self, length: float, law: Callable[[float, float, float, beam.SectionValues], Floats]) -> Floats:
         material, section = self.link.material, self.link.section
         if material is None or section is None:
             raise ValueError("a rigid link has no compliance")
-        return law(length, material.young, material.shear, section.values(material.poisson))  # type: ignore[operator, no-any-return]
-
-
-def _cross(v: Floats) -> Floats:
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        return law(length, material.young, material.shear, section.values(material.poisson))
 
 
 def unit(direction: Direction) -> Floats:

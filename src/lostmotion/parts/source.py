@@ -83,7 +83,7 @@ class Condition:
     @property
     def scale(self) -> Floats:
         """Give the size of the whole wrench (pose,), to tell a small load from rounding."""
-        return np.sqrt(np.einsum("pc,pc->p", self.wrench, self.wrench))
+        return np.asarray(np.sqrt(np.einsum("pc,pc->p", self.wrench, self.wrench)))
 
 
 @dataclass(frozen=True, slots=True)

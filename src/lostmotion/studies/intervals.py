@@ -51,9 +51,10 @@ def pooled_mean(robot_means: Floats, replicate_means: Floats) -> Estimate:
     return _interval(float(robot_means.mean()), [robot_means, replicate_means])
 
 
-def difference(first: Floats, second: Floats, value: float) -> Estimate:
-    """How sure is a difference that was formed group by group from the same draws?"""
-    return _interval(value, [first - second])
+def difference(first: Floats, second: Floats, value: float, resolution: float = 0.0) -> Estimate:
+    """How sure is a difference that was formed group by group from the same draws? Never surer than the resolution it was read with."""
+    found = _interval(value, [first - second])
+    return Estimate(value, min(found.low, value - resolution), max(found.high, value + resolution))
 
 
 def robots_quantile(values: Floats, level: float = 0.95) -> Estimate:

@@ -6,6 +6,7 @@ On a turning joint amounts are angles; on a sliding joint the same class stands 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Generic, Literal, Self, TypeVar
 
 import numpy as np
@@ -69,8 +70,8 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        limits = list(self.zone_torques)
-        if len(limits) != max(len(self.zones) - 1, 0) or any(b <= a for a, b in zip([0.0, *limits], limits, strict=False)):
+        limits = [float(limit) for limit in self.zone_torques]
+        if len(limits) != max(len(self.zones) - 1, 0) or any(b <= a for a, b in pairwise([0.0, *limits])):
             raise PydanticCustomError(
                 "zones",
                 "{why}",
@@ -164,6 +165,7 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
     def _transmission(self, at: Condition) -> list[Term]:
         if self.transmission_error is None:
             return []
+        waves: list[tuple[float, float]]
         if isinstance(self.transmission_error, list):
             waves = [(wave.amplitude, wave.cycles) for wave in self.transmission_error]
         else:
