@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.poses import Poses
 
-BLOCK: Final = 1024
+BLOCK: Final = 1280
 # Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
 _Z: Final = 1.959963984540054
 _MOST_GROUPS: Final = 32
