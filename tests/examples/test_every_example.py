@@ -1,0 +1,57 @@
+"""What must hold on every example that the project ships."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.studies import kernel
+from lostmotion.studies.intervals import quantile
+from lostmotion.studies.montecarlo import run
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("*/*.toml")) if path.name != "ur5e.toml")
+
+
+@pytest.fixture(scope="module", params=FILES, ids=lambda path: path.name)
+def found(request):
+    """Give an example's arm with a small study of it."""
+    arm = lostmotion.read(request.param)
+    poses = lostmotion.sample_poses(arm, 256)
+    return arm, poses, run(arm, poses, 300, 10, 1)
+
+
+def test_no_sample_exceeds_the_worst_case_nor_does_root_sum_square(found):
+    """Monte Carlo <= worst case and RSS <= worst case at every pose of every example."""
+    _, _, sampled = found
+    assert (sampled.per_pose[:, kernel.LARGEST] <= sampled.worst).all()
+    assert (sampled.rss <= sampled.worst).all()
+    assert np.isfinite(sampled.worst).all()
+
+
+def test_first_order_is_enough(found):
+    """The first-order sum differs from the exact composition by less than 0.2 % of the 95 % error."""
+    _, _, sampled = found
+    assert sampled.exact.largest < 0.002 * quantile(sampled.group_hist.sum(axis=0), 0.95)
+
+
+def test_parts_add_up(found):
+    """Shares of all parts add to one, and the exact mean square is what the samples show."""
+    _, _, sampled = found
+    assert sum(cost.share for cost in lostmotion.costs(sampled.tally)) == pytest.approx(1, abs=1e-12)
+    assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(sampled.tally.total / sampled.tally.poses, rel=0.02)
+
+
+def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(found):
+    """No printed figure stands without its unit and sample, and none is made up where there is no number."""
+    arm, _, _ = found
+    study = lostmotion.study(arm, 16, robots=30, visits=3)
+    for section in study.result()["sections"]:
+        assert section["rows"], section["key"]
+        for row in section["rows"]:
+            for figure in row["figures"]:
+                assert figure["unit"], row["label"]
+                assert figure["samples"], row["label"]
+                assert figure["value"] is not None, row["label"]
+                assert figure["seed"] == 1
