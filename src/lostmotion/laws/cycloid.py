@@ -1,0 +1,332 @@
+"""Geometry of a cycloidal stage: profile, curvature, contact arms, gaps, play and the first-order effect of every error.
+
+Letters of the literature: R pin circle, Rr pin (or lobe) radius, e eccentricity, N pins, z = N - 1 lobes of the disc, K1 = e N/R. A pin is
+placed by the angle theta from the line of centres, counted about the centre of the pin circle. All wheels have exact centres here; what
+bends is in `cycloid_contact`.
+
+Source: F. Litvin, P. Feng, Computerized design and generation of cycloidal gearings, Mech. Mach. Theory 31 (1996) 891; M. Lehmann, Berechnung und
+Messung der Kräfte in einem Zykloiden-Kurvenscheiben-Getriebe, TU München 1976 (arms, forces); modified profiles and play after the same arms.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+Kind = Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"]
+_KINDS: Final = get_args(Kind)
+_FEWEST: Final = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Which cycloidal stage is it? Lengths in m; raises ValueError with every reason why such a stage cannot exist, and the nearest that can.
+
+    `kind`: "ring pins" (pins or rollers in the ring, z = N - 1 lobes on the disc), "lobe arcs" and "lobe envelope" (no rolling bodies: the ring's
+    lobes are plain arcs, or the envelope of the moving disc), "planet pins" (the hypocycloid twin: N pins on the planet and z = N + 1 lobes in the
+    ring).
+    """
+
+    ring_radius: float
+    pin_radius: float
+    eccentricity: float
+    pins: int
+    kind: Kind = "ring pins"
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be built, all reasons at once."""
+        wrong = list(_not_numbers(self)) or list(_impossible(self))
+        if wrong:
+            raise ValueError("this cycloidal stage cannot exist: " + "; ".join(wrong))
+
+    @property
+    def twin(self) -> bool:
+        """Are the pins on the planet?"""
+        return self.kind == "planet pins"
+
+    @property
+    def lobes(self) -> int:
+        """How many lobes has the toothed wheel: the disc, or the ring of the twin?"""
+        return self.pins + 1 if self.twin else self.pins - 1
+
+    @property
+    def shortening(self) -> float:
+        """What is K1 = e N/R, the shortening of the trochoid?"""
+        return self.eccentricity * self.pins / self.ring_radius
+
+    @property
+    def planet_pitch_radius(self) -> float:
+        """How far (m) from the planet's centre is the pitch point: e z, with planet pins e N? It is also the largest contact arm."""
+        return self.eccentricity * (self.pins if self.twin else self.lobes)
+
+    @property
+    def ring_pitch_radius(self) -> float:
+        """How far (m) from the ring's centre, towards the planet's centre and beyond, is the pitch point: e N, with planet pins e z?"""
+        return self.planet_pitch_radius + self.eccentricity
+
+    @property
+    def tip_radius(self) -> float:
+        """What is the outer radius (m) of the planet: R - Rr + e for a disc, R + Rr for the pins of the twin?"""
+        return self.ring_radius + self.pin_radius if self.twin else self.ring_radius - self.pin_radius + self.eccentricity
+
+    @property
+    def _m(self) -> int:
+        # the locus is R exp(it) -+ e exp(imt); the twin's formulas are those of the disc with -N for N
+        return -self.pins if self.twin else self.pins
+
+
+@dataclass(frozen=True, slots=True)
+class Modification:
+    """How much material is ground off the toothed wheel? `roller` dRr and `circle` dR in m, `turn` dpsi in rad to either side; each >= 0 removes.
+
+    dRr: a larger generating roller; dR: a smaller generating pin circle (for the twin a larger one); dpsi: the flanks turned about the wheel's centre
+    towards the tooth's middle.
+    """
+
+    roller: float = 0.0
+    circle: float = 0.0
+    turn: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivities:
+    """By which angle (rad per m) does the output turn for each error, at the pin with the longest arm (for `pin_circle`, `pin_shift`: there too)?"""
+
+    flank_gap: float  # both directions together: 2/(e z)
+    eccentric_clearance: float  # diametral clearance of the crank bearing, both directions together: 1/(e z)
+    pin_radius: float  # on one side: 1/(e z)
+    pin_circle: float  # on one side: sqrt(1 - K1^2)/(e z)
+    pin_shift: float  # tangential place of the pin: K1/(e z)
+
+
+def _not_numbers(stage: Stage) -> list[str]:
+    wrong = [
+        f"the {name} is {value!r} m, but must be a positive length"
+        for name, value in (("pin circle radius", stage.ring_radius), ("pin radius", stage.pin_radius), ("eccentricity", stage.eccentricity))
+        if not (math.isfinite(value) and value > 0)
+    ]
+    if stage.pins != int(stage.pins) or stage.pins < _FEWEST:
+        wrong.append(f"it has {stage.pins} pins, but needs a whole number of {_FEWEST} or more")
+    if stage.kind not in _KINDS:
+        wrong.append(f"its kind is {stage.kind!r}, but must be one of {', '.join(map(repr, _KINDS))}")
+    return wrong
+
+
+def _mm(length: float, digits: int = 4) -> str:
+    """Say a limit in mm, rounded down so that it is still possible."""
+    return f"{math.floor(length * 1e3 * 10**digits) / 10**digits:.{digits}f} mm"
+
+
+def _impossible(stage: Stage) -> list[str]:
+    wrong = []
+    k1 = stage.shortening
+    if k1 >= 1:
+        limit = stage.ring_radius / stage.pins
+        wrong.append(
+            f"the profile loops because K1 = e N/R is {k1:.4f}, not below 1: the eccentricity must stay below {_mm(limit)}, "
+            f"or the pin circle radius above {stage.eccentricity * stage.pins * 1e3:.4f} mm"
+        )
+    neighbours = stage.ring_radius * math.sin(math.pi / stage.pins)
+    undercut = math.inf if k1 >= 1 else undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, twin=stage.twin)
+    if stage.pin_radius >= undercut:
+        wrong.append(f"a pin radius of {stage.pin_radius * 1e3:.4f} mm undercuts the flank: the largest possible is {_mm(min(undercut, neighbours))}")
+    if stage.pin_radius >= neighbours:
+        wrong.append(f"neighbouring pins overlap: the largest possible pin radius is {_mm(min(undercut, neighbours))}")
+    return wrong
+
+
+def undercut_limit(ring_radius: float, eccentricity: float, pins: int, *, twin: bool = False) -> float:
+    """Below which pin radius (m) is the flank free of undercut? The smallest radius of the locus on the side that the offset narrows.
+
+    For K1 < 1. Closed form: with K1 > (N-2)/(2N-1) it is R sqrt(27 (1-K1^2)(N-1))/(N+1)^1.5, else R (1+K1)^2/(N K1 + 1); the twin has -N for N.
+    """
+    k1, m = eccentricity * pins / ring_radius, -pins if twin else pins
+    a, b, c = 1 + m * k1**2, (m + 1) * k1, 1 + k1**2
+    stationary = 3 * a / b - c / k1
+    cosines = np.array([-1.0, 1.0] + ([stationary] if abs(stationary) < 1 else []))
+    narrowing = (-1 if twin else 1) * (a - b * cosines) / (ring_radius * (c - 2 * k1 * cosines) ** 1.5)
+    sharpest = float(narrowing.max())
+    return 1 / sharpest if sharpest > 0 else math.inf
+
+
+def smallest_convex_radius(stage: Stage) -> float:
+    """What is the smallest convex radius (m) of the toothed wheel's flank itself: the locus's less Rr? Positive without undercut."""
+    return undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, twin=stage.twin) - stage.pin_radius
+
+
+def valley_radius(stage: Stage) -> float:
+    """What is the radius (m) of the locus in the valley? R (1-K1)^2/(N K1 - 1), for the twin R (1-K1)^2/(N K1 + 1); infinite if not hollow."""
+    k1 = stage.shortening
+    bend = stage.pins * k1 + (1 if stage.twin else -1)
+    return stage.ring_radius * (1 - k1) ** 2 / bend if bend > 0 else math.inf
+
+
+def _root(stage: Stage, theta: Floats) -> Floats:
+    """D = sqrt(1 + K1^2 - 2 K1 cos theta): the distance from pitch point to pin centre, over R."""
+    k1 = stage.shortening
+    # written as a sum of squares, so that nothing is lost near theta = 0
+    return np.asarray(np.sqrt((1 - k1) ** 2 + 4 * k1 * np.sin(np.asarray(theta) / 2) ** 2))
+
+
+def curvature(stage: Stage, theta: Floats) -> Floats:
+    """How much does the locus of pin centres curve (1/m) where the pin at theta touches? Positive: its middle lies towards the wheel's centre."""
+    k1, m = stage.shortening, stage._m  # noqa: SLF001 - this module's own class
+    return np.asarray((1 + m * k1**2 - (m + 1) * k1 * np.cos(theta)) / (stage.ring_radius * _root(stage, theta) ** 3))
+
+
+def contact_radius(stage: Stage, theta: Floats) -> Floats:
+    """Which equivalent radius (m) has the contact of the pin at theta: 1/Req = 1/Rr +- 1/rho? Rr (1 - Rr kappa), for the twin Rr (1 + Rr kappa)."""
+    sign = 1 if stage.twin else -1
+    return np.asarray(stage.pin_radius * (1 + sign * stage.pin_radius * curvature(stage, theta)))
+
+
+def flank(stage: Stage, t: Floats, made: Modification | None = None) -> tuple[Floats, Floats]:
+    """Where does the toothed wheel's flank run at parameters t (any shape, rad; once round is 2 pi), and which way does its normal point?
+
+    Points (..., 2) in m and unit normals (..., 2) towards the touching pins' centres (of the flank before any `turn`), in the wheel's own frame;
+    a valley lies at t = 0. The offset curve of the trochoid, Litvin and Feng (1996). A `turn` moves the two flanks of a tooth towards each other:
+    they meet in front of the tip and leave a step at the valley's bottom.
+    """
+    made = made or Modification()
+    t = np.asarray(t, dtype=float)
+    out = 1 if stage.twin else -1
+    m, radius = stage._m, stage.ring_radius + out * made.circle  # noqa: SLF001
+    k1 = stage.eccentricity * stage.pins / radius
+    direction = np.exp(1j * t) - k1 * np.exp(1j * m * t)
+    normal = direction / np.abs(direction)
+    locus = radius * np.exp(1j * t) + out * stage.eccentricity * np.exp(1j * m * t)
+    points = locus + out * (stage.pin_radius + made.roller) * normal
+    points = points * np.exp(1j * made.turn * np.sign(np.sin(stage.lobes * t)))
+    return _plane(points), _plane(-out * normal)
+
+
+def _plane(values: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> Floats:
+    return np.stack([values.real, values.imag], axis=-1)
+
+
+def pin_angles(stage: Stage, crank: Floats) -> Floats:
+    """At which angles theta (crank, N) from the line of centres, in -pi..pi, are the pins for crank angles (crank,) in rad?
+
+    Pins in the ring stay and the crank passes them: theta = 2 pi k/N - psi. On the planet they turn with it: theta = 2 pi k/N - psi (N + 1)/N.
+    """
+    sweep = np.asarray(crank, dtype=float) * (stage.lobes / stage.pins if stage.twin else 1.0)
+    theta = 2 * math.pi / stage.pins * np.arange(stage.pins) - sweep[..., None]
+    return np.asarray(theta - 2 * math.pi * np.round(theta / (2 * math.pi)))
+
+
+def planet_pose(stage: Stage, crank: Floats) -> tuple[Floats, Floats]:
+    """Where is the planet's centre (..., 2) in m, and how far has it turned (...,) in rad, with the ring fixed and the crank at psi?
+
+    e (cos psi, sin psi) and -psi over its own count of teeth: -psi/z, with planet pins -psi/N.
+    """
+    crank = np.asarray(crank, dtype=float)
+    return _plane(stage.eccentricity * np.exp(1j * crank)), -crank / (stage.pins if stage.twin else stage.lobes)
+
+
+def normals(stage: Stage, theta: Floats) -> Floats:
+    """Which way (..., 2), along and across the line of centres, does the planet press on the pin (or the pin on the ring) at theta?
+
+    (cos theta - K1, sin theta)/D: all of these lines pass through the pitch point.
+    """
+    root = _root(stage, theta)
+    return np.stack([(np.cos(theta) - stage.shortening) / root, np.sin(theta) / root], axis=-1)
+
+
+def arms(stage: Stage, theta: Floats) -> Floats:
+    """With which arm (m) about the planet's centre does the contact at theta work? l = e z sin(theta)/D; its largest, e z, at cos theta = K1."""
+    return np.asarray(stage.planet_pitch_radius * np.sin(theta) / _root(stage, theta))
+
+
+def pressure_angles(stage: Stage, theta: Floats) -> Floats:
+    """Which angle (rad), 0..pi/2, lies between the contact's normal and the way in which the pin centre would turn about the planet's centre?
+
+    cos alpha = |l|/(distance of the pin's centre from the planet's centre).
+    """
+    r, e = stage.ring_radius, 0.0 if stage.twin else stage.eccentricity
+    distance = np.sqrt(r**2 + e**2 - 2 * r * e * np.cos(theta))
+    return np.asarray(np.arccos(np.minimum(np.abs(arms(stage, theta)) / distance, 1.0)))
+
+
+def gaps(stage: Stage, theta: Floats, made: Modification) -> Floats:
+    """How wide (m) is the gap along the normal at the pin at theta? g = dRr + dR (1 - K1 cos theta)/D + dpsi |l|, to first order in the modification.
+
+    The arm of dpsi is that about the toothed wheel's centre: for the twin (N + 1)/N of the planet's. Where the flank is hollow with a radius of
+    0.1 mm, a shift of 10 um is no longer small.
+    """
+    along = (1 - stage.shortening * np.cos(theta)) / _root(stage, theta)
+    return np.asarray(made.roller + made.circle * along + made.turn * _wheel_share(stage) * np.abs(arms(stage, theta)))
+
+
+def _wheel_share(stage: Stage) -> float:
+    """How much longer are arms about the toothed wheel's centre than about the planet's?"""
+    return stage.lobes / stage.pins if stage.twin else 1.0
+
+
+def gaps_from_pins(stage: Stage, theta: Floats, radius: Floats, radial: Floats, tangential: Floats) -> Floats:
+    """How much (m) do errors of the pins widen the gaps? Arrays that broadcast against theta (..., N).
+
+    `radius` m, larger pin: narrower; `radial` m, pin farther out; `tangential` m, pin moved towards larger theta:
+    g = -d_radius + [d_radial (1 - K1 cos theta) + d_tangential K1 sin theta]/D, with both shifts the other way round for pins on the planet.
+    """
+    k1, root = stage.shortening, _root(stage, theta)
+    shift = (radial * (1 - k1 * np.cos(theta)) + tangential * k1 * np.sin(theta)) / root
+    return np.asarray((-shift if stage.twin else shift) - radius)
+
+
+def play(stage: Stage, made: Modification) -> float:
+    """How far (rad) can the planet turn, from one end to the other? 2 [dRr + dR sqrt(1-K1^2)]/(e z) + 2 dpsi, to first order.
+
+    The smallest over a crank turn; between pin positions the true play is 0 to 3.5 % larger at N 14 to 16, less with more pins.
+    """
+    deepest = made.roller + made.circle * math.sqrt(1 - stage.shortening**2)
+    return 2 * deepest / stage.planet_pitch_radius + 2 * made.turn * _wheel_share(stage)
+
+
+def sensitivities(stage: Stage) -> Sensitivities:
+    """What does a metre of each error do at the output, ring fixed and planet out? First order; the driving pin where cos theta = K1."""
+    per_metre = 1 / stage.planet_pitch_radius
+    k1 = stage.shortening
+    return Sensitivities(2 * per_metre, per_metre, per_metre, math.sqrt(1 - k1**2) * per_metre, k1 * per_metre)
+
+
+def output_pin_play(clearance: float, radius: float) -> float:
+    """Which angle (rad) does a diametral clearance (m) between output pins and holes on radius Rw (m) give? Gw/Rw."""
+    return clearance / radius
+
+
+def planetary_play(play_along_circle: float, planet_radius: float, pins: int) -> float:
+    """Which angle (rad) at the output does the circumferential play j (m) of a planetary first stage give, planets' radius r2? j/(r2 N)."""
+    return play_along_circle / (planet_radius * pins)
+
+
+def averaged_error(stage: Stage, theta: Floats, gap: Floats) -> Floats:
+    """By which angle (rad) do gaps (..., N) let the planet turn when all driving flanks, those with l > 0, carry load? sum(l g)/sum(l^2).
+
+    Holds while wind-up is larger than the gaps' differences. Independent gaps of standard deviation s give 2 s/(e z sqrt N).
+    """
+    arm = np.maximum(arms(stage, theta), 0.0)
+    return np.asarray((arm * gap).sum(axis=-1) / (arm**2).sum(axis=-1))
+
+
+def first_contact_error(stage: Stage, theta: Floats, gap: Floats) -> Floats:
+    """By which angle (rad) does the planet turn, its centre held, until a flank with l > 0 touches? min(g/l): unloaded, the extreme decides."""
+    arm = arms(stage, theta)
+    driving = arm > 1e-9 * stage.planet_pitch_radius
+    return np.asarray(np.where(driving, gap / np.where(driving, arm, 1.0), np.inf).min(axis=-1))
+
+
+def ratio(stage: Stage, fixed: Literal["ring", "carrier"] = "ring") -> int:
+    """How many turns of the crank make one of the output? Ring fixed: -z; carrier fixed, ring out: +N. Planet pins: -N and N + 1."""
+    planet, ring = (stage.pins, stage.lobes) if stage.twin else (stage.lobes, stage.pins)
+    return -planet if fixed == "ring" else ring
+
+
+def rv_ratio(sun: int, planet: int, pins: int) -> float:
+    """How many turns of the sun make one of the carrier in a planetary + cycloid (RV) train with the ring fixed? 1 + (z2/z1) N."""
+    return 1 + planet / sun * pins

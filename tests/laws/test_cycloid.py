@@ -1,0 +1,356 @@
+"""Cycloidal geometry against its own motion: pins that touch, normals that meet, a disc that is turned until it jams."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lostmotion.laws.cycloid import (
+    Modification,
+    Stage,
+    arms,
+    averaged_error,
+    contact_radius,
+    curvature,
+    first_contact_error,
+    flank,
+    gaps,
+    gaps_from_pins,
+    normals,
+    output_pin_play,
+    pin_angles,
+    planet_pose,
+    planetary_play,
+    play,
+    pressure_angles,
+    ratio,
+    rv_ratio,
+    sensitivities,
+    smallest_convex_radius,
+    undercut_limit,
+    valley_radius,
+)
+from lostmotion.laws.cycloid_ring import arc_share, cycloid_pair, once_round, ring_pitch, ring_root_radius
+
+LARGE = Stage(0.0775, 0.004, 0.0015, 40)
+SMALL = Stage(0.034, 0.004, 0.0015, 14)
+PAPER_LIKE = Stage(0.1, 0.002, 0.001, 40, "lobe envelope")
+TWIN = Stage(0.0775, 0.002, 0.0012, 30, "planet pins")
+STAGES = [LARGE, SMALL, PAPER_LIKE, TWIN]
+
+
+def as_complex(plane: np.ndarray) -> np.ndarray:
+    """Points (..., 2) as x + i y."""
+    return plane[..., 0] + 1j * plane[..., 1]
+
+
+def distances(stage: Stage, places: np.ndarray, made: Modification | None = None) -> np.ndarray:
+    """Shortest distance from each place (complex) in the toothed wheel's frame to its flank: a fine scan, then Newton on the foot of the normal."""
+    scan = np.linspace(0, 2 * math.pi, 400 * stage.lobes, endpoint=False)
+    curve = as_complex(flank(stage, scan, made)[0])
+    out = np.empty(len(places))
+    for k, place in enumerate(places):
+        t, step = scan[np.argmin(np.abs(curve - place))], scan[1]
+        for _ in range(6):
+            ends = [float(abs(as_complex(flank(stage, np.array(t + d), made)[0]) - place)) ** 2 for d in (-step, 0.0, step)]
+            bend = ends[0] - 2 * ends[1] + ends[2]
+            t -= step * (ends[2] - ends[0]) / 2 / bend
+            step = max(step / 8, 1e-6)
+        out[k] = float(abs(as_complex(flank(stage, np.array(t), made)[0]) - place))
+    return out
+
+
+def pins_in_wheel(stage: Stage, crank: float, extra: float = 0.0) -> np.ndarray:
+    """Pin centres in the toothed wheel's frame at a crank angle, the planet turned by `extra` more; complex, (N,)."""
+    centre, turn = planet_pose(stage, np.array(crank))
+    ring = stage.ring_radius * np.exp(2j * math.pi / stage.pins * np.arange(stage.pins))
+    if stage.twin:
+        return as_complex(centre) + ring * np.exp(1j * (float(turn) + extra))
+    return (ring - as_complex(centre)) * np.exp(-1j * (float(turn) + extra))
+
+
+@pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
+@pytest.mark.parametrize("crank", [0.0, 0.3, 1.7, -2.6, 12.0])
+def test_every_pin_touches_the_flank_at_every_crank_angle(stage: Stage, crank: float):
+    """Roll the planet as the crank asks: all N pins touch the unmodified flank, none cuts into it, to 1e-12 m."""
+    np.testing.assert_allclose(distances(stage, pins_in_wheel(stage, crank)), stage.pin_radius, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
+def test_every_pin_touches_where_the_theory_says(stage: Stage):
+    """For a whole turn of the crank, a pin's centre lies one pin radius along the normal from the flank's point at its own parameter, to 1e-15 m."""
+    for crank in np.linspace(-3, 9, 41):
+        pin = 2 * math.pi / stage.pins * np.arange(stage.pins)
+        t = pin - crank / stage.pins if stage.twin else pin + crank / stage.lobes
+        points, normal = flank(stage, t)
+        np.testing.assert_allclose(as_complex(points + stage.pin_radius * normal), pins_in_wheel(stage, crank), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
+def test_all_normals_meet_in_the_pitch_point(stage: Stage):
+    """Every contact's normal passes through the pitch point, so its moment about the planet's centre is force times arm."""
+    theta = pin_angles(stage, np.linspace(0, 1, 7))
+    normal = normals(stage, theta)
+    pin = stage.ring_radius * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    pitch = np.array([stage.planet_pitch_radius if stage.twin else stage.ring_pitch_radius, 0.0])
+    lever = pin - pitch
+    np.testing.assert_allclose(lever[..., 0] * normal[..., 1] - lever[..., 1] * normal[..., 0], 0, atol=1e-15)
+    about = pin - [0.0 if stage.twin else stage.eccentricity, 0.0]
+    np.testing.assert_allclose(about[..., 0] * normal[..., 1] - about[..., 1] * normal[..., 0], arms(stage, theta), atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, rtol=1e-14)
+    slant = np.abs(arms(stage, theta)) / np.linalg.norm(about, axis=-1)
+    np.testing.assert_allclose(np.cos(pressure_angles(stage, theta)), slant, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
+def test_the_flank_curves_as_stated(stage: Stage):
+    """Curvature by differences of the flank's own normal agrees with the closed form, offset included."""
+    t = np.linspace(0.01, 2 * math.pi / stage.lobes, 50)
+    h = 1e-6
+    ahead, behind = flank(stage, t + h), flank(stage, t - h)
+    turning = np.angle(as_complex(ahead[1]) / as_complex(behind[1]))
+    step = ahead[0] - behind[0]
+    along = as_complex(step) / (1j * as_complex(flank(stage, t)[1]))  # along the flank, counted as the outward normal turns
+    theta = stage.lobes * t * (1 if stage.twin else -1)
+    locus = 1 / curvature(stage, theta)
+    radius = locus + stage.pin_radius if stage.twin else locus - stage.pin_radius
+    np.testing.assert_allclose(np.abs(turning / along.real), np.abs(1 / radius), rtol=1e-5)
+    both = 1 / stage.pin_radius + (-1 if stage.twin else 1) / radius
+    np.testing.assert_allclose(contact_radius(stage, theta), 1 / both, rtol=1e-10)
+
+
+@pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
+def test_undercut_begins_where_the_flank_turns_back(stage: Stage):
+    """Just below the largest pin radius the flank runs forward all the way; just above it somewhere runs back."""
+    limit = undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, twin=stage.twin)
+    theta = np.linspace(0, math.pi, 20001)
+    sign = 1 if stage.twin else -1
+    assert (1 + sign * 0.9999 * limit * curvature(stage, theta)).min() > 0
+    assert (1 + sign * 1.0001 * limit * curvature(stage, theta)).min() < 0
+    assert smallest_convex_radius(stage) == pytest.approx(limit - stage.pin_radius)
+
+
+def test_undercut_limit_is_the_printed_formula():
+    """The limit over all stages equals the textbook's two cases."""
+    for n, k1 in itertools.product((6, 11, 14, 40, 81), np.linspace(0.05, 0.95, 19)):
+        inside = math.sqrt(27 * (1 - k1**2) * (n - 1)) / (n + 1) ** 1.5
+        expected = inside if k1 > (n - 2) / (2 * n - 1) else (1 + k1) ** 2 / (n * k1 + 1)
+        assert undercut_limit(1.0, k1 / n, n) == pytest.approx(expected, rel=1e-12)
+
+
+@given(st.floats(0.05, 0.9), st.integers(14, 90), st.floats(-7, 7))
+@settings(deadline=None, max_examples=100)
+def test_half_the_pins_share_a_quarter_of_the_squares(k1: float, pins: int, crank: float):
+    """Over the loaded half the squares of the arms add up to (e z)^2 N/4, whatever K1.
+
+    They ripple with the crank by less than 1 % where K1 is up to 0.6 with 14 pins or more, to 0.8 with 30, to 0.9 with 40; with 14 pins at
+    K1 = 0.9 by 7.3 %.
+    """
+    stage = Stage(1.0, 1e-4, k1 / pins, pins)
+    arm = np.maximum(arms(stage, pin_angles(stage, np.array([crank]))), 0)
+    smooth = 0.6 if pins < 30 else 0.8 if pins < 40 else 0.9
+    assert (arm**2).sum() == pytest.approx(stage.planet_pitch_radius**2 * pins / 4, rel=0.01 if k1 <= smooth else 0.073)
+
+
+def test_longest_arm_stands_where_cosine_is_k1():
+    """No arm is longer than e z, and the pin at cos theta = K1 has it."""
+    for stage in STAGES:
+        assert arms(stage, np.arccos(stage.shortening)) == pytest.approx(stage.planet_pitch_radius, rel=1e-12)
+        assert arms(stage, np.linspace(-4, 4, 999)).max() <= stage.planet_pitch_radius * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("stage", [LARGE, SMALL, TWIN], ids=lambda s: f"{s.kind} {s.pins}")
+@pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=2e-5), Modification(2e-6, 3e-6, 1e-5)])
+def test_gaps_are_those_of_the_ground_flank(stage: Stage, made: Modification):
+    """The stated gap at each pin is the distance from the pin to the modified flank, to second order in the material removed."""
+    crank = 0.4
+    measured = distances(stage, pins_in_wheel(stage, crank), made) - stage.pin_radius
+    theta = pin_angles(stage, np.array([crank]))[0]
+    clear = np.abs(arms(stage, theta)) > 0.1 * stage.planet_pitch_radius  # a turned flank leaves a step at tip and valley
+    np.testing.assert_allclose(measured[clear], gaps(stage, theta, made)[clear], rtol=0.01, atol=1.5e-7)
+
+
+def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: int) -> float:
+    """How far can the planet really turn before a pin touches? Bisection on the smallest distance of the pins."""
+    low, high = 0.0, 2 * play(stage, made)
+    for _ in range(30):
+        middle = (low + high) / 2
+        free = distances(stage, pins_in_wheel(stage, crank, side * middle), made).min() >= stage.pin_radius
+        low, high = (middle, high) if free else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5)], ids=["roller", "circle"])
+def test_play_is_what_the_disc_really_turns(made: Modification):
+    """Turned by force until it jams, at five crank angles, the disc has the formula's play or up to 3.5 % more."""
+    for crank in np.linspace(0, 2 * math.pi / SMALL.pins, 5, endpoint=False):
+        free = sum(turned_until_jammed(SMALL, float(crank), made, side) for side in (-1, 1))
+        assert 0.999 <= free / play(SMALL, made) <= 1.035
+
+
+def test_gaps_decide_the_play_between_the_pins():
+    """From the gaps alone the first contact gives the same play, at 500 crank angles, and its smallest is the formula's."""
+    for stage, most in ((SMALL, 1.035), (LARGE, 1.005)):
+        for made in (Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=1e-4)):
+            theta = pin_angles(stage, np.linspace(0, 2 * math.pi / stage.pins, 500))
+            gap = gaps(stage, theta, made)
+            free = first_contact_error(stage, theta, gap) + first_contact_error(stage, -theta, gap)
+            assert free.min() >= play(stage, made) * (1 - 1e-12)
+            assert free.max() <= play(stage, made) * most
+
+
+@pytest.mark.parametrize("stage", [LARGE, TWIN], ids=["disc", "twin"])
+def test_a_pin_out_of_place_opens_its_gap(stage: Stage):
+    """Move or swell each pin by 0.1 um: the distance to the flank changes as the law says."""
+    crank, d = 0.7, 1e-7
+    theta = pin_angles(stage, np.array([crank]))[0]
+    pins = pins_in_wheel(stage, crank)
+    centre = 0.0 if stage.twin else -as_complex(planet_pose(stage, np.array(crank))[0]) * np.exp(-1j * float(planet_pose(stage, np.array(crank))[1]))
+    outward = pins - centre if not stage.twin else pins - as_complex(planet_pose(stage, np.array(crank))[0])
+    outward /= np.abs(outward)
+    for radial, across in ((d, 0.0), (0.0, d), (d, -d)):
+        moved = pins + radial * outward + across * 1j * outward
+        expected = gaps_from_pins(stage, theta, np.array(0.0), np.array(radial), np.array(across))
+        np.testing.assert_allclose(distances(stage, moved) - stage.pin_radius, expected, atol=1e-10)
+    assert gaps_from_pins(stage, theta, np.array(d), np.array(0.0), np.array(0.0)) == pytest.approx(-d)
+
+
+def test_errors_of_many_pins_average():
+    """With all driving flanks loaded, independent normal errors of 1 um scatter the output by 2 s/(e z sqrt N); unloaded, the extreme is far off."""
+    rng = np.random.default_rng(5)
+    gap = 1e-6 * rng.standard_normal((20000, 40))
+    theta = pin_angles(LARGE, np.array([0.2]))[0]
+    expected = 2e-6 / (LARGE.planet_pitch_radius * math.sqrt(40))
+    assert averaged_error(LARGE, theta, gap).std() == pytest.approx(expected, rel=0.02)
+    assert first_contact_error(LARGE, theta, gap).mean() < -3 * expected
+
+
+def test_first_order_effects_are_the_gap_law_at_the_longest_arm():
+    """Each sensitivity is what the gap law gives at the pin with the longest arm; the list in the literature is reproduced."""
+    theta = np.arccos(LARGE.shortening)
+    ez, zero, one = LARGE.planet_pitch_radius, np.array(0.0), np.array(1.0)
+    effect = sensitivities(LARGE)
+    assert effect.pin_radius == pytest.approx(-float(gaps_from_pins(LARGE, theta, one, zero, zero)) / ez)
+    assert effect.pin_circle == pytest.approx(float(gaps_from_pins(LARGE, theta, zero, one, zero)) / ez)
+    assert effect.pin_shift == pytest.approx(float(gaps_from_pins(LARGE, theta, zero, zero, one)) / ez)
+    assert (effect.flank_gap, effect.eccentric_clearance) == (pytest.approx(2 / 0.0585), pytest.approx(1 / 0.0585))
+    assert output_pin_play(20e-6, 0.05) == pytest.approx(4e-4)
+    assert planetary_play(40e-6, 0.02, 40) == pytest.approx(5e-5)
+
+
+def test_ratios_follow_from_the_motion():
+    """With the ring fixed the planet turns back once per z turns of the crank; turning everything back gives the ring's ratio."""
+    for stage in STAGES:
+        _, turn = planet_pose(stage, np.array(2 * math.pi))
+        assert 2 * math.pi / float(turn) == pytest.approx(ratio(stage))
+        assert (2 * math.pi - float(turn)) / -float(turn) == pytest.approx(ratio(stage, "carrier"))
+    assert (ratio(LARGE), ratio(LARGE, "carrier"), ratio(TWIN), ratio(TWIN, "carrier")) == (-39, 40, -30, 31)
+    assert (rv_ratio(9, 27, 40), rv_ratio(10, 38, 40)) == (121, 153)
+
+
+@pytest.mark.parametrize("stage", [PAPER_LIKE, Stage(0.05, 0.003, 0.0012, 20, "lobe envelope"), Stage(0.034, 0.004, 0.0015, 14, "lobe envelope")])
+def test_an_envelope_ring_is_what_the_disc_sweeps(stage: Stage):
+    """Sweep the disc through a turn of the crank: what it leaves standing is the ring, to the sweep's 0.5 um; the root lies at R - Rr + 2 e."""
+    pitch = as_complex(ring_pitch(stage, 201))
+    at = np.angle(pitch)
+    assert (np.diff(at) > 0).all()
+    t = np.linspace(0, 2 * math.pi, 400 * stage.lobes)
+    disc = as_complex(flank(stage, t)[0])
+    reach = np.zeros(len(pitch))
+    for crank in np.linspace(-math.pi, math.pi, 721):
+        swept = as_complex(planet_pose(stage, np.array(crank))[0]) + disc * np.exp(1j * float(planet_pose(stage, np.array(crank))[1]))
+        order = np.argsort(np.angle(swept))
+        reach = np.maximum(reach, np.interp(at, np.angle(swept)[order], np.abs(swept)[order]))
+    np.testing.assert_allclose(np.abs(pitch), reach, rtol=0, atol=5e-7)
+    assert np.abs(pitch[[0, -1]]) == pytest.approx(ring_root_radius(stage), rel=1e-12)
+    assert np.abs(pitch).min() == pytest.approx(stage.ring_radius - stage.pin_radius, rel=1e-12)
+
+
+def test_an_envelope_ring_keeps_the_pins_arc_near_the_crest():
+    """The crest is the pin's arc to rounding; over published rings it covers about 13 to 39 % of the pitch, with an outlier where pins are fat."""
+    stage = Stage(0.05, 0.003, 0.0012, 20, "lobe envelope")
+    pitch = as_complex(ring_pitch(stage, 401))
+    on_arc = np.abs(np.angle(pitch)) < arc_share(stage) * math.pi / stage.pins * 0.999
+    np.testing.assert_allclose(np.abs(pitch[on_arc] - stage.ring_radius), stage.pin_radius, rtol=0, atol=1e-15)
+    assert arc_share(stage) == pytest.approx(0.1935, abs=1e-4)
+    assert 0.1 < arc_share(PAPER_LIKE) < 0.39
+
+
+def test_a_ring_of_plain_arcs_clears_the_disc():
+    """Plain arcs keep the pins' contacts on the crest, and the disc's tips pass the root with the clearance asked for."""
+    for stage, clearance in ((Stage(0.1, 0.002, 0.001, 40, "lobe arcs"), 1e-4), (Stage(0.05, 0.003, 0.0005, 20, "lobe arcs"), 0.0)):
+        pitch = as_complex(ring_pitch(stage, 201, clearance))
+        crest = np.abs(np.angle(pitch)) < 0.3 * stage.pin_radius / stage.ring_radius
+        np.testing.assert_allclose(np.abs(pitch[crest] - stage.ring_radius), stage.pin_radius, atol=1e-15)
+        assert np.abs(pitch).max() == pytest.approx(stage.tip_radius + stage.eccentricity + clearance)
+        assert (np.diff(np.angle(pitch)) > -1e-12).all()
+        assert len(once_round(ring_pitch(stage, 201), stage.pins)) == 40 * (len(pitch) - 1) // (40 // stage.pins)
+
+
+def test_a_twins_ring_is_its_flank():
+    """Pins on the planet: one pitch of the ring lies on the toothed wheel's flank, and closes after z copies."""
+    pitch = ring_pitch(TWIN, 201)
+    whole = once_round(pitch, TWIN.lobes)
+    assert np.hypot(*pitch[0]) == pytest.approx(np.hypot(*pitch[-1]), rel=1e-12)
+    assert len(whole) == TWIN.lobes * (len(pitch) - 1)
+    assert np.hypot(*whole.T).max() == pytest.approx(TWIN.ring_radius + TWIN.pin_radius + TWIN.eccentricity, rel=1e-9)
+
+
+def test_a_cycloid_pair_rolls_without_interference():
+    """The disc of one rolling circle stays inside its ring at every crank angle, and touches it on every tooth."""
+    lobes, q = 9, 0.001
+    disc, ring = (as_complex(outline) for outline in cycloid_pair(lobes, q, 400))
+    assert np.abs(disc).max() == pytest.approx((2 * lobes + 2) * q)
+    assert np.abs(ring).min() == pytest.approx(2 * lobes * q)
+    order = np.argsort(np.angle(ring))
+    for crank in np.linspace(0, 1, 9):
+        # tips of the disc's epicycloids start in the ring's; the disc turns back by one n-th of the crank
+        here = 2 * q * np.exp(1j * crank) + disc * np.exp(1j * -crank / lobes)
+        room = np.interp(np.angle(here), np.angle(ring)[order], np.abs(ring)[order], period=2 * math.pi) - np.abs(here)
+        assert room.min() > -3e-7
+        touching = np.abs(room) < 3e-7
+        assert np.count_nonzero(touching & ~np.roll(touching, 1)) >= lobes
+
+
+@pytest.mark.parametrize(
+    ("stage", "reason", "nearest"),
+    [
+        ((0.0775, 0.004, 0.0025, 40), "the profile loops", "below 1.9375 mm"),
+        ((0.034, 0.0075, 0.0021, 14), "undercuts the flank", "largest possible is 5.5073 mm"),
+        ((0.034, 0.008, 0.0010, 14), "neighbouring pins overlap", "7.5657 mm"),
+        ((0.05, -0.001, 0.001, 20), "positive length", "pin radius is -0.001"),
+        ((0.05, 0.003, math.nan, 20), "positive length", "eccentricity is nan"),
+        ((0.05, 0.003, 0.001, 2), "2 pins", "3 or more"),
+        ((0.05, 0.003, 0.001, 20, "rollers"), "'rollers'", "'planet pins'"),
+    ],
+)
+def test_what_cannot_be_built_is_refused_with_the_nearest_that_can(stage: tuple, reason: str, nearest: str):
+    """An impossible stage is refused, says why, and names the nearest possible value."""
+    with pytest.raises(ValueError, match="cannot exist") as refusal:
+        Stage(*stage)
+    assert reason in str(refusal.value)
+    assert nearest in str(refusal.value)
+
+
+def test_the_nearest_value_named_is_possible():
+    """The largest pin radius that a refusal names can be built."""
+    with pytest.raises(ValueError, match="largest possible is") as refusal:
+        Stage(0.034, 0.0075, 0.0021, 14)
+    named = float(str(refusal.value).split("largest possible is ")[1].split(" mm")[0])
+    assert Stage(0.034, named * 1e-3, 0.0021, 14).pin_radius == pytest.approx(named * 1e-3)
+
+
+def test_a_cycloid_pair_needs_two_lobes():
+    """A disc with one lobe is no pair."""
+    with pytest.raises(ValueError, match="two lobes or more, not 1"):
+        cycloid_pair(1, 0.001)
+
+
+def test_a_flat_valley_has_no_radius():
+    """With a small eccentricity the locus is convex all round, and no valley radius limits a cutter."""
+    assert valley_radius(Stage(0.1, 0.002, 0.0001, 20)) == math.inf
