@@ -5,8 +5,14 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import tomllib
+from typing import Any
 
 from lostmotion.parts.link import Material
+
+
+def packaged(file: str) -> dict[str, Any]:
+    """What does one of the package's own data files say? A fresh tree at each call, quantities still as text."""
+    return tomllib.loads(importlib.resources.files(__name__).joinpath(file).read_text(encoding="utf-8"))
 
 
 @functools.cache
@@ -15,5 +21,4 @@ def materials() -> dict[str, Material]:
 
     In SI: Pa, kg/m^3. A material of your own belongs in the arm file, under [materials.NAME].
     """
-    text = importlib.resources.files(__name__).joinpath("materials.toml").read_text(encoding="utf-8")
-    return {name: Material.model_validate(entry, context={"text": True}) for name, entry in tomllib.loads(text).items()}
+    return {name: Material.model_validate(entry, context={"text": True}) for name, entry in packaged("materials.toml").items()}

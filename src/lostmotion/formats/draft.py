@@ -11,6 +11,7 @@ from lostmotion.arm import Arm
 from lostmotion.catalogue import materials
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.formats.mistakes import problems
+from lostmotion.formats.reducers import ALSO, place_reducers
 from lostmotion.parts.link import Material, Rod
 
 if TYPE_CHECKING:
@@ -59,6 +60,12 @@ class Draft:
         """Note a mistake: what was found, what is expected, an example, and the nearest name."""
         self.mistakes.append(Problem(self.file, self.key(path), *words))
 
+    def note(self, text: str) -> None:
+        """Add a line to what the arm's own notes say; once, however often it is said."""
+        notes = self.tree.get("notes", [])
+        if isinstance(notes, list) and text not in notes:
+            self.tree["notes"] = [*notes, text]
+
     @property
     def joints(self) -> list[tuple[int, dict[str, Any]]]:
         """Give the joints that are tables, with their positions; anything else is refused later, by the model."""
@@ -66,6 +73,7 @@ class Draft:
 
     def fill_in_shared_parts(self) -> None:
         """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
+        place_reducers(self)
         unused = []
         for table, steps in SHARED.items():
             stock = self._stock(table)
@@ -77,8 +85,8 @@ class Draft:
                 if isinstance(holder, dict) and steps[-1] in holder:
                     used.add(self._fill_in(table, stock, holder, ("joints", index, *steps)))
             unused += [f"{table}.{plain(name)}" for name in stock if name not in used]
-        if unused and isinstance(self.tree.get("notes", []), list):
-            self.tree["notes"] = [*self.tree.get("notes", []), f"described and used by no joint: {', '.join(unused)}"]
+        if unused:
+            self.note(f"described and used by no joint: {', '.join(unused)}")
 
     def _stock(self, table: str) -> dict[str, Any]:
         stock = self.tree.pop(table, {})
@@ -114,7 +122,7 @@ class Draft:
         try:
             arm = Arm.model_validate(self.tree, context={"text": True})
         except ValidationError as error:
-            self.mistakes += problems(error, Arm, self.file, self.key, self.also)
+            self.mistakes += problems(error, Arm, self.file, self.key, {**ALSO, **self.also})
         if self.mistakes:
             raise InputError(self.mistakes)
         return arm

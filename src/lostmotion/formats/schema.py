@@ -9,6 +9,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from lostmotion.arm import Arm
 from lostmotion.formats.dh import DH_KEYS, Row
 from lostmotion.formats.draft import SHARED
+from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 
 if TYPE_CHECKING:
     from pydantic_core import core_schema
@@ -44,6 +45,9 @@ def json_schema() -> Schema:
     for joint in _JOINTS[:2]:
         _name_readably(kinds, joint, kinds[joint])
     _require_tags(schema)
+    for kind in kinds.values():
+        if kind["title"] == "GearboxOfRevoluteJoint":
+            kind["properties"][CATALOGUE_KEY] = {"type": "string", "description": _REDUCER, "examples": ["RV-40E-121"]}
     stock = _take_parts_by_name(kinds)
     for joint in _JOINTS:
         kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
@@ -53,6 +57,7 @@ def json_schema() -> Schema:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "lostmotion arm", "description": _DESCRIPTION}
 
 
+_REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
 _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
     "mdh": "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) Rz(theta + q) Tz(d)",
@@ -97,7 +102,8 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
             if steps[-1] in fields:
                 part = fields[steps[-1]]
                 allowed += [] if part in allowed else [part]
-                fields[steps[-1]] = {"anyOf": [{"type": "string", "description": f"a name under [{table}]"}, part]}
+                or_known = {"gearboxes": ", or a reducer of the catalogue", "materials": ", or one of the catalogue"}.get(table, "")
+                fields[steps[-1]] = {"anyOf": [{"type": "string", "description": f"a name under [{table}]{or_known}"}, part]}
         items = allowed[0] if len(allowed) == 1 else {"anyOf": allowed}
         stock[table] = {"type": "object", "description": "parts by name, for joints to share", "additionalProperties": items}
     return stock

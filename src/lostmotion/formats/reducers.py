@@ -1,0 +1,98 @@
+"""Reducers by the maker's name, wherever an arm file may describe a gearbox.
+
+    gearbox = "RV-40E-121"                                           # the maker's own name, with its ratio
+    gearbox = { catalogue = "RV-40E", ratio = 121, backlash = "0.4 arcmin" }   # what is stated goes before the catalogue
+    [gearboxes.shoulder]                                             # the same for joints to share
+    catalogue = "CSG-25-100"
+
+A gearbox of that name under [gearboxes] goes before the catalogue.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
+
+from lostmotion.catalogue.gearboxes import find_gearbox, gearbox_models
+from lostmotion.errors import InputError, nearest, shown
+from lostmotion.formats.allowed import inside, models
+from lostmotion.parts.joint import RevoluteJoint
+
+if TYPE_CHECKING:
+    from lostmotion.formats.draft import Draft
+    from lostmotion.formats.mistakes import Path
+
+KEY: Final = "catalogue"
+_EXAMPLE: Final = "RV-40E-121"
+# What a turning joint's gearbox takes besides the fields of its model.
+ALSO: Final = {model: {KEY: f'{KEY} = "{_EXAMPLE}"'} for model in models(inside([RevoluteJoint], "gearbox"))}
+
+
+def place_reducers(draft: Draft) -> None:
+    """Put rows of the catalogue where gearboxes name them; note what is wrong with a name, and what each row leaves open."""
+    shared = draft.tree.get("gearboxes", {})
+    shared = shared if isinstance(shared, dict) else {}
+    placed = []
+    for name, stated in shared.items():
+        if _names_row(stated):
+            shared[name] = _with_row(draft, stated, ("gearboxes", name), KEY)
+            placed.append(shared[name])
+    for index, joint in draft.joints:
+        path: Path = ("joints", index)
+        stated = joint.get("gearbox")
+        if isinstance(stated, str) and stated not in shared and _means_reducer(stated, shared):
+            joint["gearbox"] = _with_row(draft, {KEY: stated}, path, "gearbox")
+            placed.append(joint["gearbox"])
+        elif _names_row(stated):
+            joint["gearbox"] = _with_row(draft, stated, (*path, "gearbox"), KEY)
+            placed.append(joint["gearbox"])
+        gearbox = shared.get(stated) if isinstance(stated, str) and stated in shared else joint.get("gearbox")
+        if gearbox is not None and any(gearbox is row for row in placed):
+            _check_joint(draft, joint, gearbox, path)
+
+
+def _names_row(stated: Any) -> TypeGuard[dict[str, Any]]:  # noqa: ANN401 - whatever a file holds
+    return isinstance(stated, dict) and KEY in stated
+
+
+def _means_reducer(name: str, shared: dict[str, Any]) -> bool:
+    """Tell whether a name that is not under [gearboxes] is one of the catalogue, or a slip of one rather than of a shared gearbox."""
+    try:
+        find_gearbox(name)
+    except InputError as error:
+        # A known name whose ratio is missing or unknown has no near name: the catalogue tells what it lacks.
+        return any(name.startswith(model) for model in gearbox_models()) or (bool(error.problems[0].nearest) and not nearest(name, shared))
+    return True
+
+
+def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str) -> dict[str, Any]:
+    """Add what the row says that is named in `stated`; what is stated goes before it. `key` is where the user wrote the name."""
+    own = {name: value for name, value in stated.items() if name != KEY}
+    name = stated[KEY]
+    if not isinstance(name, str):
+        draft.refuse((*path, key), shown(name), "the name of a reducer of the catalogue", f'{key} = "{_EXAMPLE}"')
+        return own
+    try:
+        row, ratio = find_gearbox(name, float(own["ratio"]) if "ratio" in own else None)
+    except InputError as error:
+        problem = error.problems[0]
+        draft.refuse((*path, key), problem.found, problem.expected, f'{key} = "{problem.example}"', problem.nearest)
+        return own
+    except (TypeError, ValueError):
+        return own  # the model tells what is wrong with the ratio
+    draft.note(row.note(name, own))
+    return row.with_own({"model": name, **({} if ratio is None else {"ratio": ratio}), **own})
+
+
+def _check_joint(draft: Draft, joint: dict[str, Any], gearbox: dict[str, Any], path: Path) -> None:
+    """Refuse a reducer on a sliding joint, and one without its ratio where an encoder's errors are divided by it."""
+    encoder, encoders = joint.get("encoder"), draft.tree.get("encoders", {})
+    if isinstance(encoder, str) and isinstance(encoders, dict):
+        encoder = encoders.get(encoder)
+    name = gearbox.get("model", "")
+    if joint.get("type") == "prismatic":
+        expected = "a gearbox by lengths and forces on a sliding joint; those of the catalogue turn"
+        draft.refuse((*path, "gearbox"), shown(name), expected, 'gearbox = { stiffness = "200 N/µm" }')
+        joint.pop("gearbox")
+    elif name and "ratio" not in gearbox and isinstance(encoder, dict) and encoder.get("side", "motor") == "motor" and "ratio" not in encoder:
+        expected = "the ratio behind the name: the encoder's errors reach the output divided by it"
+        draft.refuse((*path, "gearbox"), f"{shown(name)} without its ratio", expected, f'gearbox = "{name}-121"')

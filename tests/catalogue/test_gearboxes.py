@@ -1,0 +1,179 @@
+"""The catalogue of reducers: every row can be used, says where it comes from, and winds up as its maker prints."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from lostmotion.catalogue.gearboxes import GearboxRow, find_gearbox, gearbox_models, gearboxes
+from lostmotion.errors import InputError
+from lostmotion.parts.joint import RevoluteJoint
+from tests.parts.conditions import ARCMIN, condition, design
+
+ROWS = [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()]
+STRAIN_WAVE = [row for row in gearboxes() if row.maker == "Harmonic Drive"]
+RV = [row for row in gearboxes() if row.maker == "Nabtesco"]
+
+
+def of_row(row: GearboxRow, **stated: object):
+    """Put a row into a joint, as a file does."""
+    joint = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"], "gearbox": row.with_own(dict(stated))}
+    return RevoluteJoint.model_validate(joint, context={"text": True}).gearbox
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_every_row_makes_a_gearbox_and_says_its_source(row: GearboxRow):
+    """A row is complete by itself, holds no ideal gearbox, and its source carries a mark of confidence."""
+    part = of_row(row)
+    assert part.zones
+    assert part.play.nominal >= 0
+    assert part.hysteresis > 0
+    assert re.search(r"\[(R|V|M \d\d)\]$", row.source)
+    assert set(row.upper_limits) <= set(row.part)
+    assert part.terms(condition((1.0,) * 6))
+
+
+def test_every_ratio_of_a_model_belongs_to_one_row():
+    """No reducer is described twice, and its ratio classes do not overlap."""
+    for model in gearbox_models():
+        rows = [row for row in gearboxes() if model in row.models]
+        for ratio in (30.0, 50.0, 50.5, 80.0, 100.0, 160.0):
+            assert sum(row.holds_for(ratio) for row in rows) <= 1
+        assert sum(row.holds_for(100.0) for row in rows) == 1
+
+
+def test_the_sizes_are_those_of_the_makers():
+    """RV-42N, eight RV-E sizes, and eight sizes of three strain wave series: five in three ratio classes, three in two."""
+    assert [row.models for row in RV] == [["RV-42N"]] + [[f"RV-{size}E"] for size in (6, 20, 40, 80, 110, 160, 320, 450)]
+    sizes = [(row.models[0], row.ratio) for row in STRAIN_WAVE]
+    assert sizes == [(f"CSG-{size}", ratio) for size in (14, 17, 20, 25, 32, 40, 50, 58) for ratio in (30, 50, None) if size < 40 or ratio != 30]
+    assert all([name.partition("-")[0] for name in row.models] == ["CSG", "CSF", "HFUC"] for row in STRAIN_WAVE)
+
+
+@pytest.mark.parametrize("row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in STRAIN_WAVE])
+def test_strain_wave_gears_stiffen_zone_by_zone(row: GearboxRow):
+    """In every size K1 < K2 < K3, the torques between them rise, and the wind-up at 1.5 T2 is the makers' sum exactly."""
+    part = of_row(row)
+    (k1, k2, k3), (t1, t2) = part.zones, part.zone_torques
+    assert k1 < k2 < k3
+    torque = 1.5 * t2
+    by_hand = t1 / k1 + (t2 - t1) / k2 + (torque - t2) / k3
+    np.testing.assert_allclose(design(part._wind_up(condition((0, 0, torque, 0, 0, 0))))[0, 2], by_hand, rtol=1e-14)
+
+
+def test_a_larger_size_or_ratio_is_stiffer():
+    """Within a ratio class every size is stiffer than the one before, and within a size a higher ratio is stiffer."""
+    for ratio in (30, 50, 100):
+        zones = np.array(
+            [of_row(find_gearbox(f"CSG-{size}", ratio)[0]).zones for size in (14, 17, 20, 25, 32, 40, 50, 58)[: 5 if ratio == 30 else 8]]
+        )
+        assert (np.diff(zones, axis=0) > 0).all()
+    for size in (14, 17, 20, 25, 32):
+        assert (np.diff([of_row(find_gearbox(f"CSG-{size}", ratio)[0]).zones for ratio in (30, 50, 100)], axis=0) > 0).all()
+
+
+def test_a_strain_wave_gear_has_no_play_of_its_own():
+    """Lost motion of a strain wave gear is elastic: at 4 % of some 67 N m a CSF-25-100 winds up 0.59' both ways, of the < 1' printed."""
+    row, _ = find_gearbox("CSF-25-100")
+    part = of_row(row)
+    assert part.play.nominal == 0
+    lost = 2 * 0.04 * 67 / part.zones[0] / ARCMIN
+    assert 0.55 < lost < 1
+    assert {"hysteresis", "transmission_error"} == set(row.upper_limits)
+
+
+@pytest.mark.parametrize("row", [pytest.param(row, id=row.models[0]) for row in RV])
+def test_play_and_friction_of_an_rv_make_the_printed_loop(row: GearboxRow):
+    """At zero torque the loop is as wide as the sheet says, 1' (1.5' for size 6); what the play leaves of it is friction's."""
+    part = of_row(row)
+    printed = 1.5 if row.models == ["RV-6E"] else 1.0
+    assert part.lost_motion / ARCMIN == pytest.approx(printed)
+    assert part.lost_motion_torque == pytest.approx(0.03)
+    assert (part.play.nominal + part.hysteresis) / ARCMIN == pytest.approx(printed, abs=6e-4)
+    assert part.play.nominal / ARCMIN == pytest.approx(printed - 0.06 * part.rated_torque / (part.zones[0] * ARCMIN), rel=1e-9)
+
+
+def test_an_rv_42n_winds_up_by_its_rating_over_its_rigidity():
+    """At its rated 412 N m an RV-42N winds up by 412/113 = 3.65'."""
+    part = of_row(find_gearbox("RV-42N")[0])
+    assert design(part._wind_up(condition((0, 0, 412, 0, 0, 0))))[0, 2] == pytest.approx(412 / 113 * math.pi / 180 / 60, rel=1e-12)
+
+
+def test_rated_torque_rises_faster_than_it_winds_up():
+    """From size to size an RV carries more and is stiffer, about its axis and against tilting; all wind up between 2.5' and 5' at their rating."""
+    rows = RV[1:]
+    parts = [of_row(row) for row in rows]
+    assert all(np.diff([part.rated_torque for part in parts]) > 0)
+    assert all(np.diff([part.zones[0] for part in parts]) > 0)
+    assert all(np.diff([row.moment_rigidity for row in rows]) > 0)
+    assert all(2.5 < part.rated_torque / part.zones[0] / ARCMIN < 5 for part in parts)
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "ratio", "in_row"),
+    [
+        ("RV-40E", None, None, "any ratio"),
+        ("RV-40E-121", None, 121, "any ratio"),
+        ("RV-40E", 121.0, 121, "any ratio"),
+        ("RV-40E-121", 121.0, 121, "any ratio"),
+        ("RV-40E-118.5", None, 118.5, "any ratio"),
+        ("CSG-25-100", None, 100, "above 50"),
+        ("HFUC-25", 50.0, 50, "50"),
+        ("CSF-25-30", None, 30, "30"),
+    ],
+)
+def test_a_name_leads_to_its_row(name: str, beside: float | None, ratio: float | None, in_row: str):
+    """The ratio stands behind the name as makers print it, or beside it; where the stiffness does not depend on it, it may be left out."""
+    row, found = find_gearbox(name, beside)
+    assert found == ratio
+    assert row.ratios == in_row
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "expected", "near"),
+    [
+        ("RV-40", None, "a reducer of the catalogue", "RV-40E"),
+        ("rv-40e-121", None, "a reducer of the catalogue", ""),
+        ("CSG-26-100", None, "a reducer of the catalogue", "CSG-"),
+        ("CSG-25", None, "30, 50 or above 50", ""),
+        ("CSG-25-40", None, "30, 50 or above 50", ""),
+        ("CSG-40-30", None, "50 or above 50", ""),
+        ("RV-40E-121", 81.0, "one ratio", ""),
+        ("", None, "a reducer of the catalogue", ""),
+        ("-", None, "a reducer of the catalogue", ""),
+        ("RV-40E-", None, "a reducer of the catalogue", "RV-40E"),
+        ("x" * 5000, None, "a reducer of the catalogue", ""),
+    ],
+)
+def test_a_name_that_leads_nowhere_is_told(name: str, beside: float | None, expected: str, near: str):
+    """Unknown names get the nearest known one, and a ratio without figures gets those that have some; the example can be used as it stands."""
+    with pytest.raises(InputError) as caught:
+        find_gearbox(name, beside)
+    (problem,) = caught.value.problems
+    assert expected in problem.expected
+    assert find_gearbox(problem.example)
+    assert not near or problem.nearest.startswith(near)
+
+
+def test_what_is_stated_goes_before_the_catalogue():
+    """A measured backlash takes the place of the printed lost motion, a single stiffness that of the zones, and the other way about."""
+    assert of_row(find_gearbox("RV-40E")[0], backlash="0.4 arcmin").play.nominal == pytest.approx(0.4 * ARCMIN)
+    assert of_row(find_gearbox("CSG-25-100")[0], stiffness="40e3 N m/rad").zones == [40e3]
+    tighter = of_row(find_gearbox("RV-40E")[0], lost_motion="0.5 arcmin")
+    assert (tighter.lost_motion_torque, tighter.stiffness) == (0.03, pytest.approx(108 / ARCMIN))
+    assert of_row(find_gearbox("CSG-25-100")[0], lost_motion="0.9 arcmin", rated_torque="67 N m", lost_motion_torque="4 %").play.nominal > 0
+
+
+def test_a_row_says_what_it_leaves_open():
+    """The note names upper limits and silences that the user did not fill, and the source."""
+    row, _ = find_gearbox("RV-40E")
+    note = row.note("RV-40E-121", {})
+    assert "lost_motion and hysteresis are the maker's upper limit" in note
+    assert "transmission_error" in note
+    assert note.endswith("[M 95]")
+    own = row.note("RV-40E-121", {"backlash": 0, "transmission_error": 0, "stiffness_scatter": 0})
+    assert "hysteresis is the maker's upper limit" in own
+    assert "nothing is said" not in own

@@ -1,0 +1,99 @@
+"""Reducers by name in an arm file."""
+
+from __future__ import annotations
+
+import pytest
+
+from lostmotion.formats import read
+from tests.formats.conftest import JOINT, told  # noqa: F401 - the fixture
+from tests.parts.conditions import ARCMIN
+
+HEAD = 'name = "x"\n'
+
+
+def arm_from(tmp_path, text):
+    """Read an arm from text."""
+    path = tmp_path / "arm.toml"
+    path.write_text(HEAD + text, encoding="utf-8")
+    return read(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        JOINT + 'gearbox = "RV-40E-121"\n',
+        JOINT + 'gearbox = { catalogue = "RV-40E", ratio = 121 }\n',
+        JOINT + 'gearbox = { catalogue = "RV-40E", ratio = "121" }\n',
+        JOINT + 'gearbox = "s"\n[gearboxes.s]\ncatalogue = "RV-40E-121"\n',
+    ],
+)
+def test_a_reducer_is_named_in_three_ways(tmp_path, text):
+    """By itself, inside a gearbox that adds to it, or as a shared part: the same gearbox, and a note with its source."""
+    arm = arm_from(tmp_path, text)
+    gearbox = arm.moving[0].gearbox
+    assert gearbox.ratio == 121
+    assert gearbox.stiffness == pytest.approx(108 / ARCMIN)
+    (note,) = arm.notes
+    assert "upper limit" in note
+    assert "[M 95]" in note
+
+
+def test_what_the_file_states_goes_first(tmp_path):
+    """A measured backlash and transmission error stand in place of the catalogue's, and of its silence."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "CSG-25", ratio = 100, backlash = "0.1 arcmin", transmission_error = "0.3 arcmin" }\n')
+    gearbox = arm.moving[0].gearbox
+    assert gearbox.play.nominal == pytest.approx(0.1 * ARCMIN)
+    assert gearbox.transmission_error == pytest.approx(0.3 * ARCMIN)
+    assert gearbox.zones == [31e3, 50e3, 57e3]
+
+
+def test_a_shared_gearbox_goes_before_the_catalogue(tmp_path):
+    """Whoever names a gearbox of their own RV-40E means theirs."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E"\n[gearboxes.RV-40E]\nratio = 7\n')
+    assert arm.moving[0].gearbox.ratio == 7
+    assert arm.moving[0].gearbox.stiffness is None
+    assert arm.notes == ()
+
+
+def test_two_joints_of_one_reducer_are_noted_once(tmp_path):
+    """The note speaks of the reducer, however many joints have it."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E-121"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "RV-40E-121"\n')
+    assert len(arm.notes) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "expected"),
+    [
+        (JOINT + 'gearbox = "RV-41E"\n', "joints.A.gearbox", "a reducer of the catalogue"),
+        (JOINT + 'gearbox = "CSG-25"\n', "joints.A.gearbox", "above 50"),
+        (JOINT + 'gearbox = { catalogue = "CSG-25-40" }\n', "joints.A.gearbox.catalogue", "above 50"),
+        (JOINT + 'gearbox = { catalogue = "RV-40E-121", ratio = 81 }\n', "joints.A.gearbox.catalogue", "one ratio"),
+        (JOINT + "gearbox = { catalogue = 3 }\n", "joints.A.gearbox.catalogue", "the name"),
+        (JOINT + 'gearbox = { catalogue = "CSG-25", ratio = "12 mm" }\n', "joints.A.gearbox.ratio", "number"),
+        (JOINT + 'gearbox = { catalogue = "CSG-25", ratio = [1] }\n', "joints.A.gearbox.ratio", "number"),
+        (JOINT + 'gearbox = { catalogue = "RV-40E", ratio = -3 }\n', "joints.A.gearbox.ratio", "number"),
+        (JOINT + 'gearbox = { catalog = "RV-40E" }\n', "joints.A.gearbox.catalog", "catalogue"),
+        (JOINT + 'gearbox = "g"\n[gearboxes.g]\ncatalogue = "RV-41E"\n', "gearboxes.g.catalogue", "a reducer of the catalogue"),
+        (JOINT + 'gearbox = "RV-40E"\nencoder = { eccentricity = "3 arcmin" }\n', "joints.A.gearbox", "the ratio behind the name"),
+        (JOINT + 'gearbox = "RV-40E"\nencoder = "e"\n[encoders.e]\nnoise = "1 arcmin"\n', "joints.A.gearbox", "the ratio behind the name"),
+        (HEAD[:0] + JOINT.replace("revolute", "prismatic").replace("deg", "mm") + 'gearbox = "RV-40E"\n', "joints.A.gearbox", "lengths and forces"),
+    ],
+)
+def test_a_slip_is_one_mistake_where_it_stands(told, text, key, expected):  # noqa: F811 - the fixture
+    """A wrong name, a missing or impossible ratio, a sliding joint: each is told once, under the key that the user wrote."""
+    found = told(HEAD + text)
+    assert list(found) == [key]
+    assert expected in found[key].expected
+
+
+def test_an_encoder_on_the_output_needs_no_ratio(tmp_path):
+    """The ratio matters only where the encoder's errors are divided by it."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E"\nencoder = { side = "output", noise = "0.1 arcmin" }\n')
+    assert arm.moving[0].encoder.side == "output"
+
+
+def test_the_nearest_name_is_offered(told):  # noqa: F811 - the fixture
+    """A misspelt reducer gets the near one; a misspelt shared gearbox its own, even where reducers are near as well."""
+    assert told(HEAD + JOINT + 'gearbox = "RV-42"\n')["joints.A.gearbox"].nearest == "RV-42N"
+    text = HEAD + "[gearboxes.RV-42own]\nratio = 3\n" + JOINT + 'gearbox = "RV-42ow"\n'
+    assert told(text)["joints.A.gearbox"].nearest == "RV-42own"
