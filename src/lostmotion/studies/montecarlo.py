@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.poses import Poses
 
 BLOCK: Final = 1280
+# A block holds AP and RP of every robot at every pose of it: fewer poses where there are many robots, so that memory stays bounded.
+_MOST_PAIRS: Final = 2_000_000
 # Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
 _Z: Final = 1.959963984540054
 _MOST_GROUPS: Final = 32
@@ -196,7 +198,7 @@ def _join(checks: list[exact.ExactCheck]) -> exact.ExactCheck:
 
 def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
     """Compute the blocks on a few threads and hand them on in order; only a bounded number waits."""
-    spans = _spans(len(plan.poses), plan.poses.replicates)
+    spans = _spans(len(plan.poses), plan.poses.replicates, plan.robots)
     tiles = [spans[k : k + tile] for k in range(0, len(spans), tile)]
     if threads == 1:
         yield from (_block(plan, *span) for span in spans)
@@ -211,10 +213,10 @@ def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
             yield from waiting.popleft().result()
 
 
-def _spans(poses: int, replicates: int) -> list[tuple[int, int]]:
+def _spans(poses: int, replicates: int, robots: int) -> list[tuple[int, int]]:
     """Cut the poses into blocks, none of which reaches over two replicates."""
     each = poses // replicates
-    parts = math.ceil(each / BLOCK)
+    parts = math.ceil(each / max(min(BLOCK, _MOST_PAIRS // robots), 1))
     ends = [each * k // parts for k in range(parts + 1)]
     return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
 
