@@ -1,0 +1,140 @@
+"""Line contact of two elastic cylinders: half-width, pressure, and how far they approach each other under load.
+
+Width and pressure are Hertz's and exact for a/Req << 1. The approach of a line contact is no property of the contact alone: it grows with the depth
+to which the bodies are counted, so it goes by named laws, which differ by about +-15 % of one another for steel lobes and rollers of usual loads.
+Dry, smooth, elastic, both bodies wide against the contact's half-width.
+
+Source: K. Johnson, Contact Mechanics, 1985, sections 4.2 and 5.6; A. Palmgren, Grundlagen der Wälzlagertechnik, 1957, as in T. Harris,
+Rolling Bearing Analysis, 4th ed., eq. (6.54).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+from scipy.special import lambertw
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+ApproachLaw = Literal["johnson", "palmgren"]
+
+PALMGREN_EXPONENT: Final = 0.9
+# 3.84e-5 mm per N^0.9 mm^-0.8, in metres and newtons
+_PALMGREN: Final = 3.84e-5 * 1e-3 * 1e3**-0.8
+# Beyond ln(B/F) = 2 the contact is as wide as 0.89 Req and Johnson's law bends back: it says nothing there.
+LEAST_LOGARITHM: Final = 2.0
+
+
+def equivalent_modulus(young: float, nu: float, other_young: float, other_nu: float) -> float:
+    """Which modulus E* (Pa) do two bodies have together? 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, plane strain; an infinite E is a rigid body.
+
+    Raises ValueError where both are rigid or a value is impossible.
+    """
+    if not (young > 0 and other_young > 0 and -1 < nu <= 0.5 and -1 < other_nu <= 0.5):  # noqa: PLR2004 - incompressible
+        raise ValueError(f"Young's moduli must be positive and Poisson's ratios within -1..0.5, not {young}, {nu} and {other_young}, {other_nu}")
+    soft = (1 - nu**2) / young + (1 - other_nu**2) / other_young
+    if soft == 0:
+        raise ValueError("one of the two bodies must be elastic: both moduli are infinite")
+    return 1 / soft
+
+
+def equivalent_radius(radius: Floats, other: Floats) -> Floats:
+    """Which radius Req (m) has the contact of two cylinders (any shapes that broadcast)? 1/Req = 1/R1 + 1/R2; hollow radii are negative.
+
+    Raises ValueError where a hollow body is no wider than what lies in it: that is no line contact.
+    """
+    together = 1 / np.asarray(radius, dtype=float) + 1 / np.asarray(other, dtype=float)
+    if not (together > 0).all():
+        raise ValueError("the hollow body's radius must be larger than that of the body which lies in it")
+    return np.asarray(1 / together)
+
+
+def half_width(load: Floats, radius: Floats, modulus: float) -> Floats:
+    """How wide is half the contact, a (m), under a load per width p (N/m)? a = sqrt(4 p Req/(pi E*)); zero without load. Johnson (4.43)."""
+    return np.asarray(np.sqrt(4 * np.asarray(load) * radius / (math.pi * modulus)))
+
+
+def peak_pressure(load: Floats, radius: Floats, modulus: float) -> Floats:
+    """How large is the pressure p_H (Pa) in the middle of the contact? sqrt(p E*/(pi Req)), with p in N/m. Johnson (4.45)."""
+    return np.asarray(np.sqrt(np.asarray(load) * modulus / (math.pi * np.asarray(radius))))
+
+
+def johnson_scale(width: float, radius: Floats, modulus: float) -> Floats:
+    """Which force B (N) sets Johnson's law, delta = F/(pi E* b) ln(B/F)? B = 4 pi E* b Req/exp(1)."""
+    return np.asarray(4 * math.pi * modulus * width * np.asarray(radius) / math.e)
+
+
+def palmgren_factor(width: float) -> float:
+    """Which factor A sets Palmgren's law, delta = A F^0.9? 3.84e-5/b^0.8 in N and mm, here in N and m."""
+    return float(_PALMGREN * width**-0.8)
+
+
+def approach(law: ApproachLaw, force: Floats, width: float, radius: Floats, modulus: float) -> Floats:
+    """How far (m) do two cylinders approach under forces (any shape, N, zero or more) over the width b (m)?
+
+    "johnson": p/(pi E*) [ln(4 pi E* Req/p) - 1], each body counted down to about 1.5 Req, any material; a/Req up to 0.89 (NaN beyond).
+    "palmgren": 3.84e-5 F^0.9/b^0.8 in N and mm; measured on steel rollers on raceways, radius and modulus do not enter. Raises ValueError for a
+    negative force or an unknown law.
+    """
+    force = np.asarray(force, dtype=float)
+    if (force < 0).any():
+        raise ValueError("a contact pushes only: its force must not be negative")
+    if _known(law) == "palmgren":
+        return np.asarray(palmgren_factor(width) * force**PALMGREN_EXPONENT)
+    scale = johnson_scale(width, radius, modulus)
+    logarithm = np.log(scale / np.where(force > 0, force, scale))
+    valid = (logarithm >= LEAST_LOGARITHM) | (force == 0)
+    return np.where(valid, force * logarithm / (math.pi * modulus * width), np.nan)
+
+
+def force_at(law: ApproachLaw, approach_: Floats, width: float, radius: Floats, modulus: float) -> Floats:
+    """Which force (N) makes two cylinders approach by so much (any shape, m)? The inverse of `approach`; none where they stand apart (below 0)."""
+    delta = np.maximum(np.asarray(approach_, dtype=float), 0.0)
+    if _known(law) == "palmgren":
+        return np.asarray((delta / palmgren_factor(width)) ** (1 / PALMGREN_EXPONENT))
+    soft, scale = 1 / (math.pi * modulus * width), johnson_scale(width, radius, modulus)
+    share = np.minimum(delta / (soft * scale), LEAST_LOGARITHM * math.exp(-LEAST_LOGARITHM) * (1 + 1e-9))
+    logarithm = -np.real(lambertw(-np.where(share > 0, share, 1e-3), -1))
+    valid = delta / (soft * scale) <= LEAST_LOGARITHM * math.exp(-LEAST_LOGARITHM) * (1 + 1e-9)
+    return np.where(valid, delta / (soft * logarithm), np.nan)
+
+
+def depth_approach(load: Floats, depth: Floats, radius: Floats, modulus: float, young: float, nu: float) -> Floats:
+    """How far (m) is one body's surface pressed towards its own point at a depth d (m) under the contact, by a load p (N/m)?
+
+    p (1 - nu^2)/(pi E) [2 ln(2 d/a) - nu/(1 - nu)], plane strain, d well above the half-width a. Johnson (5.56), the term to add to a finite-element
+    model of the rest of the body. Zero without load.
+    """
+    load = np.asarray(load, dtype=float)
+    wide = half_width(np.where(load > 0, load, 1.0), radius, modulus)
+    return np.asarray(load * (1 - nu**2) / (math.pi * young) * (2 * np.log(2 * np.asarray(depth) / wide) - nu / (1 - nu)))
+
+
+def round_bar_compliance(span: float, diameter: float, young: float, nu: float, ends: Literal["supported", "clamped"] = "supported") -> float:
+    """By how much (m/N) does a round pin give way in the middle of its span, on its average over a force spread along it?
+
+    Mean deflection under a uniform load, bending and shear: l^3/(120 E I) supported, l^3/(720 E I) clamped, and l/(12 k G A), k of Cowper. A pin in a
+    half-round seat over its whole length does not bend: leave it out there.
+    """
+    second, area = math.pi * diameter**4 / 64, math.pi * diameter**2 / 4
+    shear = 6 * (1 + nu) / (7 + 6 * nu) * young / (2 + 2 * nu) * area
+    return span**3 / ((120 if ends == "supported" else 720) * young * second) + span / (12 * shear)
+
+
+def lobe_compliance(height: float, root: float, width: float, young: float, nu: float) -> float:
+    """By how much (m/N) does a lobe of one piece with the ring give way across? A stubby rectangular cantilever: h^3/(3 E I) + h/(k G A).
+
+    `height` (m) of the force above the root, `root` (m) thickness there, `width` (m) along the axis. The root's own give in the ring's rim is not
+    counted.
+    """
+    shear = 10 * (1 + nu) / (12 + 11 * nu) * young / (2 + 2 * nu) * root * width
+    return height**3 / (3 * young * width * root**3 / 12) + height / shear
+
+
+def _known(law: str) -> str:
+    if law not in {"johnson", "palmgren"}:
+        raise ValueError(f"no law of approach is called {law!r}: take 'johnson' or 'palmgren'")
+    return law
