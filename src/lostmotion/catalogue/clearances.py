@@ -1,0 +1,108 @@
+"""Tables of the standards for bearings and their seats: clearance as delivered, and what shafts, housings and rings may stand off their size."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any, Final, Literal, NoReturn
+
+from lostmotion.catalogue import packaged
+from lostmotion.errors import InputError, Problem, nearest, shown
+
+Bearing = Literal["deep-groove ball", "cylindrical roller"]
+Surface = Literal["shaft", "bearing bore", "housing", "bearing outside"]
+
+_MILLIMETRE: Final = 1e-3
+_MICROMETRE: Final = 1e-6
+# The largest working clearance of the paper, S. Strutynskyi, R. Semenchuk, doi:10.15587/2706-5448.2021.237326, said to hold to 100 mm bore.
+PAPERS_CLEARANCE: Final = 60e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """One row of a table: for diameters over `over` up to and including `to` (m), the limits (lower, upper; m) of each class."""
+
+    over: float
+    to: float
+    limits: dict[str, tuple[float, float]]
+
+    def holds(self, diameter: float) -> bool:
+        """Tell whether a diameter (m) lies in the row; to a nanometre, so that 0.05 is 50 mm however it was worked out."""
+        return round(diameter - self.over, 9) > 0 and round(diameter - self.to, 9) <= 0
+
+    def __str__(self) -> str:
+        """Show the range as the standards do."""
+        return f"over {self.over / _MILLIMETRE:g} to {self.to / _MILLIMETRE:g} mm"
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of the standards with its source."""
+
+    source: str
+    rows: tuple[Range, ...]
+
+
+@functools.cache
+def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
+    """Which tables are known: clearances by kind of bearing, fits by kind of surface? In SI."""
+    return {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in packaged(f"{file}.toml").items()}
+
+
+def delivered_clearance(bearing: Bearing, bore: float, group: str = "CN") -> tuple[float, float]:
+    """Between which limits (m) lies the radial clearance of a bearing as delivered? Diametral: the full free way across.
+
+    `bore` m; `group` C2, CN (normal), C3 or C4. Within the band any value alike, or a cut normal law. Source: ISO 5753-1.
+    Raises InputError for another kind or group, or a bore outside the table, with the nearest there is.
+    """
+    return _limits("clearances", bearing, bore, group)
+
+
+def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[float, float]:
+    """Between which deviations (m, lower and upper) from its nominal diameter (m) lies a shaft, a housing bore, or a bearing's ring?
+
+    `zone` as k5 of a shaft or J7 of a housing (ISO 286-2), "normal" of a bearing's ring (ISO 492). The tables hold what bearings of robot
+    joints sit on, shafts of 30-50 mm in housings of 50-80 mm. Raises InputError for what they do not hold, with the nearest there is.
+    """
+    return _limits("fits", surface, diameter, zone)
+
+
+def doubt_of_clearance(bearing: Bearing, bore: float, group: str = "CN", assumed: float = PAPERS_CLEARANCE) -> str:
+    """What speaks against assuming that no clearance is larger than this (m, 60 µm unless told)? Empty where nothing does.
+
+    Only delivered clearance is looked at: fits and warmth make it smaller. Raises InputError as `delivered_clearance`.
+    """
+    low, high = (limit / _MICROMETRE for limit in delivered_clearance(bearing, bore, group))
+    limit = assumed / _MICROMETRE
+    if high <= limit * (1 + 1e-9):
+        return ""
+    return (
+        f"a clearance of at most {limit:.3g} µm does not hold for a {bearing} bearing of {bore / _MILLIMETRE:g} mm bore in group {group}: "
+        f"as delivered it has {low:.3g} to {high:.3g} µm (ISO 5753-1); state its working clearance, or a tighter group"
+    )
+
+
+def _row(row: dict[str, Any]) -> Range:
+    limits = {name: (low * _MICROMETRE, high * _MICROMETRE) for name, (low, high) in ((k, v) for k, v in row.items() if k not in ("over", "to"))}
+    return Range(row["over"] * _MILLIMETRE, row["to"] * _MILLIMETRE, limits)
+
+
+def _limits(file: Literal["clearances", "fits"], name: str, diameter: float, column: str) -> tuple[float, float]:
+    known = tables(file)
+    if name not in known:
+        _refuse(file, shown(name), "one of " + ", ".join(known), nearest(name, known) or next(iter(known)), nearest(name, known))
+    rows = known[name].rows
+    row = next((row for row in rows if row.holds(diameter)), None)
+    if row is None:
+        near = min(rows, key=lambda row: max(row.over - diameter, diameter - row.to))
+        found = f"a {name} of {diameter / _MILLIMETRE:g} mm" + (" bore" if file == "clearances" else "")
+        whole = f"{rows[0].over / _MILLIMETRE:g} to {rows[-1].to / _MILLIMETRE:g} mm"
+        _refuse(file, found, f"a diameter in the table, {whole}; the nearest row is {near}", f"{near.to / _MILLIMETRE:g} mm")
+    if column not in row.limits:
+        near_column = nearest(column, row.limits)
+        _refuse(file, shown(column), f"one of {', '.join(row.limits)} for a {name}", near_column or next(iter(row.limits)), near_column)
+    return row.limits[column]
+
+
+def _refuse(file: str, *words: str) -> NoReturn:
+    raise InputError([Problem("the catalogue", file, *words)])
