@@ -167,8 +167,8 @@ def valley_radius(stage: Stage) -> float:
     return stage.ring_radius * (1 - k1) ** 2 / bend if bend > 0 else math.inf
 
 
-def _root(stage: Stage, theta: Floats) -> Floats:
-    """D = sqrt(1 + K1^2 - 2 K1 cos theta): the distance from pitch point to pin centre, over R."""
+def pitch_distance(stage: Stage, theta: Floats) -> Floats:
+    """How far is the centre of the pin at theta from the pitch point, over R? D = sqrt(1 + K1^2 - 2 K1 cos theta)."""
     k1 = stage.shortening
     # written as a sum of squares, so that nothing is lost near theta = 0
     return np.asarray(np.sqrt((1 - k1) ** 2 + 4 * k1 * np.sin(np.asarray(theta) / 2) ** 2))
@@ -177,7 +177,7 @@ def _root(stage: Stage, theta: Floats) -> Floats:
 def curvature(stage: Stage, theta: Floats) -> Floats:
     """How much does the locus of pin centres curve (1/m) where the pin at theta touches? Positive: its middle lies towards the wheel's centre."""
     k1, m = stage.shortening, stage._m  # noqa: SLF001 - this module's own class
-    return np.asarray((1 + m * k1**2 - (m + 1) * k1 * np.cos(theta)) / (stage.ring_radius * _root(stage, theta) ** 3))
+    return np.asarray((1 + m * k1**2 - (m + 1) * k1 * np.cos(theta)) / (stage.ring_radius * pitch_distance(stage, theta) ** 3))
 
 
 def contact_radius(stage: Stage, theta: Floats) -> Floats:
@@ -234,13 +234,13 @@ def normals(stage: Stage, theta: Floats) -> Floats:
 
     (cos theta - K1, sin theta)/D: all of these lines pass through the pitch point.
     """
-    root = _root(stage, theta)
+    root = pitch_distance(stage, theta)
     return np.stack([(np.cos(theta) - stage.shortening) / root, np.sin(theta) / root], axis=-1)
 
 
 def arms(stage: Stage, theta: Floats) -> Floats:
     """With which arm (m) about the planet's centre does the contact at theta work? l = e z sin(theta)/D; its largest, e z, at cos theta = K1."""
-    return np.asarray(stage.planet_pitch_radius * np.sin(theta) / _root(stage, theta))
+    return np.asarray(stage.planet_pitch_radius * np.sin(theta) / pitch_distance(stage, theta))
 
 
 def pressure_angles(stage: Stage, theta: Floats) -> Floats:
@@ -259,7 +259,7 @@ def gaps(stage: Stage, theta: Floats, made: Modification) -> Floats:
     The arm of dpsi is that about the toothed wheel's centre: for the twin (N + 1)/N of the planet's. Where the flank is hollow with a radius of
     0.1 mm, a shift of 10 um is no longer small.
     """
-    along = (1 - stage.shortening * np.cos(theta)) / _root(stage, theta)
+    along = (1 - stage.shortening * np.cos(theta)) / pitch_distance(stage, theta)
     return np.asarray(made.roller + made.circle * along + made.turn * _wheel_share(stage) * np.abs(arms(stage, theta)))
 
 
@@ -274,7 +274,7 @@ def gaps_from_pins(stage: Stage, theta: Floats, radius: Floats, radial: Floats, 
     `radius` m, larger pin: narrower; `radial` m, pin farther out; `tangential` m, pin moved towards larger theta:
     g = -d_radius + [d_radial (1 - K1 cos theta) + d_tangential K1 sin theta]/D, with both shifts the other way round for pins on the planet.
     """
-    k1, root = stage.shortening, _root(stage, theta)
+    k1, root = stage.shortening, pitch_distance(stage, theta)
     shift = (radial * (1 - k1 * np.cos(theta)) + tangential * k1 * np.sin(theta)) / root
     return np.asarray((-shift if stage.twin else shift) - radius)
 

@@ -1,7 +1,7 @@
 """Profiles of rings without rolling bodies, and of the epicycloid-hypocycloid pair.
 
-Source: F. Litvin, P. Feng, Mech. Mach. Theory 31 (1996) 891 (envelope with two branches); J. Hall, Mathematics of cycloidal gears and rotors,
-J. Franklin Inst. 285 (1968) for the pair with one rolling circle.
+Source: F. Litvin, P. Feng, Mech. Mach. Theory 31 (1996) 891 (envelope with two branches); F. Litvin, A. Fuentes, Gear Geometry and
+Applied Theory, 2nd ed., ch. 13 (cycloidal pairs).
 """
 
 from __future__ import annotations

@@ -1,0 +1,211 @@
+"""The loaded contact's kernel: one disc, many unilateral contacts, solved case by case. Compiled once by Numba and cached; no threads in here.
+
+The normals' part across the line of centres is the arm over the planet's pitch radius r: n_y = l/r. So a contact feels only x and v = y + r theta,
+and the balance across gives the bearing's y at once. Two unknowns are left; the energy in them is convex, and a Newton step, cut back where the
+energy's slope has turned, cannot fail to lead down to its one minimum.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
+
+LINEAR, LOGARITHMIC, POWER = range(3)
+# Columns of the answers per case.
+ROTATION, ALONG, ACROSS, SOFTNESS, BEARING, RESIDUAL, LOADED = range(7)
+COLUMNS: Final = 7
+TOLERANCE: Final = 1e-9  # of the torque
+_GOAL: Final = 1e-12
+_STALLED: Final = 1e-10  # no better than the step before: rounding, and good enough
+_TOUCH: Final = 1e-9  # of T/r: a smaller force is what rounding leaves of none
+_SHORT: Final = 0.05  # arms below this share of the longest say nothing about where driving begins
+_STEPS: Final = 80
+_HALVINGS: Final = 30
+_LOWEST: Final = LEAST_LOGARITHM
+_POWER: Final = PALMGREN_EXPONENT
+
+_jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
+
+
+@_jit
+def _push(law, delta, soft, scale):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Force and stiffness of a contact approached by delta > 0: delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
+    if law == LINEAR:
+        return delta / soft, 1.0 / soft
+    if law == LOGARITHMIC:
+        # u - ln u = ln(soft/delta) + scale, with u = scale - ln F
+        height = np.log(soft / delta) + scale
+        lowest = _LOWEST - np.log(_LOWEST)
+        if height <= lowest:  # beyond the law's range: straight on, and the answer is marked
+            edge = np.exp(scale - _LOWEST)
+            stiff = 1.0 / (soft * (_LOWEST - 1.0))
+            return edge + (delta - soft * edge * _LOWEST) * stiff, stiff
+        log_height = np.log(height)
+        u = max(height + log_height * (1.0 + 1.0 / height), _LOWEST)
+        for _ in range(6):
+            new = max(u * (np.log(u) + height - 1.0) / (u - 1.0), 1.5)
+            done = abs(new - u) < 1e-8 * u  # the error left is the square of it
+            u = new
+            if done:
+                break
+        return delta / (soft * u), 1.0 / (soft * (u - 1.0))
+    force = (delta / soft) ** (1.0 / _POWER)
+    if scale > 0.0:
+        force = 0.5 * min(force, delta / scale)
+        for _ in range(12):
+            bent = soft * force**_POWER
+            step = (delta - bent - scale * force) / (_POWER * bent / force + scale)
+            force += step
+            if abs(step) < 1e-14 * force:
+                break
+    return force, 1.0 / (_POWER * soft * force ** (_POWER - 1.0) + scale)
+
+
+@_jit
+def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, PLR0913, PLR0917
+    """Add up forces and stiffnesses of all contacts at x, v into sums: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
+    fx = fv = total = kxx = kxv = kvv = 0.0
+    for i in range(arm.shape[0]):
+        a = side * arm[i]
+        delta = across[i] * x + a * v - gap[i]
+        if delta > 0.0:
+            force, stiff = _push(law, delta, soft[i], scale[i])
+            n = across[i]
+            fx += force * n
+            fv += force * a
+            total += force
+            kxx += stiff * n * n
+            kxv += stiff * n * a
+            kvv += stiff * a * a
+    sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = fx, fv, total, kxx, kxv, kvv
+
+
+@_jit
+def _start(law, pull, side, arm, gap, soft, scale):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Guess v: the driving gaps' average, but at least the first contact, and on top what the largest force of an even share approaches."""
+    first, weight, weighted, best, at = np.inf, 0.0, 0.0, 0.0, 0
+    for i in range(arm.shape[0]):
+        a = side * arm[i]
+        if a > _SHORT:
+            first = min(first, gap[i] / a)
+            weight += a * a
+            weighted += a * gap[i]
+            if a > best:
+                best, at = a, i
+    force = pull / max(weight, 1e-300)
+    if law == LINEAR:
+        more = soft[at] * force
+    elif law == LOGARITHMIC:
+        more = soft[at] * force * max(scale[at] - np.log(max(force, 1e-300)), _LOWEST)
+    else:
+        more = soft[at] * force**_POWER + scale[at] * force
+    return max(first, weighted / max(weight, 1e-300)) + more
+
+
+@_jit
+def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, PLR0913, PLR0917
+    """Find x and v where the contacts balance the pull (T/r, positive) and the push along the line of centres; also the residual."""
+    x, v = 0.0, 0.0
+    held = not np.isfinite(stiffness)
+    spring = 0.0 if held else stiffness
+    if pull > 0.0:
+        v = _start(law, pull, side, arm, gap, soft, scale)
+    _balance(law, x, v, side, across, arm, gap, soft, scale, sums)
+    unit = pull if pull > 0.0 else sums[2] + abs(push)
+    if unit == 0.0:
+        return x, v, 0.0
+    best = np.inf
+    for _ in range(_STEPS):
+        rx = 0.0 if held else push - spring * x - sums[0]
+        rv = pull - sums[1]
+        error = max(abs(rx), abs(rv)) / unit
+        if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best):
+            return x, v, error
+        best = min(best, error)
+        kxx, kxv, kvv = sums[3] + spring, sums[4], sums[5]
+        if held:
+            dx, dv = 0.0, rv / kvv if kvv > 0.0 else 0.0
+        else:
+            determinant = kxx * kvv - kxv * kxv
+            if determinant > 1e-14 * kxx * kvv:
+                dx, dv = (kvv * rx - kxv * rv) / determinant, (kxx * rv - kxv * rx) / determinant
+            else:
+                dx, dv = rx / kxx, 0.0
+        if kvv == 0.0:  # nothing touches: on to the first contact and a little into it
+            dv = max(_start(law, pull, side, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
+        slope = rx * dx + rv * dv
+        share = tried = 1.0
+        for _ in range(_HALVINGS):
+            tried = share
+            _balance(law, x + share * dx, v + share * dv, side, across, arm, gap, soft, scale, sums)
+            there = (0.0 if held else (push - spring * (x + share * dx) - sums[0]) * dx) + (pull - sums[1]) * dv
+            if there >= -0.5 * abs(slope):
+                break
+            share *= max(abs(slope) / (abs(slope) - there), 0.1)
+        x += tried * dx
+        v += tried * dv
+    rx = 0.0 if held else push - spring * x - sums[0]
+    return x, v, max(abs(rx), abs(pull - sums[1])) / unit
+
+
+@_jit
+def solve_cases(  # type: ignore[no-untyped-def] # noqa: ANN201, PLR0913, PLR0917 - one flat loop by design
+    first,  # noqa: ANN001 first case
+    last,  # noqa: ANN001 one past the last; case = (torque * cranks + crank) * draws + draw
+    law,  # noqa: ANN001
+    radius,  # noqa: ANN001 of the planet's pitch circle, m
+    thrust,  # noqa: ANN001 force along the line of centres per torque, 1/m
+    torque,  # noqa: ANN001 (torque,)
+    across,  # noqa: ANN001 (crank, N) n_x
+    arm,  # noqa: ANN001 (crank, N) n_y = l/r
+    soft,  # noqa: ANN001 (crank, N)
+    scale,  # noqa: ANN001 (crank, N)
+    largest,  # noqa: ANN001 (crank, N) force at which the law ends
+    gap,  # noqa: ANN001 (crank, draw, N), or 1 in either of the first two
+    stiffness,  # noqa: ANN001 (draw,) of the bearing, N/m
+    out,  # noqa: ANN001 out (case, COLUMNS)
+    forces,  # noqa: ANN001 out (case, N)
+):
+    """Solve a range of cases; what does not converge is NaN."""
+    cranks, draws = arm.shape[0], stiffness.shape[0]
+    sums = np.empty(6)
+    for case in range(first, last):
+        draw = case % draws
+        c = case // draws % cranks
+        moment = torque[case // draws // cranks]
+        side = -1.0 if moment < 0.0 else 1.0
+        pull = abs(moment) / radius
+        push = -thrust * abs(moment)
+        k = stiffness[draw]
+        g = gap[c % gap.shape[0], draw % gap.shape[1]]
+        x, v, error = _one(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums)
+        lobes, fx, fv, valid = 0, 0.0, 0.0, error <= TOLERANCE
+        for i in range(arm.shape[1]):
+            a = side * arm[c, i]
+            delta = across[c, i] * x + a * v - g[i]
+            force = 0.0
+            if delta > 0.0:
+                force, _ = _push(law, delta, soft[c, i], scale[c, i])
+                lobes += force > _TOUCH * pull
+                valid = valid and force <= largest[c, i]
+            forces[case, i] = force
+            fx += force * across[c, i]
+            fv += force * a
+        # d(theta)/d(torque) = [push' and pull' through the contacts, then the bearing] over r
+        kxx, kxv, kvv = sums[3] + k, sums[4], sums[5]
+        soft_v = (kxx + kxv * thrust * radius) / (kxx * kvv - kxv * kxv) + 1.0 / k if np.isfinite(k) else 1.0 / kvv
+        y = -pull / k
+        out[case, ROTATION] = side * (v - y) / radius
+        out[case, ALONG] = x
+        out[case, ACROSS] = side * y
+        out[case, SOFTNESS] = soft_v / (radius * radius)
+        out[case, BEARING] = np.sqrt((fx - push) ** 2 + fv * fv)
+        out[case, RESIDUAL] = error
+        out[case, LOADED] = lobes
+        if not valid:
+            out[case, :RESIDUAL] = np.nan
+            forces[case, :] = np.nan
