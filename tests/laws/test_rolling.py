@@ -1,0 +1,179 @@
+"""Load distribution and give of rolling bearings under radial load."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lostmotion.laws.rolling import (
+    BALL_EXPONENT,
+    ROLLER_EXPONENT,
+    ball_stiffness,
+    element_angles,
+    pair_pose,
+    pair_reactions,
+    point_stiffness,
+    radial_loads,
+    radial_shift,
+    radial_stiffness,
+    roller_stiffness,
+)
+
+UM = 1e-6
+K_BALL = ball_stiffness(12.7e-3, 65e-3)
+ARCMIN = math.pi / 180 / 60
+KINDS = [pytest.param(K_BALL, BALL_EXPONENT, id="ball"), pytest.param(roller_stiffness(0.012), ROLLER_EXPONENT, id="roller")]
+
+
+def test_a_ball_on_a_plane_follows_hertz():
+    """A sphere on a plane approaches by (9 Q^2/(16 R E*^2))^(1/3)."""
+    radius, modulus = 5e-3, 114e9
+    assert point_stiffness(2 / radius, 0.0, modulus) == pytest.approx(4 / 3 * modulus * math.sqrt(radius), rel=1e-12)
+
+
+def test_crossed_cylinders_are_a_ball_on_a_plane():
+    """Two equal cylinders across one another have the same curvatures as a sphere of their radius on a plane."""
+    assert point_stiffness(1 / 5e-3 + 1 / 5e-3, 0.0, 1e11) == pytest.approx(4 / 3 * 1e11 * math.sqrt(5e-3))
+
+
+@pytest.mark.parametrize(
+    ("difference", "shape"), [(0.1075, 0.9974), (0.3204, 0.9761), (0.4795, 0.9429), (0.5916, 0.9077), (0.6716, 0.8733), (0.7332, 0.8394)]
+)
+def test_long_ellipses_follow_the_printed_table(difference: float, shape: float):
+    """The contact's shape factor delta* falls with the difference of curvatures as Harris's table 6.1 prints it."""
+    total, modulus = 100.0, 1.14e11
+    k = point_stiffness(total, difference, modulus)
+    # K in terms of delta*: delta = delta* (3/(2 total modulus))^(2/3) total/2 for Q = 1
+    found = k ** (-2 / 3) / ((3 / (2 * total * modulus)) ** (2 / 3) * total / 2)
+    assert found == pytest.approx(shape, abs=4e-4)
+
+
+def test_a_steel_point_contact_follows_the_handbooks_short_form():
+    """For steel on steel K is 2.15e5 (sum of curvatures)^-1/2 delta*^-3/2 in N and mm."""
+    for difference, shape in ((0.0, 1.0), (0.4795, 0.9429), (0.7332, 0.8394)):
+        found = point_stiffness(200.0, difference, 207e9 / (2 * (1 - 0.3**2)))
+        assert found * 1e-3**1.5 == pytest.approx(2.15e5 * 0.2**-0.5 * shape**-1.5, rel=5e-3)
+
+
+def test_a_closer_groove_and_a_larger_ball_are_stiffer():
+    """Groove radii closer to the ball's hold it on a longer ellipse; contacts in series give more than the stiffer one alone."""
+    assert ball_stiffness(12.7e-3, 65e-3, 0.515, 0.515) > K_BALL > ball_stiffness(12.7e-3, 65e-3, 0.53, 0.53)
+    assert ball_stiffness(14e-3, 65e-3) > K_BALL > ball_stiffness(10e-3, 65e-3)
+
+
+def test_a_roller_goes_by_palmgren():
+    """A roller of 12 mm approaches its two races together by 2 x 3.84e-5 Q^0.9/l^0.8 mm."""
+    force = 2000.0
+    by_hand = 2 * 3.84e-5 * force**0.9 / 12**0.8 * 1e-3
+    assert (force / roller_stiffness(0.012)) ** 0.9 == pytest.approx(by_hand, rel=1e-9)
+
+
+@pytest.mark.parametrize(("count", "first"), [(8, 0.0), (9, 0.0), (20, 0.05), (33, 0.0)])
+@pytest.mark.parametrize(("stiffness", "exponent"), KINDS)
+@pytest.mark.parametrize("clearance", [-10 * UM, 0.0, 30 * UM])
+def test_elements_hold_the_load(count, first, stiffness, exponent, clearance):
+    """Added up along the load, what the elements carry is the load, to 1e-9, whatever the clearance."""
+    angles = element_angles(count, first)
+    load = np.geomspace(1e-3, 1e5, 25)
+    shift = radial_shift(load, clearance, stiffness, exponent, angles)
+    held = radial_loads(shift, np.full(25, clearance), stiffness, exponent, angles) @ np.cos(angles)
+    np.testing.assert_allclose(held[load > 1], load[load > 1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("stiffness", "exponent", "factor"), [(K_BALL, BALL_EXPONENT, 4.37), (roller_stiffness(0.012), ROLLER_EXPONENT, 4.08)])
+def test_the_lowest_element_carries_its_known_share(stiffness, exponent, factor):
+    """Without clearance the most loaded of many elements carries 4.37 F/Z if a ball, 4.08 F/Z if a roller."""
+    for count in (40, 100):
+        angles = element_angles(count)
+        largest = radial_loads(radial_shift(1e4, 0.0, stiffness, exponent, angles), 0.0, stiffness, exponent, angles).max()
+        assert largest * count / 1e4 == pytest.approx(factor, rel=2e-3)
+
+
+@given(st.floats(0, 80e-6), st.floats(0.1, 1e5), st.integers(5, 30))
+@settings(deadline=None, max_examples=60)
+def test_clearance_is_a_dead_band_and_then_a_hardening_spring(clearance, load, count):
+    """Any load takes the ring beyond half its clearance, more clearance concentrates it on fewer elements, and stiffness rises with the load."""
+    angles = element_angles(count)
+    light, heavy = radial_shift(np.array([load, 2 * load]), clearance, K_BALL, BALL_EXPONENT, angles)
+    assert clearance / 2 < light < heavy
+    soft, hard = radial_stiffness(np.array([load, 2 * load]), clearance, K_BALL, BALL_EXPONENT, angles)
+    assert soft < hard
+    tight = radial_loads(radial_shift(load, 0.0, K_BALL, BALL_EXPONENT, angles), 0.0, K_BALL, BALL_EXPONENT, angles)
+    loose = radial_loads(light, clearance, K_BALL, BALL_EXPONENT, angles)
+    assert loose.max() >= tight.max() * (1 - 1e-9)
+    assert (loose > 0).sum() <= (tight > 0).sum()
+
+
+def test_without_load_the_bearing_stays_in_the_middle():
+    """No load moves nothing, and within the clearance nothing resists."""
+    angles = element_angles(9)
+    assert radial_shift(0.0, 30 * UM, K_BALL, BALL_EXPONENT, angles) == 0
+    assert radial_stiffness(0.0, 30 * UM, K_BALL, BALL_EXPONENT, angles) == 0
+    assert radial_shift(1e-9, 30 * UM, K_BALL, BALL_EXPONENT, angles) == pytest.approx(15 * UM, rel=1e-4)
+
+
+def test_preload_makes_a_bearing_stiff_from_the_first_newton():
+    """A preloaded bearing resists at once, more with more preload, and gives less under the same load than one that just touches."""
+    angles = element_angles(16)
+    stiff = [float(radial_stiffness(1.0, -preload, K_BALL, BALL_EXPONENT, angles)) for preload in (2 * UM, 5 * UM, 10 * UM)]
+    assert stiff == sorted(stiff)
+    gives = [float(radial_shift(500.0, clearance, K_BALL, BALL_EXPONENT, angles)) for clearance in (-10 * UM, -2 * UM, 0.0, 10 * UM)]
+    assert gives == sorted(gives)
+    assert stiff[0] > float(radial_stiffness(1.0, 0.0, K_BALL, BALL_EXPONENT, angles))
+
+
+def test_stiffness_is_the_slope_of_the_shift():
+    """A little more load moves the ring by that load over the stiffness."""
+    angles = element_angles(11, 0.1)
+    for clearance in (-8 * UM, 0.0, 25 * UM):
+        loads = np.array([999.0, 1001.0])
+        low, high = radial_shift(loads, clearance, K_BALL, BALL_EXPONENT, angles)
+        assert 2 / (high - low) == pytest.approx(float(radial_stiffness(1000.0, clearance, K_BALL, BALL_EXPONENT, angles)), rel=1e-4)
+
+
+def test_opposite_loads_meet_the_same_bearing():
+    """With an even number of elements the bearing gives alike to both sides."""
+    angles = element_angles(12, 0.2)
+    assert radial_shift(700.0, 20 * UM, K_BALL, BALL_EXPONENT, angles) == pytest.approx(
+        float(radial_shift(700.0, 20 * UM, K_BALL, BALL_EXPONENT, angles + math.pi)), rel=1e-9
+    )
+
+
+def test_a_spaced_pair_tilts_by_clearance_over_span():
+    """Two bearings of 60 µm at 50 mm, pushed to opposite edges by a light moment, let the axis tilt by 60/50 mrad: 4.1'."""
+    behind, ahead = pair_reactions(0.0, 1e-6, 0.05)
+    assert behind == -ahead
+    edge = radial_shift(np.abs(ahead), 60 * UM, K_BALL, BALL_EXPONENT, element_angles(9))
+    middle, tilt = pair_pose(np.sign(behind) * edge, np.sign(ahead) * edge, 0.05)
+    assert middle == 0
+    assert tilt / ARCMIN == pytest.approx(60e-6 / 0.05 / ARCMIN, rel=1e-3)
+    assert tilt / ARCMIN == pytest.approx(4.1, abs=0.05)
+
+
+def test_a_pair_under_pure_force_shifts_and_does_not_tilt():
+    """A force midway is shared in halves; both bearings go the same way by the same."""
+    behind, ahead = pair_reactions(100.0, 0.0, 0.05)
+    assert (behind, ahead) == (50.0, 50.0)
+    assert pair_pose(3 * UM, 3 * UM, 0.05) == (pytest.approx(3 * UM), 0)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: radial_shift(-1.0, 0.0, K_BALL, BALL_EXPONENT, element_angles(9)),
+        lambda: radial_shift(1.0, 0.0, K_BALL, BALL_EXPONENT, np.array([math.pi])),
+        lambda: radial_shift(float("nan"), 0.0, K_BALL, BALL_EXPONENT, element_angles(9)),
+        lambda: ball_stiffness(12e-3, 65e-3, 0.5, 0.52),
+        lambda: ball_stiffness(70e-3, 65e-3),
+        lambda: point_stiffness(-1.0, 0.1, 1e11),
+        lambda: point_stiffness(1.0, 1.0, 1e11),
+    ],
+)
+def test_what_cannot_be_is_refused(call):
+    """Loads that pull, no element on the load's side, grooves tighter than their ball: there is no answer."""
+    with pytest.raises(ValueError, match=r"needed|needs"):
+        call()
