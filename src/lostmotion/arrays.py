@@ -58,18 +58,18 @@ def dataset(answer: Answer) -> xarray.Dataset:
             data[f"{name}_95_high"] = ("pose", values[:, 3], {"units": "m", "long_name": f"high end of the 95 % interval of {name}_95"})
             data[f"robot_{name}"] = (
                 "robot",
-                sampled.robot_means[:, column],
+                sampled.robot_means[:, :, column].mean(axis=0),
                 {"units": "m", "long_name": f"{text} of each robot, average over poses"},
             )
     data["robot_error_mean"] = (
         "robot",
-        sampled.robot_means[:, 0],
+        sampled.robot_means[:, :, 0].mean(axis=0),
         {"units": "m", "long_name": "mean position error of each robot over poses and visits"},
     )
     coordinates = {"joint": joints, "joint_unit": ("joint", units), "axis": ["x", "y", "z"], "level": list(kernel.QUANTILES)}
     attributes = {
         "arm": answer.arm.name,
-        "seed": answer.seed,
+        "seed": str(answer.seed),  # NetCDF 3 has no long whole numbers
         "robots": sampled.robots,
         "visits": sampled.visits,
         "pose_law": answer.poses.law,

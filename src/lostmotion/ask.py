@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
 
+Approach = Literal["random", "up", "down"]
+_SIGNS: dict[str, float] = {"random": 0.0, "up": 1.0, "down": -1.0}
 DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
@@ -95,10 +99,10 @@ def study(  # noqa: PLR0913 - a study is these numbers
     seed: int = 1,
     *,
     pose_law: PoseLaw = "sobol",
-    approach: float = 0.0,
+    approach: Approach = "random",
     threads: int | None = None,
     tile: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> Study:
     """How accurate is this arm before it is built, where in its workspace, and which part is to blame?
 
@@ -106,26 +110,30 @@ def study(  # noqa: PLR0913 - a study is these numbers
     robots    how many are built; each is drawn once and visits every pose
     visits    how often each returns to each pose (ISO 9283 asks for 30)
     seed      same seed, same bits, whatever the threads
-    approach  sign of every joint's last motion before it stops: 0 means either side at random
+    approach  how every joint's last motion before it stops goes: "up", "down", or "random", either way from visit to visit
     threads   left out: one per processor
 
-    Raises ValueError for counts below one, and for q of another shape or not finite.
+    Raises InputError (a ValueError) for counts out of range, an unknown law or approach, and for q of another shape or not finite.
     """
-    if isinstance(poses, int):
-        chosen = sample_poses(arm, poses, pose_law, seed)
+    if isinstance(poses, Integral):
+        chosen = sample_poses(arm, int(poses), pose_law, seed)
     elif isinstance(poses, Poses):
         chosen = poses
     else:
         from lostmotion.arm import as_poses
 
         chosen = Poses(as_poses(arm, np.asarray(poses)), "given")
+    if approach not in _SIGNS:
+        raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
+    if not isinstance(seed, Integral) or seed < 0:
+        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
     found = answer(
         arm,
         chosen,
         robots=robots,
         visits=visits,
-        seed=seed,
-        approach=approach,
+        seed=int(seed),
+        approach=_SIGNS[approach],
         threads=threads or os.cpu_count() or 1,
         tile=tile,
         progress=progress,

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lostmotion.errors import LostmotionError
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from lostmotion.studies.poses import Poses
+
+_stopped: list[bool] = []
 
 app = typer.Typer(
     help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
@@ -40,7 +49,10 @@ class Approach(StrEnum):
 @app.command()
 def run(  # noqa: PLR0913, PLR0917 - options of a command line
     file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
-    poses: Annotated[int, typer.Option(min=1, help="How many poses to visit.")] = 2048,
+    poses: Annotated[
+        int,
+        typer.Option(min=1, help="How many poses to visit; rounded up to 8 x a power of two for sobol, to a multiple of 8 for uniform and normal."),
+    ] = 2048,
     pose_law: Annotated[PoseChoice, typer.Option(help="How poses are chosen within the joint limits; 'normal' is the paper's.")] = PoseChoice.sobol,
     poses_file: Annotated[Path | None, typer.Option(help="CSV of poses to visit instead: one column per joint, header like 'A [deg]'.")] = None,
     robots: Annotated[int, typer.Option(min=1, help="How many robots are built.")] = 1000,
@@ -61,18 +73,19 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     folder = out or Path(f"{file.stem}-accuracy")
     refuse_existing(folder, force=force)  # before the work, not after it
     arm = read(file, sidecar)
-    chosen: object = poses
+    chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses
         from lostmotion.studies.poses import Poses
 
         chosen = Poses(read_poses(poses_file, arm), "given")
-    sign = {Approach.random: 0.0, Approach.up: 1.0, Approach.down: -1.0}[approach]
-    with ProgressBar("visiting poses") as bar:
-        answer = study(arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=sign, threads=threads, progress=bar)  # type: ignore[arg-type]
+    with ProgressBar() as bar:
+        answer = study(arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=approach.value, threads=threads, progress=bar)
+    if _stopped:
+        raise KeyboardInterrupt
+    written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()
-    written = answer.report(folder, force=force)
     typer.echo(f"\nReport: {written / 'report.html'}")
 
 
@@ -88,11 +101,23 @@ def schema() -> None:
 
 def main() -> None:
     """Run the command line; a mistake in the input is one message and exit code 2, never a traceback."""
+    signal.signal(signal.SIGINT, _stop)
     try:
         app()
     except LostmotionError as error:
-        typer.echo(f"lostmotion: {error}", err=True)
-        sys.exit(2)
+        code, message = 2, str(error)
+    except MemoryError:
+        code, message = 2, "not enough memory for that many poses, robots or visits; nothing was written"
     except KeyboardInterrupt:
-        typer.echo("lostmotion: stopped; nothing was written", err=True)
-        sys.exit(130)
+        code, message = 130, "stopped; nothing was written"
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more when it closes the pipe
+        code, message = 1, "the output was closed before all was printed; the results are written"
+    typer.echo(f"lostmotion: {message}", err=True)
+    sys.exit(code)
+
+
+def _stop(_signal: int, _frame: FrameType | None) -> None:
+    """Remember that the user wants to stop: compiled code may swallow the exception and go on with half a result."""
+    _stopped.append(True)
+    raise KeyboardInterrupt

@@ -29,7 +29,7 @@ class Problem:
 
     def __str__(self) -> str:
         """Lay the mistake out as a short block that a person can act on."""
-        lines = [f"{self.file}: {self.key}" if self.key else self.file]
+        lines = [": ".join(part for part in (self.file, self.key) if part)]
         lines.append(f"  found     {self.found}")
         lines.append(f"  expected  {self.expected}")
         if self.example:
@@ -43,7 +43,7 @@ class LostmotionError(Exception):
     """Anything this package refuses to do, said in one message for the user."""
 
 
-class InputError(LostmotionError):
+class InputError(LostmotionError, ValueError):
     """Input that cannot be used; `problems` holds every mistake, not only the first."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
@@ -60,6 +60,11 @@ class OutputExistsError(LostmotionError):
 
 class DidNotConvergeError(LostmotionError):
     """A law found no answer to the stated tolerance."""
+
+
+def refuse_argument(name: str, found: object, expected: str, example: str = "") -> InputError:
+    """Build the error for one argument of a call that cannot be used."""
+    return InputError([Problem("", name, shown(found), expected, example)])
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, robots_quantile
+from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -30,6 +30,7 @@ class Figure:
     low: float = math.nan
     high: float = math.nan
     samples: str = ""
+    ends: str = "95 % interval"
 
     def __str__(self) -> str:
         """Say the value with its unit, to the digits that its interval or its size deserves."""
@@ -46,7 +47,7 @@ class Figure:
         spans = (self.high - self.low, self.high - self.value, self.value - self.low)
         close = next((abs(span) for span in spans if math.isfinite(span)), 0.0)
         ends = ("?" if not math.isfinite(end) else digits(end, close) for end in (self.low, self.high))
-        return " … ".join(ends)
+        return " … ".join(ends) + ("" if self.ends == "95 % interval" else f" ({self.ends})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,24 +123,20 @@ def _workspace(answer: Answer) -> Section:
         rows.append(Row(f"least {name}", (length(float(space.low[k]), samples=counted),)))
         rows.append(Row(f"largest {name}", (length(float(space.high[k]), samples=counted),)))
     if space.volume_high > 0:
-        volume = Figure(space.volume, "m³", space.volume_low, space.volume_high, counted)
+        volume = Figure(space.volume, "m³", space.volume_low, space.volume_high, counted, "bracket")
         rows.append(Row("volume", (volume,), f"between the cells well inside and all cells visited; cell {space.cell * 1e3:.0f} mm"))
     else:
         rows.append(Row("volume", (Figure(0.0, "m³", samples=counted),), "the workspace is a line or a surface"))
     return Section("workspace", "Workspace", ("value",), tuple(rows), "joint limits only: no obstacle, floor or self-collision")
 
 
-def replicate_means(values: Floats, replicates: int) -> Floats:
-    """Average values per pose (pose,) over each independent set of poses (replicate,)."""
-    return np.asarray(values.reshape(replicates, -1).mean(axis=1))
-
-
 def _error(answer: Answer) -> Section:
     sampled, poses = answer.sampled, answer.poses
     table = sampled.per_pose
     counted = f"{len(poses)} poses ({poses.law}) x {sampled.robots} robots x {sampled.visits} visits"
-    mean = pooled_mean(sampled.robot_means[:, 0], replicate_means(table[:, kernel.MEAN], poses.replicates))
-    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level) for level in kernel.QUANTILES}
+    mean = pooled_mean(sampled.robot_means[:, :, 0])
+    largest = float(table[:, kernel.LARGEST].max())
+    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
     rows = [Row("mean", (_of(mean, counted),)), *(Row(f"{100 * level:.0f} % below", (_of(found, counted),)) for level, found in quantiles.items())]
     at = int(table[:, kernel.LARGEST].argmax())
     who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
@@ -161,23 +158,27 @@ def _error(answer: Answer) -> Section:
     exact = f"exact sum over terms, {len(poses)} poses"
     rows += [
         Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
-        Row("worst case, worst pose", (length(float(sampled.worst.max()), samples=exact),), "everything at its limit at once"),
+        Row(
+            "worst case, worst pose",
+            (length(float(sampled.worst.max()), samples=exact),),
+            "upper bound: the sizes of all errors at their limits, added",
+        ),
         Row("rotation of the tool, r.m.s.", (Figure(float(np.sqrt(sampled.rotation_ms.mean())) / ARCMIN, "arcmin", samples=exact),)),
     ]
-    return Section("error", "Position error over the workspace", ("value",), tuple(rows))
+    note = "best and worst pose are chosen by the same samples: their intervals hold for a pose named beforehand"
+    return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
 
 
 def _iso(answer: Answer) -> Section:
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
-    replicates = answer.poses.replicates
     counted = f"{sampled.robots} robots, {sampled.visits} visits to each of {len(answer.poses)} poses"
     rows = []
     for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
-        of_robots = sampled.robot_means[:, column]
-        rows.append(Row(f"{label}, mean over poses and robots", (_of(pooled_mean(of_robots, replicate_means(table[:, 0], replicates)), counted),)))
-        rows.append(Row(f"{label}, 95 % of robots below", (_of(robots_quantile(of_robots), counted),), "each robot's average over the poses"))
+        of_robots = sampled.robot_means[:, :, column]
+        rows.append(Row(f"{label}, mean over poses and robots", (_of(pooled_mean(of_robots), counted),)))
+        rows.append(Row(f"{label}, 95 % of robots below", (_of(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses"))
         at = int(table[:, 1].argmax())
         rows.append(
             Row(
@@ -236,7 +237,7 @@ def _budget(answer: Answer) -> Section:
         scale = 1e6
         rows.append(
             Row(
-                cost.part,
+                cost.part.removeprefix("joints."),
                 (
                     Figure(cost.alone * 1e6, "µm", samples=exact),
                     Figure(100 * cost.share, "%", samples=exact),
@@ -246,7 +247,10 @@ def _budget(answer: Answer) -> Section:
             ),
         )
     read_on = f"{digits(halving.before * 1e3)} mm on the {halving.samples} samples used for it"
-    note = f"shares of the mean square add to 100 %; halving is read on the 95 % error, {read_on}"
+    note = (
+        "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: by how much the 95 % error falls when "
+        f"this part errs half as much, its interval counting robots; read on {read_on}"
+    )
     return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
 
 
@@ -293,7 +297,7 @@ def result(answer: Answer, version: str) -> dict[str, Any]:
         "poses": {"count": len(answer.poses), "law": answer.poses.law, "independent_sets": answer.poses.replicates},
         "robots": sampled.robots,
         "visits": sampled.visits,
-        "interval": "95 %, counting robots and sets of poses",
+        "intervals": "95 %, counting robots and sets of poses; at a single pose and for halving, counting robots",
         "notes": list(answer.arm.notes),
         "sections": [
             {
@@ -321,6 +325,7 @@ def _plain(name: str, figure: Figure, seed: int) -> dict[str, Any]:
         "value": figure.value if math.isfinite(figure.value) else None,
         "unit": figure.unit,
         "interval": None if ends == [None, None] else ends,
+        "interval_kind": None if ends == [None, None] else figure.ends,
         "samples": figure.samples,
         "seed": seed,
     }

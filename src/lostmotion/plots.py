@@ -15,7 +15,7 @@ import numpy as np
 from lostmotion.figures import length
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
-from lostmotion.studies.intervals import Estimate, pooled_quantile, robots_quantile
+from lostmotion.studies.intervals import Estimate, pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -143,7 +143,7 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
         raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
     figure = _styled(make_subplots(rows=1, cols=2, horizontal_spacing=0.14), "AP and RP of the robots built", height=360)
     for column, name in ((1, "AP"), (2, "RP")):
-        values = sampled.robot_means[:, column]
+        values = sampled.robot_means[:, :, column].mean(axis=0)
         unit = length(float(values.max())).unit
         factor = _PER_UNIT[unit]
         edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
@@ -152,7 +152,7 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
         figure.add_trace(bars, row=1, col=column)
         figure.update_xaxes(title_text=f"{name} [{unit}]", showgrid=False, nticks=6, row=1, col=column)
         figure.update_yaxes(title_text="robots [1]" if column == 1 else None, row=1, col=column)
-        _mark(figure, robots_quantile(values), "95 % below", unit, axes=str(column) if column > 1 else "")
+        _mark(figure, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95 % below", unit, axes=str(column) if column > 1 else "")
     figure.update_layout(margin_t=76, bargap=0)
     return figure
 

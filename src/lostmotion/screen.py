@@ -34,7 +34,9 @@ def print_summary(answer: Answer, console: Console | None = None) -> None:
     )
     for section in sections(answer):
         screen.print()
-        screen.print(_table(section))
+        table = _table(section)
+        # Rather a line that the terminal folds than a figure cut to another one.
+        screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
         if section.note:
             screen.print(Text(section.note, style="dim"))
     for note in answer.arm.notes:
@@ -65,9 +67,8 @@ def _table(section: Section) -> Table:
 class ProgressBar:
     """A bar that shows itself only once the work has taken a second."""
 
-    def __init__(self, what: str) -> None:
-        """Name the work; nothing is shown yet."""
-        self._what = what
+    def __init__(self) -> None:
+        """Begin to count the time; nothing is shown yet."""
         self._started = time.monotonic()
         self._bar = Progress(
             TextColumn("{task.description}"),
@@ -77,7 +78,7 @@ class ProgressBar:
             console=Console(stderr=True),
             transient=True,
         )
-        self._task = self._bar.add_task(what)
+        self._task = self._bar.add_task("")
         self._shown = False
 
     def __enter__(self) -> Self:
@@ -89,9 +90,9 @@ class ProgressBar:
         if self._shown:
             self._bar.stop()
 
-    def __call__(self, done: int, of: int) -> None:
-        """Say how far the work is."""
+    def __call__(self, what: str, done: int, of: int) -> None:
+        """Say what is being done and how far it is."""
         if not self._shown and time.monotonic() - self._started > _SECONDS_BEFORE_BAR:
             self._bar.start()
             self._shown = True
-        self._bar.update(self._task, completed=done, total=of)
+        self._bar.update(self._task, description=what, completed=done, total=of)

@@ -49,7 +49,7 @@ def answer(  # noqa: PLR0913 - a study is these numbers
     approach: float = 0.0,
     threads: int = 1,
     tile: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> Answer:
     """How accurate is this arm over these poses, where does it reach, what does it hold, and which part is to blame?
 
@@ -57,6 +57,8 @@ def answer(  # noqa: PLR0913 - a study is these numbers
     """
     sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=progress)
     torques, worst = holding_torques(arm, poses.q)
+    gains = halving(arm, poses, robots, visits, seed, approach=approach, progress=progress)
+    if progress is not None:
+        progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
-    gains = halving(arm, poses, robots, visits, seed, approach=approach)
     return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, space, gains)

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies.intervals import Estimate, difference, quantile
+from lostmotion.studies.intervals import Estimate, difference, pseudo_values, quantile
 from lostmotion.studies.montecarlo import Plan, sample_block
 from lostmotion.studies.screws import Screws, screws
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lostmotion.arm import Arm
     from lostmotion.studies.poses import Poses
 
@@ -32,7 +34,9 @@ class Halving:
     samples: int
 
 
-def halving(arm: Arm, poses: Poses, robots: int, visits: int, seed: int, *, approach: float = 0.0) -> Halving:
+def halving(
+    arm: Arm, poses: Poses, robots: int, visits: int, seed: int, *, approach: float = 0.0, progress: Callable[[str, int, int], None] | None = None
+) -> Halving:
     """What does the 95 % error gain from halving each part, with every draw kept?
 
     Runs on at most 128 of the poses, 512 robots and 4 visits; the interval counts groups of robots. Arguments as `montecarlo.run`.
@@ -42,7 +46,9 @@ def halving(arm: Arm, poses: Poses, robots: int, visits: int, seed: int, *, appr
     plan = Plan.of(arm, poses, min(robots, _ROBOTS), min(visits, _VISITS), seed, approach)
     before, before_groups = _quantiles(plan, matrix)
     gains = {}
-    for owner in matrix.owners:
+    for done, owner in enumerate(matrix.owners):
+        if progress is not None:
+            progress("halving each part", done, len(matrix.owners))
         factor = np.array([0.5 if info.owner == owner else 1.0 for info in matrix.infos])
         after, after_groups = _quantiles(plan, replace(matrix, tool=matrix.tool * factor))
         gains[owner] = difference(before_groups, after_groups, before - after, _RESOLUTION * before)
@@ -50,6 +56,6 @@ def halving(arm: Arm, poses: Poses, robots: int, visits: int, seed: int, *, appr
 
 
 def _quantiles(plan: Plan, matrix: Screws) -> tuple[float, np.ndarray]:
-    """Give the 95 % error of all samples and of each group of robots."""
+    """Give the 95 % error of all samples and what each group of robots adds to it."""
     groups = sample_block(plan, matrix, 0).group_hist
-    return quantile(groups.sum(axis=0), LEVEL), np.array([quantile(group, LEVEL) for group in groups])
+    return quantile(groups.sum(axis=0), LEVEL), pseudo_values(groups, LEVEL)

@@ -27,57 +27,98 @@ class Estimate:
 
 
 def quantile(hist: np.ndarray, level: float) -> float:
-    """Which error (m) leaves this share of a histogram's samples below it? Straight line within a bin of 0.3 % width."""
+    """Which error (m) leaves this share of a histogram's samples below it? Straight line within a bin of 0.3 % width.
+
+    Zero below a nanometre, infinite from 16 m: the histogram's ends.
+    """
     cumulative = np.cumsum(hist)
     rank = level * cumulative[-1]
     at = int(np.searchsorted(cumulative, rank))
-    before = float(cumulative[at - 1]) if at else 0.0
+    if at == 0:
+        return 0.0
+    if at == len(hist) - 1:
+        return math.inf  # the last bin holds all that is larger
+    before = float(cumulative[at - 1])
     low, high = bin_edges()[at : at + 2]
     return float(low + (high - low) * max(rank - before, 0.0) / max(float(hist[at]), 1.0))
 
 
-def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: float) -> Estimate:
+def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: float, largest: float = math.inf) -> Estimate:
     """Which error leaves this share of all samples below it, and how sure is that?
 
-    The spread between groups of robots and between independent sets of poses each give a variance; the interval is Student's with the fewer
-    degrees of freedom. Poses that were given or gridded are taken as they are.
+    Leaving out one group of robots, or one independent set of poses, at a time gives a variance each (jackknife, B. Efron 1982, ch. 3); the
+    interval is Student's with the fewer degrees of freedom, and never inside the bin that the value was read in. Poses that were given or
+    gridded are taken as they are. `largest` is the largest sample, m: no quantile lies above it.
     """
-    value = quantile(group_hist.sum(axis=0), level)
-    return _interval(value, [np.array([quantile(h, level) for h in hists]) for hists in (group_hist, replicate_hist)])
+    hist = group_hist.sum(axis=0)
+    value = min(quantile(hist, level), largest)
+    found = _interval(value, [pseudo_values(hists, level) for hists in (group_hist, replicate_hist)])
+    at = int(np.searchsorted(bin_edges(), value, side="right"))
+    bin_low, bin_high = (0.0, 0.0) if value == 0 else bin_edges()[[max(at - 1, 0), min(at, len(hist))]]
+    return Estimate(value, max(min(found.low, bin_low), 0.0), max(found.high, bin_high))
 
 
-def pooled_mean(robot_means: Floats, replicate_means: Floats) -> Estimate:
-    """What is the mean over robots and poses, and how sure is that? Robots and sets of poses counted as in `pooled_quantile`."""
-    return _interval(float(robot_means.mean()), [robot_means, replicate_means])
+def pseudo_values(hists: np.ndarray, level: float) -> Floats:
+    """What does each histogram (member, bin) add to the quantile of all? Jackknife pseudo-values (member,)."""
+    whole = hists.sum(axis=0)
+    count = len(hists)
+    if count == 1:
+        return np.array([quantile(whole, level)])
+    return np.array([count * quantile(whole, level) - (count - 1) * quantile(whole - one, level) for one in hists])
+
+
+def pooled_mean(robot_means: Floats) -> Estimate:
+    """What is the mean over robots and poses of these means (set of poses, robot), and how sure is that?"""
+    return _interval(float(robot_means.mean()), [robot_means.mean(axis=0), robot_means.mean(axis=1)])
 
 
 def difference(first: Floats, second: Floats, value: float, resolution: float = 0.0) -> Estimate:
-    """How sure is a difference that was formed group by group from the same draws? Never surer than the resolution it was read with."""
+    """How sure is a difference of which each member's part is known, from the same draws? Never surer than the resolution it was read with."""
     found = _interval(value, [first - second])
     return Estimate(value, min(found.low, value - resolution), max(found.high, value + resolution))
 
 
-def robots_quantile(values: Floats, level: float = 0.95) -> Estimate:
-    """Which value do this share of the robots (robot,) stay below? Its interval by order statistics, free of any law (W. Conover 1999, 3.2)."""
-    ordered = np.sort(values)
-    count = len(ordered)
+def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
+    """Which value do this share of the robots (..., robot) stay below? (..., 3): the value and the ends of its interval.
+
+    Order statistics, free of any law (W. Conover, Practical Nonparametric Statistics, 1999, 3.2); an end that lies outside the robots built is NaN.
+    """
+    ordered = np.sort(values, axis=-1)
+    count = values.shape[-1]
     half = 1.959963984540054 * math.sqrt(level * (1 - level) * count)
-    low, high = math.floor(level * count - half) - 1, math.ceil(level * count + half) - 1
-    return Estimate(
-        float(ordered[max(math.ceil(level * count) - 1, 0)]),
-        float(ordered[low]) if low >= 0 else math.nan,
-        float(ordered[high]) if high < count else math.nan,
-    )
+    out = np.full((*values.shape[:-1], 3), math.nan)
+    ranks = (math.ceil(level * count), math.floor(level * count - half), math.ceil(level * count + half))
+    for k, rank in enumerate(ranks):
+        if 1 <= rank <= count:
+            out[..., k] = ordered[..., rank - 1]
+    return out
+
+
+def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate:
+    """Which value do this share of the robots stay below on the average over the poses, and how sure is that?
+
+    robot_means (set of poses, robot). The order statistics' interval, widened by what the choice of poses leaves.
+    """
+    value, low, high = (float(x) for x in robots_quantile(robot_means.mean(axis=0), level))
+    sets = len(robot_means)
+    of_poses = 0.0
+    if sets > 1:
+        of_poses = student(sets - 1) * float(robots_quantile(robot_means, level)[:, 0].std(ddof=1)) / math.sqrt(sets)
+    return Estimate(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
 
 
 def _interval(value: float, families: list[Floats]) -> Estimate:
     """Add the variances of the mean of each family of independent replications (those of one member add none)."""
-    from scipy.special import stdtrit
-
-    spread = [family for family in families if len(family) > 1]
     if len(families[0]) < 2:  # noqa: PLR2004 - one robot says nothing of others
         return Estimate(value, math.nan, math.nan)
+    spread = [family for family in families if len(family) > 1]
     variance = sum(float(family.var(ddof=1)) / len(family) for family in spread)
-    freedom = min(len(family) - 1 for family in spread)
-    half = float(stdtrit(freedom, 0.975)) * math.sqrt(variance)
+    half = student(min(len(family) - 1 for family in spread)) * math.sqrt(variance)
     return Estimate(value, value - half, value + half)
+
+
+def student(freedom: int) -> float:
+    """How many standard errors is half of a 95 % interval, with so many degrees of freedom? NaN for none."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.975)) if freedom > 0 else math.nan

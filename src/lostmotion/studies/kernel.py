@@ -28,6 +28,9 @@ _BASE_BITS: Final = _FIRST << _SHIFT
 _SMALLEST: Final = 2.0**_LOWEST_EXPONENT
 _LARGEST: Final = 2.0**_HIGHEST_EXPONENT * (1 - 2.0**-53)
 
+# Bins of a pose's own histogram, from its smallest to its largest error.
+_FINE: Final = 1024
+
 # Columns of the table per pose.
 MEAN, MEAN_ERROR, MEAN_SQUARE, LARGEST, LARGEST_ROBOT, LARGEST_VISIT = range(6)
 QUANTILES: Final = (0.5, 0.95, 0.99)
@@ -45,7 +48,7 @@ def bin_edges() -> Floats:
 
 
 @_jit
-def mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
+def mix(x):
     """Scatter the bits of a counter (the finaliser of SplitMix64; G. Steele et al., OOPSLA 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -53,13 +56,7 @@ def mix(x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
 
 
 @_jit
-def _bin(square):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    """In which bin does a squared error fall?"""
-    return (np.array([min(max(square, _SMALLEST), _LARGEST)]).view(np.int64)[0] >> _SHIFT) - _FIRST
-
-
-@_jit
-def _add_four(out, screws, t, d0, d1, d2, d3):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+def _add_four(out, screws, t, d0, d1, d2, d3):
     """Add four terms, in their order, to the three components of LANES errors; draws are loaded once."""
     x0, x1, x2, x3 = screws[0, t], screws[0, t + 1], screws[0, t + 2], screws[0, t + 3]
     y0, y1, y2, y3 = screws[1, t], screws[1, t + 1], screws[1, t + 2], screws[1, t + 3]
@@ -73,39 +70,80 @@ def _add_four(out, screws, t, d0, d1, d2, d3):  # type: ignore[no-untyped-def] #
 
 
 @_jit
-def _quantile(cumulative, first, rank, edges):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    """Which error leaves `rank` samples below it? Straight line within the bin; `cumulative` counts from bin `first` on."""
-    b = np.searchsorted(cumulative, rank)
-    if b == len(cumulative):
-        return edges[first + b]
-    before = cumulative[b - 1] if b > 0 else 0.0
-    return edges[first + b] + (edges[first + b + 1] - edges[first + b]) * max(rank - before, 0.0) / max(cumulative[b] - before, 1.0)
+def _quantile(ladder, rank, low, width):
+    """Which error leaves `rank` samples below it? Straight line within a bin; `ladder` counts up the bins, which begin at `low`."""
+    b = min(np.searchsorted(ladder, rank), len(ladder) - 1)
+    before = ladder[b - 1] if b > 0 else 0.0
+    return low + width * (b + max(rank - before, 0.0) / max(ladder[b] - before, 1.0))
 
 
 @_jit
-def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PLR0913, PLR0915, PLR0917 - one fused loop by design
-    first_pose,  # noqa: ANN001 - index of the first pose in the whole study
-    bias,  # noqa: ANN001 (pose, 3)
-    robot_screws,  # noqa: ANN001 (pose, 3, term), count of terms a multiple of four
-    robot_draws,  # noqa: ANN001 (tile, term, LANES)
-    visit_screws,  # noqa: ANN001 (pose, 3, term), count a multiple of four
-    visit_tables,  # noqa: ANN001 (term,) row in `tables`
-    visit_keys,  # noqa: ANN001 (term,) key of the stream
-    product_screws,  # noqa: ANN001 (pose, 3, term)
-    product_tables,  # noqa: ANN001
-    product_keys,  # noqa: ANN001
-    product_factors,  # noqa: ANN001 (tile, term, LANES)
-    tables,  # noqa: ANN001 (rows of ROW, one after another)
-    edges,  # noqa: ANN001 (BINS + 1,)
-    robots,  # noqa: ANN001
-    visits,  # noqa: ANN001
-    groups,  # noqa: ANN001 number of robot groups; robot r belongs to group r * groups // robots
-    z,  # noqa: ANN001 half-width of the interval in standard errors
-    per_pose,  # noqa: ANN001 out (pose, COLUMNS)
-    ap_rp,  # noqa: ANN001 out (pose, 2, robot), used where visits > 1
-    robot_sums,  # noqa: ANN001 out (robot,) sum over poses of the robot's mean error
-    group_hist,  # noqa: ANN001 out (group, BINS)
-    pose_hist,  # noqa: ANN001 out (BINS,) of all poses in this block
+def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, out):
+    """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end).
+
+    sizes (tile, visit, LANES) hold the errors, between low and high; `between` is the share of their variance that lies between robots.
+    Intervals count robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635), and never surer than the design effect
+    1 + (visits - 1) between allows (L. Kish, Survey Sampling, 1965, 5.4). An end that the sample cannot tell is NaN.
+    """
+    tiles, visits = sizes.shape[0], sizes.shape[1]
+    samples = robots * visits
+    width = (high - low) / _FINE
+    scale = 1.0 / width if width > 0 else 0.0
+    hist[:] = 0
+    for tile in range(tiles):
+        count = min(LANES, robots - tile * LANES)
+        for v in range(visits):
+            for i in range(LANES):
+                bins[tile, v, i] = np.uint16(min(max((sizes[tile, v, i] - low) * scale, 0.0), _FINE - 1.0))
+            for i in range(count):
+                hist[bins[tile, v, i]] += 1
+    ladder = np.cumsum(hist)
+    for k in range(len(_LEVELS)):
+        level = _LEVELS[k]
+        at = min(np.searchsorted(ladder, level * samples), _FINE - 1)
+        below = ladder[at] / samples
+        spread2 = below
+        if visits > 1:
+            spread2 = 0.0
+            limit = np.uint16(at)
+            for tile in range(tiles):
+                shares[:] = 0
+                for v in range(visits):
+                    for i in range(LANES):
+                        shares[i] += bins[tile, v, i] <= limit
+                for i in range(min(LANES, robots - tile * LANES)):
+                    spread2 += (shares[i] / visits) ** 2
+            spread2 /= robots
+        clusters = max(spread2 - below * below, 0.0) / max(robots - 1, 1)
+        at_least = level * (1 - level) * (1 + (visits - 1) * between) / samples
+        error = z * np.sqrt(max(clusters, at_least))
+        out[3 * k] = _quantile(ladder, level * samples, low, width)
+        out[3 * k + 1] = _quantile(ladder, (level - error) * samples, low, width) if level - error > 0 else np.nan
+        out[3 * k + 2] = _quantile(ladder, (level + error) * samples, low, width) if level + error < 1 else np.nan
+
+
+@_jit
+def run_block(
+    first_pose,  # index of the first pose in the whole study
+    bias,  # (pose, 3)
+    robot_screws,  # (pose, 3, term), count of terms a multiple of four
+    robot_draws,  # (tile, term, LANES)
+    visit_screws,  # (pose, 3, term), count a multiple of four
+    visit_tables,  # (term,) row in `tables`
+    visit_keys,  # (term,) key of the stream
+    product_screws,  # (pose, 3, term)
+    product_tables,
+    product_keys,
+    product_factors,  # (tile, term, LANES)
+    tables,  # (rows of ROW, one after another)
+    robots,
+    visits,
+    groups,  # number of robot groups; robot r belongs to group r * groups // robots
+    z,  # half-width of the interval in standard errors; NaN where there is none
+    per_pose,  # out (pose, COLUMNS)
+    ap_rp,  # out (pose, 2, robot), used where visits > 1
+    robot_sums,  # out (robot,) sum over poses of the robot's mean error
+    group_hist,  # out (group, BINS) of all poses in this block
 ):
     """Form the errors of every pose, robot and visit of one block of poses, and reduce them."""
     tiles = robot_draws.shape[0]
@@ -125,10 +163,10 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
     per_visit = 1.0 / visits
     at_visit = np.empty(max(n_visit, 1), np.int64)
     at_product = np.empty(max(n_product, 1), np.int64)
+    sizes = np.empty((tiles, visits, LANES), np.float32)
     bins = np.empty((tiles, visits, LANES), np.uint16)
-    hist = np.zeros(BINS, np.int32)
+    hist = np.empty(_FINE, np.int64)
     shares = np.empty(LANES, np.int32)
-    cumulative = np.empty(BINS)
     for p in range(bias.shape[0]):
         total[:] = total2[:] = between2[:] = 0.0
         record_low[:] = np.inf
@@ -172,7 +210,9 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                 for i in range(LANES):
                     squares[i] = e[0, i] * e[0, i] + e[1, i] * e[1, i] + e[2, i] * e[2, i]
                 for i in range(LANES):
-                    robot_sum[i] += np.sqrt(squares[i])
+                    size = np.sqrt(squares[i])
+                    sizes[tile, v, i] = size
+                    robot_sum[i] += size
                     robot_sum2[i] += squares[i]
                     smallest[i] = min(smallest[i], squares[i])
                 if visits > 1:
@@ -182,12 +222,8 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
                             centre[c, i] += e[c, i]
                 for i in range(LANES):
                     clamped[i] = min(max(squares[i], _SMALLEST), _LARGEST)
-                for i in range(LANES):
-                    bins[tile, v, i] = (words[i] >> _SHIFT) - _FIRST
                 for i in range(count):
-                    b = bins[tile, v, i]
-                    hist[b] += 1
-                    group_hist[group_of[first + i], b] += 1
+                    group_hist[group_of[first + i], (words[i] >> _SHIFT) - _FIRST] += 1
                     if squares[i] > record:
                         record = squares[i]
                         per_pose[p, LARGEST_ROBOT] = first + i
@@ -225,32 +261,9 @@ def run_block(  # type: ignore[no-untyped-def] # noqa: ANN201, C901, PLR0912, PL
         per_pose[p, MEAN_ERROR] = z * np.sqrt(max(between2.sum() / robots - mean * mean, 0.0) / max(robots - 1, 1))
         per_pose[p, MEAN_SQUARE] = total2.sum() / samples
         per_pose[p, LARGEST] = np.sqrt(record)
-        low, high = _bin(record_low.min()), _bin(record)
-        # Quantiles, and their intervals counting robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635).
-        counted = 0.0
-        for b in range(low, high + 1):
-            counted += hist[b]
-            cumulative[b] = counted
-            pose_hist[b] += hist[b]
-            hist[b] = 0
-        ladder = cumulative[low : high + 1]
-        for k in range(len(_LEVELS)):
-            at = min(np.searchsorted(ladder, _LEVELS[k] * samples), len(ladder) - 1)
-            below = ladder[at] / samples
-            spread2 = below
-            if visits > 1:
-                spread2 = 0.0
-                limit = np.uint16(at + low)
-                for tile in range(tiles):
-                    shares[:] = 0
-                    for v in range(visits):
-                        for i in range(LANES):
-                            shares[i] += bins[tile, v, i] <= limit
-                    for i in range(min(LANES, robots - tile * LANES)):
-                        spread2 += (shares[i] / visits) ** 2
-                spread2 /= robots
-            error = z * np.sqrt(max(spread2 - below * below, 0.0) / max(robots - 1, 1))
-            column = FIRST_QUANTILE + 3 * k
-            per_pose[p, column] = _quantile(ladder, low, _LEVELS[k] * samples, edges)
-            per_pose[p, column + 1] = _quantile(ladder, low, (_LEVELS[k] - error) * samples, edges)
-            per_pose[p, column + 2] = _quantile(ladder, low, (_LEVELS[k] + error) * samples, edges) if _LEVELS[k] + error < 1 else np.inf
+        # Sums of squares and of squared robot means give the variance of all sizes and of the robots' means.
+        variance = total2.sum() / samples - mean * mean
+        of_means = between2.sum() / robots - mean * mean
+        between = min(max(of_means / variance, 0.0), 1.0) if variance > 0 else 0.0
+        low, high = np.sqrt(record_low.min()), np.sqrt(record)
+        _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, per_pose[p, FIRST_QUANTILE:])

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
+from lostmotion.errors import refuse_argument
 from lostmotion.studies import exact, kernel
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
+from lostmotion.studies.intervals import robots_quantile, student
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
 if TYPE_CHECKING:
@@ -27,12 +29,12 @@ if TYPE_CHECKING:
     from lostmotion.studies.poses import Poses
 
 BLOCK: Final = 1280
+MOST_ROBOTS: Final = 1_000_000
+MOST_VISITS: Final = 10_000
 # A block holds AP and RP of every robot at every pose of it: fewer poses where there are many robots, so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
 # Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
-_Z: Final = 1.959963984540054
 _MOST_GROUPS: Final = 32
-_LEAST_IN_GROUP: Final = 8
 # The exact check looks at this many poses, evenly spread over the study.
 _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
@@ -49,7 +51,7 @@ class Sampled:
     worst, rss    (pose,) bounds
     bias          (pose, 6) what every robot does at every visit
     rotation_ms   (pose,) mean square of the tool's rotation, rad^2
-    robot_means   (robot, 3) mean error, AP and RP of each robot over the poses
+    robot_means   (replicate, robot, 3) mean error, AP and RP of each robot over each independent set of poses
     group_hist    (group, bin), replicate_hist (replicate, bin): counts of samples by error
     """
 
@@ -80,35 +82,36 @@ class Plan:
     seed: int
     approach: float
     groups: int
-    edges: Floats
     # What was drawn for every robot, by stream: the same in all blocks, so drawn once.
     robot_draws: dict[Stream, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
         """Check the numbers and split the robots into groups."""
-        for name, value in (("robots", robots), ("visits", visits), ("poses", len(poses))):
-            if value < 1:
-                raise ValueError(f"{value} {name}; expected at least 1")
-        groups = max(min(_MOST_GROUPS, robots // _LEAST_IN_GROUP), 1)
-        return cls(arm, poses, robots, visits, seed, approach, groups, kernel.bin_edges())
+        for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
+            if not 1 <= value <= most:
+                raise refuse_argument(name, value, f"from 1 to {most}", f"{name} = 30")
+        if approach not in (-1, 0, 1):
+            raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+        groups = min(_MOST_GROUPS, robots)
+        return cls(arm, poses, robots, visits, seed, approach, groups)
 
 
 @dataclass(frozen=True)
 class BlockSample:
-    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and two histograms."""
+    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and the histogram of each group."""
 
     per_pose: Floats
     ap_rp: Floats
     robot_sums: Floats
     group_hist: np.ndarray
-    hist: np.ndarray
 
 
 @dataclass(frozen=True)
 class _Block:
     first: int
-    sample: BlockSample
+    per_pose: Floats
+    group_hist: np.ndarray
     ap_rp: Floats
     robot_sums: Floats
     worst: Floats
@@ -129,32 +132,32 @@ def run(  # noqa: PLR0913 - a study is these numbers
     approach: float = 0.0,
     threads: int = 1,
     tile: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> Sampled:
     """How far off is the tool, for these robots returning to these poses?
 
     `tile` blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
-    `progress` is called with poses done and all.
-    Raises ValueError for robots, visits, threads or tile below one.
+    `progress` is called with what is being done, how much of it is done, and how much there is.
+    Raises InputError for robots, visits, threads, tile or approach out of range.
     """
     if threads < 1 or tile < 1:
-        raise ValueError(f"{threads} threads, {tile} blocks a tile; expected at least 1 of each")
+        raise refuse_argument("threads, tile", f"{threads}, {tile}", "at least 1 of each", "threads = 2")
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
     out = _empty(plan)
     total: Tally | None = None
     checks = []
     for block in _blocks(plan, threads, tile):
         rows = slice(block.first, block.first + len(block.bias))
-        out["per_pose"][rows] = block.sample.per_pose
-        for name in ("ap_rp", "worst", "rss", "bias", "rotation_ms"):
+        for name in ("per_pose", "ap_rp", "worst", "rss", "bias", "rotation_ms"):
             out[name][rows] = getattr(block, name)
-        out["robot_means"] += block.robot_sums
-        out["group_hist"] += block.sample.group_hist
-        out["replicate_hist"][block.first * poses.replicates // len(poses)] += block.sample.hist
+        replicate = block.first * poses.replicates // len(poses)
+        out["robot_means"][replicate] += block.robot_sums
+        out["group_hist"] += block.group_hist
+        out["replicate_hist"][replicate] += block.group_hist.sum(axis=0)
         total = block.tally if total is None else total + block.tally
         checks.append(block.check)
         if progress is not None:
-            progress(rows.stop, len(poses))
+            progress("visiting poses", rows.stop, len(poses))
     if total is None:
         raise ValueError("no block of poses came back")
     return Sampled(
@@ -167,7 +170,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
         out["rss"],
         out["bias"],
         out["rotation_ms"],
-        out["robot_means"] / len(poses),
+        out["robot_means"] * poses.replicates / len(poses),
         out["group_hist"],
         out["replicate_hist"],
         total,
@@ -184,7 +187,7 @@ def _empty(plan: Plan) -> dict[str, np.ndarray]:
         "rss": np.empty(poses),
         "bias": np.empty((poses, 6)),
         "rotation_ms": np.empty(poses),
-        "robot_means": np.zeros((plan.robots, 3)),
+        "robot_means": np.zeros((plan.poses.replicates, plan.robots, 3)),
         "group_hist": np.zeros((plan.groups, kernel.BINS), np.int64),
         "replicate_hist": np.zeros((plan.poses.replicates, kernel.BINS), np.int64),
     }
@@ -233,7 +236,8 @@ def _block(plan: Plan, first: int, last: int) -> _Block:
         sums[:, 1:] = sample.ap_rp.sum(axis=0).T
     return _Block(
         first,
-        sample,
+        sample.per_pose,
+        sample.group_hist,
         spread,
         sums,
         worst_case(matrix),
@@ -246,15 +250,8 @@ def _block(plan: Plan, first: int, last: int) -> _Block:
 
 
 def _over_robots(values: Floats) -> Floats:
-    """Sum values (pose, 2, robot) up: mean, 95 % quantile over robots, and its interval by order statistics (pose, 2, 4)."""
-    robots = values.shape[2]
-    ordered = np.sort(values, axis=2)
-    half = _Z * math.sqrt(0.95 * 0.05 * robots)
-    ranks = [math.ceil(0.95 * robots) - 1, math.floor(0.95 * robots - half) - 1, math.ceil(0.95 * robots + half) - 1]
-    columns = [ordered[:, :, min(max(rank, 0), robots - 1)] for rank in ranks]
-    if ranks[2] >= robots:
-        columns[2] = np.full_like(columns[2], np.inf)
-    return np.stack([values.mean(axis=2), *columns], axis=-1)
+    """Sum values (pose, 2, robot) up: mean, 95 % quantile over robots, and its interval (pose, 2, 4)."""
+    return np.concatenate([values.mean(axis=2)[..., None], robots_quantile(values)], axis=-1)
 
 
 def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
@@ -271,7 +268,6 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         np.zeros((poses, 2, plan.robots if plan.visits > 1 else 0)),
         np.zeros(plan.robots),
         np.zeros((plan.groups, kernel.BINS), np.int64),
-        np.zeros(kernel.BINS, np.int64),
     )
     kernel.run_block(
         first,
@@ -284,16 +280,14 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         *_reading(plan.seed, matrix, both, tables),
         _drawn(plan, [_known(matrix.infos[k].robot) for k in both]),
         np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
-        plan.edges,
         plan.robots,
         plan.visits,
         plan.groups,
-        _Z,
+        student(plan.robots - 1),
         out.per_pose,
         out.ap_rp,
         out.robot_sums,
         out.group_hist,
-        out.hist,
     )
     return out
 

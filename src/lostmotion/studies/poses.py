@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
 
+from lostmotion.errors import refuse_argument
 from lostmotion.laws.chance import Normal
 from lostmotion.studies.draws import key, uniforms
 
@@ -19,6 +20,9 @@ PoseLaw = Literal["sobol", "uniform", "normal", "grid", "given"]
 POSE_LAWS: Final[tuple[str, ...]] = get_args(PoseLaw)[:-1]
 # Independent sets of poses: what the choice of poses leaves uncertain shows as the difference between them.
 REPLICATES: Final = 8
+MOST_POSES: Final = 10_000_000
+# NumPy's limit of dimensions; with more joints a grid has one step each, or far too many poses.
+_MOST_AXES: Final = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,13 @@ class Poses:
     q: Floats
     law: PoseLaw
     replicates: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse joint values that are no table of finite numbers, and sets that do not share the poses evenly."""
+        if self.q.ndim != 2 or not len(self.q) or not np.isfinite(self.q).all():  # noqa: PLR2004 - pose and joint
+            raise refuse_argument("poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m")
+        if self.replicates < 1 or len(self.q) % self.replicates:
+            raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", "replicates = 1")
 
     def __len__(self) -> int:
         """Give the number of poses."""
@@ -42,16 +53,22 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
     normal   the paper's: around mid-range with sigma = range/6, cut at the limits
     grid     equal steps in every joint, ends included; at least `count` poses
     The count is rounded up: to eight powers of two (sobol), to a multiple of eight (uniform, normal), to a full grid.
-    Raises ValueError for a count below one.
+    Raises InputError for an unknown law, or a count below one or above ten million.
     """
-    if count < 1:
-        raise ValueError(f"{count} poses; expected at least 1")
+    if law not in POSE_LAWS:
+        raise refuse_argument("pose law", law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+    if not 1 <= count <= MOST_POSES:
+        raise refuse_argument("poses", count, f"from 1 to {MOST_POSES}", "poses = 2048")
     low, high = arm.limits.T
     joints = len(low)
     if law == "grid":
         steps = max(math.ceil(count ** (1 / joints) - 1e-9), 1)
+        if steps**joints > MOST_POSES:
+            found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
+            raise refuse_argument("poses on a grid", found, f"at most {MOST_POSES}", 'pose_law = "sobol"')
         axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
-        return Poses(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, joints), "grid")
+        at = np.unravel_index(np.arange(steps**joints), (steps,) * joints) if joints <= _MOST_AXES else np.zeros((joints, 1), int)
+        return Poses(np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)]), "grid")
     each = math.ceil(count / REPLICATES)
     if law == "sobol":
         u = _sobol(joints, each, seed)

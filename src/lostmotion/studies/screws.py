@@ -85,7 +85,7 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
     """How does every elementary error move the tool at these poses, to first order?
 
     q (pose, joint) rad or m; `approach` the sign of every joint's last motion, 0 where it differs from visit to visit.
-    First order in the errors; `exact.largest_difference` says what that leaves out. Raises ValueError for q of another shape or not finite.
+    First order in the errors; `exact.check` says what that leaves out. Raises ValueError for q of another shape or not finite.
     """
     at = frames(arm, q)
     placed = terms(arm, q, approach=approach, at=at)

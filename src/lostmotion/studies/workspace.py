@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 SAMPLES: Final = 524_288
+# Fewer where there are many joints, so that memory stays bounded.
+_JOINT_VALUES: Final = 4_194_304
 # Grids tried for the volume, cells along the longest side, finest first.
 _GRIDS: Final = (64, 48, 32, 24, 16, 12, 8)
 # A grid is fine enough for the sample when closing single holes adds less than this share of cells.
@@ -30,7 +32,7 @@ class Workspace:
     nearest           smallest distance from the base's origin
     low, high         (3,) extent along x, y, z
     volume            half way between volume_low (cells with all 26 neighbours visited) and volume_high (all visited); cell is the edge used.
-                      Zero where the workspace is no body (fewer than three motions, or flat)
+                      Zero where the workspace is no body: fewer than three motions, flat, or a surface
     Extremes of a sample: the true reach is not smaller, the true nearest not larger.
     """
 
@@ -47,12 +49,13 @@ class Workspace:
     cell: float
 
 
-def workspace(arm: Arm, law: PoseLaw = "sobol", samples: int = SAMPLES, seed: int = 1) -> Workspace:
+def workspace(arm: Arm, law: PoseLaw = "sobol", samples: int | None = None, seed: int = 1) -> Workspace:
     """Which space can the tool point of this arm reach within its joint limits?
 
-    No obstacle, floor or self-collision is considered. Raises ValueError for fewer than one sample.
+    No obstacle, floor or self-collision is considered. `samples` left out: half a million, fewer with more than eight joints.
     """
-    points = tool_points(arm, sample_poses(arm, samples, law, seed).q)
+    count = samples or min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.moving)).bit_length() - 1)
+    points = tool_points(arm, sample_poses(arm, count, law, seed).q)
     distance = np.linalg.norm(points, axis=1)
     low, high = points.min(axis=0), points.max(axis=0)
     inner, outer, cell = _volume(points, low, high) if len(arm.moving) >= _DIMENSIONS else (0.0, 0.0, 0.0)
@@ -92,4 +95,6 @@ def _volume(points: Floats, low: Floats, high: Floats) -> tuple[float, float, fl
         if np.count_nonzero(closed & ~visited) <= _MOST_HOLES * np.count_nonzero(closed):
             break
     inside = binary_erosion(closed, cube)
+    if not inside.any():
+        return 0.0, 0.0, 0.0  # nowhere thicker than the grid: a surface
     return float(np.count_nonzero(inside)) * edge**3, float(np.count_nonzero(closed)) * edge**3, edge
