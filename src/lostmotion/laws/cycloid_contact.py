@@ -125,8 +125,8 @@ def loaded(
 
     `torque` N m about the planet's centre, of either sign; at zero torque the disc lies anywhere in its play, and rotation 0 is given. `gaps` m along
     the normals, negative for interference, any shape that broadcasts to (crank, draw, N). The residual is below 1e-9 of the torque, usually 1e-12, or
-    the case is marked. The same bits for any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that
-    are not positive.
+    the case is marked: so is a torque that is less than a millionth of what interference presses with, where rounding hides it. The same bits for
+    any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that are not positive.
     """
     supports = supports or Supports()
     torque, crank = np.atleast_1d(np.asarray(torque, dtype=float)), np.atleast_1d(np.asarray(crank, dtype=float))

@@ -21,9 +21,10 @@ COLUMNS: Final = 7
 TOLERANCE: Final = 1e-9  # of the torque
 _GOAL: Final = 1e-12
 _STALLED: Final = 1e-10  # no better than the step before: rounding, and good enough
+_ROUNDING: Final = 2e-16  # of all forces together: no step can do better, even if it is much of a small torque
 _TOUCH: Final = 1e-9  # of T/r: a smaller force is what rounding leaves of none
 _SHORT: Final = 0.05  # arms below this share of the longest say nothing about where driving begins
-_STEPS: Final = 80
+_STEPS: Final = 200
 _HALVINGS: Final = 30
 _LOWEST: Final = LEAST_LOGARITHM
 _POWER: Final = PALMGREN_EXPONENT
@@ -32,7 +33,7 @@ _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, 
 
 
 @_jit
-def _push(law, delta, soft, scale):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+def _push(law, delta, soft, scale):
     """Force and stiffness of a contact approached by delta > 0: delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
     if law == LINEAR:
         return delta / soft, 1.0 / soft
@@ -66,7 +67,7 @@ def _push(law, delta, soft, scale):  # type: ignore[no-untyped-def] # noqa: ANN0
 
 
 @_jit
-def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, PLR0913, PLR0917
+def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):
     """Add up forces and stiffnesses of all contacts at x, v into sums: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
     fx = fv = total = kxx = kxv = kvv = 0.0
     for i in range(arm.shape[0]):
@@ -85,15 +86,16 @@ def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):  # type: ign
 
 
 @_jit
-def _start(law, pull, side, arm, gap, soft, scale):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+def _start(law, pull, x, side, across, arm, gap, soft, scale):
     """Guess v: the driving gaps' average, but at least the first contact, and on top what the largest force of an even share approaches."""
     first, weight, weighted, best, at = np.inf, 0.0, 0.0, 0.0, 0
     for i in range(arm.shape[0]):
         a = side * arm[i]
         if a > _SHORT:
-            first = min(first, gap[i] / a)
+            room = gap[i] - across[i] * x
+            first = min(first, room / a)
             weight += a * a
-            weighted += a * gap[i]
+            weighted += a * room
             if a > best:
                 best, at = a, i
     force = pull / max(weight, 1e-300)
@@ -107,13 +109,13 @@ def _start(law, pull, side, arm, gap, soft, scale):  # type: ignore[no-untyped-d
 
 
 @_jit
-def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, PLR0913, PLR0917
+def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
     """Find x and v where the contacts balance the pull (T/r, positive) and the push along the line of centres; also the residual."""
     x, v = 0.0, 0.0
     held = not np.isfinite(stiffness)
     spring = 0.0 if held else stiffness
     if pull > 0.0:
-        v = _start(law, pull, side, arm, gap, soft, scale)
+        v = _start(law, pull, x, side, across, arm, gap, soft, scale)
     _balance(law, x, v, side, across, arm, gap, soft, scale, sums)
     unit = pull if pull > 0.0 else sums[2] + abs(push)
     if unit == 0.0:
@@ -123,7 +125,7 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
         rx = 0.0 if held else push - spring * x - sums[0]
         rv = pull - sums[1]
         error = max(abs(rx), abs(rv)) / unit
-        if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best):
+        if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best) or error * unit <= _ROUNDING * sums[2]:
             return x, v, error
         best = min(best, error)
         kxx, kxv, kvv = sums[3] + spring, sums[4], sums[5]
@@ -136,7 +138,7 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
             else:
                 dx, dv = rx / kxx, 0.0
         if kvv == 0.0:  # nothing touches: on to the first contact and a little into it
-            dv = max(_start(law, pull, side, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
+            dx, dv = 0.0, max(_start(law, pull, x, side, across, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
         slope = rx * dx + rv * dv
         share = tried = 1.0
         for _ in range(_HALVINGS):
@@ -153,22 +155,22 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
 
 
 @_jit
-def solve_cases(  # type: ignore[no-untyped-def] # noqa: ANN201, PLR0913, PLR0917 - one flat loop by design
-    first,  # noqa: ANN001 first case
-    last,  # noqa: ANN001 one past the last; case = (torque * cranks + crank) * draws + draw
-    law,  # noqa: ANN001
-    radius,  # noqa: ANN001 of the planet's pitch circle, m
-    thrust,  # noqa: ANN001 force along the line of centres per torque, 1/m
-    torque,  # noqa: ANN001 (torque,)
-    across,  # noqa: ANN001 (crank, N) n_x
-    arm,  # noqa: ANN001 (crank, N) n_y = l/r
-    soft,  # noqa: ANN001 (crank, N)
-    scale,  # noqa: ANN001 (crank, N)
-    largest,  # noqa: ANN001 (crank, N) force at which the law ends
-    gap,  # noqa: ANN001 (crank, draw, N), or 1 in either of the first two
-    stiffness,  # noqa: ANN001 (draw,) of the bearing, N/m
-    out,  # noqa: ANN001 out (case, COLUMNS)
-    forces,  # noqa: ANN001 out (case, N)
+def solve_cases(
+    first,  # case, counted (torque * cranks + crank) * draws + draw
+    last,  # one past the last case
+    law,
+    radius,  # of the planet's pitch circle, m
+    thrust,  # force along the line of centres per torque, 1/m
+    torque,  # (torque,)
+    across,  # (crank, N) n_x
+    arm,  # (crank, N) n_y = l/r
+    soft,  # (crank, N) coefficients of the law
+    scale,  # (crank, N)
+    largest,  # (crank, N) force at which the law ends
+    gap,  # (crank, draw, N), or 1 in either of the first two
+    stiffness,  # (draw,) of the bearing, N/m
+    out,  # out (case, COLUMNS)
+    forces,  # out (case, N)
 ):
     """Solve a range of cases; what does not converge is NaN."""
     cranks, draws = arm.shape[0], stiffness.shape[0]
