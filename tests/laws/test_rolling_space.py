@@ -1,0 +1,206 @@
+"""Bearings in five degrees of freedom."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lostmotion.laws.rolling import BALL_EXPONENT, ROLLER_EXPONENT, ball_stiffness, element_angles, radial_loads, radial_shift, roller_stiffness
+from lostmotion.laws.rolling_space import BallRow, CrossedRow, RollerRow, Seat, settle
+
+UM = 1e-6
+GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
+ANGULAR = BallRow(count=15, ball=9.5e-3, pitch=60e-3, contact_angle=math.radians(25))
+ROLLERS = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, slices=20)
+CROSSED = CrossedRow(count=40, length=6e-3, pitch=80e-3)
+PAIR = (Seat(ANGULAR, 0.02, pressed=5 * UM), Seat(ANGULAR, -0.02, mirrored=True, pressed=5 * UM))
+SHAFTS = [
+    pytest.param((Seat(GROOVE),), id="deep groove"),
+    pytest.param((Seat(GROOVE, -0.03), Seat(GROOVE, 0.03)), id="two deep grooves"),
+    pytest.param(PAIR, id="preloaded angular pair"),
+    pytest.param((Seat(CROSSED),), id="crossed roller"),
+    pytest.param((Seat(ROLLERS), Seat(GROOVE, 0.05)), id="roller and groove"),
+]
+FORCE = st.floats(-5000, 5000)
+MOMENT = st.floats(-60, 60)
+LOAD = st.tuples(FORCE, FORCE, FORCE, MOMENT, MOMENT)
+
+
+@pytest.mark.parametrize("seats", SHAFTS)
+@pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
+def test_whatever_the_load_it_is_held(seats, clearance):
+    """Under random loads every shaft settles with less than 1e-9 of the load unbalanced, and what elements carry is never a pull."""
+    rng = np.random.default_rng(3)
+    load = rng.normal(size=(40, 5)) * [2000, 2000, 1000, 30, 30]
+    found = settle(seats, load, clearance)
+    assert found.converged.all()
+    assert found.residual.max() < 1e-9
+    assert all((loads >= 0).all() for loads in found.loads)
+
+
+@pytest.mark.parametrize("load", [1.0, 300.0, 8900.0])
+@pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
+def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
+    """Balls and rollers under a radial load settle where the law with one unknown says, with the same loads."""
+    found = settle((Seat(GROOVE),), np.array([[load, 0, 0, 0, 0]]), clearance)
+    k, angles = ball_stiffness(12.7e-3, 65e-3), element_angles(9)
+    alone = radial_shift(load, clearance, k, BALL_EXPONENT, angles)
+    np.testing.assert_allclose(found.stand[0], [alone, 0, 0, 0, 0], rtol=1e-8, atol=1e-15)
+    np.testing.assert_allclose(found.loads[0][0], radial_loads(alone, clearance, k, BALL_EXPONENT, angles), rtol=1e-7, atol=1e-6)
+    plain = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, crowned=False)
+    found = settle((Seat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
+    alone = radial_shift(load, clearance, roller_stiffness(10e-3), ROLLER_EXPONENT, element_angles(16))
+    assert found.stand[0, 0] == pytest.approx(float(alone), rel=1e-8)
+
+
+def test_loads_add_up_by_statics():
+    """Summed by hand about the origin, a deep groove's ball loads along their lines of contact balance the load."""
+    load = np.array([[1500.0, -400.0, 700.0, 8.0, -5.0]])
+    found = settle((Seat(GROOVE),), load, 15 * UM)
+    angles = element_angles(9)
+    apart = 0.04 * 12.7e-3
+    radius = 65e-3 / 2 + 0.02 * 12.7e-3
+    x, y, z, a, b = found.stand[0]
+    radial = apart - 7.5 * UM + x * np.cos(angles) + y * np.sin(angles)
+    axial = z + radius * (a * np.sin(angles) - b * np.cos(angles))
+    tilt = np.arctan2(axial, radial)
+    q = found.loads[0][0]
+    points = radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(9)])
+    forces = (q * np.array([np.cos(tilt) * np.cos(angles), np.cos(tilt) * np.sin(angles), np.sin(tilt)])).T
+    np.testing.assert_allclose(forces.sum(axis=0), load[0, :3], rtol=1e-8)
+    np.testing.assert_allclose(np.cross(points, forces).sum(axis=0)[:2], load[0, 3:], rtol=1e-7)
+
+
+@pytest.mark.parametrize("seats", SHAFTS)
+def test_stiffness_is_the_slope_of_the_load_and_symmetric(seats):
+    """The stiffness found is what finite differences of the balance give, symmetric and never negative: no bearing feeds energy."""
+    load = np.array([[1500.0, 500.0, 400.0, 6.0, -4.0]])
+    found = settle(seats, load, 0.0)
+    stiffness = found.stiffness[0]
+    np.testing.assert_allclose(stiffness, stiffness.T, rtol=1e-9, atol=1e-6 * np.abs(stiffness).max())
+    assert np.linalg.eigvalsh(stiffness).min() > 0
+    scale = np.array([1500.0, 1500.0, 1500.0, 40.0, 40.0]) * 1e-4
+    more = settle(seats, load + np.diag(scale), 0.0).stand
+    less = settle(seats, load - np.diag(scale), 0.0).stand
+    compliance = ((more - less) / (2 * scale[:, None])).T
+    np.testing.assert_allclose(compliance @ stiffness, np.eye(5), atol=0.02)
+
+
+def test_a_deep_groove_has_an_axial_dead_band_by_its_clearance():
+    """Along its axis a deep groove of clearance G and groove centres A apart is free by +-sqrt(A G - G^2/4), far more than its radial play."""
+    apart, clearance = 0.04 * 12.7e-3, 20 * UM
+    free = math.sqrt(apart * clearance - clearance**2 / 4)
+    found = settle((Seat(GROOVE),), np.array([[0, 0, 1e-3, 0, 0], [0, 0, -1e-3, 0, 0]]), clearance)
+    np.testing.assert_allclose(found.stand[:, 2], [free, -free], rtol=1e-3)
+    assert free > 4 * clearance
+
+
+def test_an_axial_load_is_shared_alike():
+    """An angular-contact row under a pure axial load puts F/(Z sin a) on every ball, at an angle that grows a little beyond 25 degrees."""
+    found = settle((Seat(ANGULAR),), np.array([[0, 0, 1500.0, 0, 0]]))
+    loads = found.loads[0][0]
+    np.testing.assert_allclose(loads, loads[0], rtol=1e-9)
+    angle = math.degrees(math.asin(1500 / 15 / loads[0]))
+    assert 25 < angle < 28
+
+
+def test_an_angular_row_pulled_off_its_shoulder_is_marked():
+    """A single angular-contact row holds no load the other way: no number is given."""
+    found = settle((Seat(ANGULAR),), np.array([[0, 0, -500.0, 0, 0], [0, 0, 500.0, 0, 0]]))
+    assert found.converged.tolist() == [False, True]
+    assert np.isnan(found.stand[0]).all()
+    assert np.isnan(found.loads[0][0]).all()
+    assert np.isfinite(found.stand[1]).all()
+
+
+def test_cylindrical_rollers_hold_nothing_along_the_axis():
+    """An axial load on cylindrical rollers alone has no balance, and is marked; a radial load leaves the axis where it is."""
+    found = settle((Seat(ROLLERS),), np.array([[500.0, 0, 100.0, 0, 0], [500.0, 0, 0, 0, 0]]))
+    assert found.converged.tolist() == [False, True]
+    assert abs(found.stand[1, 2]) < 1e-15
+
+
+def test_crossed_rollers_tilt_by_an_eighth():
+    """A preloaded crossed roller is as stiff against tilting as its axial stiffness x pitch^2/8 (N m/rad), and half as stiff across as along."""
+    found = settle((Seat(CROSSED),), np.array([[1.0, 0, 0, 0, 0]]), -10 * UM)
+    stiffness = found.stiffness[0]
+    assert stiffness[3, 3] == pytest.approx(stiffness[2, 2] * 0.08**2 / 8, rel=2e-3)
+    assert stiffness[4, 4] == pytest.approx(stiffness[3, 3], rel=2e-3)
+    assert stiffness[0, 0] == pytest.approx(stiffness[2, 2] / 2, rel=2e-3)
+
+
+def test_a_spaced_pair_tilts_in_its_clearance():
+    """Two deep grooves of clearance G at span B let the axis tilt by G/B under the lightest moment, if nothing else holds it: 20 µm over 60 mm."""
+    plain = RollerRow(count=20, length=1e-3, roller=5e-3, pitch=40e-3, slices=2, crowned=False)
+    found = settle((Seat(plain, -0.03), Seat(plain, 0.03)), np.array([[0, 0, 0, 0, 1e-4]]), 20 * UM)
+    assert found.stand[0, 4] == pytest.approx(20 * UM / 0.06, rel=1e-2)
+    np.testing.assert_allclose(found.stand[0, :3], 0, atol=1e-9)
+
+
+def test_preload_stiffens_a_pair():
+    """The further two angular rows are pressed together, the stiffer the pair is along, across and against tilting; unpressed it is soft at rest."""
+    stiff = []
+    for pressed in (1 * UM, 5 * UM, 15 * UM):
+        seats = (Seat(ANGULAR, 0.02, pressed=pressed), Seat(ANGULAR, -0.02, mirrored=True, pressed=pressed))
+        found = settle(seats, np.array([[1.0, 0, 0, 0, 0]]))
+        stiff.append(np.diag(found.stiffness[0]))
+    assert (np.diff(stiff, axis=0) > 0).all()
+
+
+@pytest.mark.parametrize("seats", SHAFTS[1:3])
+def test_a_mirrored_load_mirrors_the_shaft(seats):
+    """Both shafts look the same from either end: turned end for end about x, load and stand turn together."""
+    flip = np.array([1, -1, -1, 1, -1])
+    load = np.array([[1200.0, 0.0, 300.0, 0.0, 9.0]])
+    here, there = settle(seats, load, 0.0), settle(seats, load * flip, 0.0)
+    np.testing.assert_allclose(there.stand, here.stand * flip, rtol=1e-6, atol=1e-12)
+
+
+@given(LOAD, st.floats(1.1, 3))
+@settings(deadline=None, max_examples=25)
+def test_more_load_gives_more_way_and_stiffness(load, more):
+    """Along any load more of it moves the shaft further, and its work against the contacts rises faster than the load: the pair hardens."""
+    if np.linalg.norm(load) < 1:
+        return
+    loads = np.array([load, np.array(load) * more])
+    found = settle((Seat(CROSSED),), loads, 0.0)
+    assert found.converged.all()
+    way = np.einsum("ck,ck->c", found.stand, loads)
+    assert way[1] > way[0] * more
+    assert way[1] < way[0] * more**2
+
+
+def test_a_batch_is_its_cases_one_by_one():
+    """A thousand loads with a thousand clearances in one call settle as each would alone."""
+    rng = np.random.default_rng(5)
+    load, play = rng.normal(size=(200, 5)) * [1000, 1000, 500, 10, 10], rng.uniform(0, 30e-6, 200)
+    whole = settle((Seat(GROOVE),), load, play)
+    assert whole.converged.all()
+    for index in (0, 77, 199):
+        alone = settle((Seat(GROOVE),), load[index : index + 1], play[index])
+        np.testing.assert_allclose(alone.stand[0], whole.stand[index], rtol=1e-6, atol=1e-12)
+
+
+def test_no_load_moves_nothing():
+    """Without load the shaft stays in the middle, and a preloaded one is held there."""
+    found = settle(PAIR, np.zeros((1, 5)))
+    assert found.converged.all()
+    np.testing.assert_allclose(found.stand, 0, atol=1e-15)
+    assert found.stiffness[0, 0, 0] > 1e6
+
+
+@pytest.mark.parametrize("load", [np.zeros(5), np.zeros((2, 6)), np.full((1, 5), np.nan)])
+def test_loads_that_are_none_are_refused(load):
+    """A load has five components per case, all finite."""
+    with pytest.raises(ValueError, match="shape"):
+        settle((Seat(GROOVE),), load)
+
+
+def test_crossed_rollers_come_in_pairs():
+    """An odd number cannot lean alternately."""
+    with pytest.raises(ValueError, match="even"):
+        CrossedRow(count=41, length=6e-3, pitch=80e-3)
