@@ -178,7 +178,7 @@ def test_gaps_are_those_of_the_ground_flank(stage: Stage, made: Modification):
 def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: int) -> float:
     """How far can the planet really turn before a pin touches? Bisection on the smallest distance of the pins."""
     low, high = 0.0, 2 * play(stage, made)
-    for _ in range(30):
+    for _ in range(16):  # to 3e-5 of the play
         middle = (low + high) / 2
         free = distances(stage, pins_in_wheel(stage, crank, side * middle), made).min() >= stage.pin_radius
         low, high = (middle, high) if free else (low, middle)
@@ -187,8 +187,8 @@ def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: in
 
 @pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5)], ids=["roller", "circle"])
 def test_play_is_what_the_disc_really_turns(made: Modification):
-    """Turned by force until it jams, at five crank angles, the disc has the formula's play or up to 3.5 % more."""
-    for crank in np.linspace(0, 2 * math.pi / SMALL.pins, 5, endpoint=False):
+    """Turned by force until it jams, at four crank angles, the disc has the formula's play or up to 3.5 % more."""
+    for crank in np.linspace(0, 2 * math.pi / SMALL.pins, 4, endpoint=False):
         free = sum(turned_until_jammed(SMALL, float(crank), made, side) for side in (-1, 1))
         assert 0.999 <= free / play(SMALL, made) <= 1.035
 

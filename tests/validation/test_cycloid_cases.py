@@ -69,3 +69,16 @@ def test_a_rigid_disc_shares_the_load_as_finite_elements_do_but_turns_too_little
     assert ours.pressures[1].max() == pytest.approx(1.115e9, rel=0.04)
     apart = loaded(FEM, Flanks(0.01, STEEL, law), [100.0], [0.0], 1e-6)  # type: ignore[arg-type]
     assert float(apart.rotation[0, 0, 0] - ours.rotation[1, 0, 0]) / ARCMIN == pytest.approx(0.8147 - 0.6247, rel=0.03)
+
+
+def test_more_than_five_lobes_carry_on_a_drive_with_tolerances():
+    """The same reducer at its torque, 200 drawn drives at 8 crank angles: flank gaps that scatter by 1 um leave more than five lobes loaded always.
+
+    At 2 um it is still so in 99 % of the cases, and ten lobes carry on average.
+    """
+    stage = Stage(0.1, 0.002, 0.001, 40, "lobe envelope")
+    gap = 1e-6 * np.abs(np.random.default_rng(9).standard_normal((200, 40)))
+    fine, coarse = (loaded(stage, Flanks(0.01, STEEL), [0.55 * 167], np.linspace(0, 6, 8), g).checked().lobes for g in (gap, 2 * gap))
+    assert fine.min() > 5
+    assert (coarse > 5).mean() > 0.99
+    assert coarse.mean() == pytest.approx(9.6, abs=0.3)
