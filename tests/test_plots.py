@@ -12,6 +12,7 @@ import lostmotion
 from lostmotion import plots
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
+from lostmotion.studies.histogram import linear_bins
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
@@ -75,7 +76,7 @@ def test_histogram_counts_every_sample_once():
 def test_histogram_agrees_with_the_quantile_it_marks():
     """Half of the counted samples lie left of the 50 % line."""
     study = small_study()
-    edges, counts = plots.linear_bins(study.sampled.replicate_hist.sum(axis=0))
+    edges, counts = linear_bins(study.sampled.replicate_hist.sum(axis=0))
     middle = plots.pooled_quantile(study.sampled.group_hist, study.sampled.replicate_hist, 0.5).value
     below = np.interp(middle, edges, np.concatenate([[0], np.cumsum(counts)]))
     assert below == pytest.approx(counts.sum() / 2, rel=0.02)
@@ -85,7 +86,7 @@ def test_histogram_agrees_with_the_quantile_it_marks():
 def test_linear_bins_lose_no_sample(errors):
     """Whether one error or a thousand, over one bin or nine decades, the bars add up and their edges rise by a round step."""
     hist = np.histogram(errors, kernel.bin_edges())[0]
-    edges, counts = plots.linear_bins(hist)
+    edges, counts = linear_bins(hist)
     assert counts.sum() == len(errors)
     assert len(counts) <= 130
     step = edges[1] - edges[0]

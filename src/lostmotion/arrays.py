@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.studies import kernel
+from lostmotion.studies.histogram import linear_bins, share_intervals
 
 if TYPE_CHECKING:
     import xarray
@@ -66,6 +67,17 @@ def dataset(answer: Answer) -> xarray.Dataset:
         sampled.robot_means[:, :, 0].mean(axis=0),
         {"units": "m", "long_name": "mean position error of each robot over poses and visits"},
     )
+    edges, counts = linear_bins(sampled.group_hist.sum(axis=0))
+    data["error_histogram"] = (
+        "bin",
+        counts.astype(np.float64),
+        {"units": "1", "long_name": "samples of all poses whose position error falls into the bin"},
+    )
+    for column, (name, text) in enumerate((("", "share of all samples"), ("_low", "low end of its 95 % interval"), ("_high", "high end"))):
+        shares = share_intervals(sampled.group_hist, edges)[:, column]
+        data[f"error_share{name}"] = ("bin", shares, {"units": "1", "long_name": f"{text}, counting robots"})
+    data["bin_low"] = ("bin", edges[:-1], {"units": "m", "long_name": "least position error of the bin"})
+    data["bin_high"] = ("bin", edges[1:], {"units": "m", "long_name": "largest position error of the bin"})
     coordinates = {"joint": joints, "joint_unit": ("joint", units), "axis": ["x", "y", "z"], "level": list(kernel.QUANTILES)}
     attributes = {
         "arm": answer.arm.name,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.poses import Poses
 
 _stopped: list[bool] = []
+_STOPPED = 130  # the shell's own code for it
 
 app = typer.Typer(
     help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
@@ -82,7 +83,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     with ProgressBar() as bar:
         answer = study(arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=approach.value, threads=threads, progress=bar)
     if _stopped:
-        raise KeyboardInterrupt
+        raise typer.Exit(_STOPPED)
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()
@@ -108,8 +109,6 @@ def main() -> None:
         code, message = 2, str(error)
     except MemoryError:
         code, message = 2, "not enough memory for that many poses, robots or visits; nothing was written"
-    except KeyboardInterrupt:
-        code, message = 130, "stopped; nothing was written"
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more when it closes the pipe
         code, message = 1, "the output was closed before all was printed; the results are written"
@@ -120,4 +119,5 @@ def main() -> None:
 def _stop(_signal: int, _frame: FrameType | None) -> None:
     """Remember that the user wants to stop: compiled code may swallow the exception and go on with half a result."""
     _stopped.append(True)
+    typer.echo("\nlostmotion: stopped", err=True)
     raise KeyboardInterrupt

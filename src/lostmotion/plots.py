@@ -15,6 +15,7 @@ import numpy as np
 from lostmotion.figures import length
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
+from lostmotion.studies.histogram import binned, linear_bins
 from lostmotion.studies.intervals import Estimate, pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
@@ -39,14 +40,12 @@ FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', '
 _MOST_CLOUD: Final = 6000
 _MOST_POSES: Final = 2000
 _MOST_IN_SPACE: Final = 1500
-_ABOUT_BINS: Final = 60
 _PARTS_SHOWN: Final = 15
 _LONGEST_LABEL: Final = 36
 _PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
 _LEGEND: Final = {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "traceorder": "normal", "itemsizing": "constant"}
 _LINE: Final = {"showline": True, "linecolor": "#666666", "ticks": "outside", "tickcolor": "#666666", "ticklen": 4, "ticklabelstandoff": 3}
 _GRID: Final = {"gridcolor": "#e8e8e8", "zeroline": False, "automargin": True, "title": {"standoff": 8, "font": {"size": 13}}}
-_NICE: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -124,7 +123,7 @@ def error_histogram(answer: Answer) -> go.Figure:
     bars = _histogram(edges * factor, counts, BLUE, hover)
     figure = _figure("Position error over the workspace", bars, height=400)
     for k, level in enumerate(kernel.QUANTILES):
-        _mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{level:.0%} below", unit, row=k)
+        _mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{100 * level:.0f} % below", unit, row=k)
     figure.update_xaxes(title_text=f"position error [{unit}]", showgrid=False)
     figure.update_yaxes(title_text=f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [1]")
     figure.update_layout(margin_t=96, bargap=0)
@@ -269,30 +268,6 @@ def torques(answer: Answer) -> go.Figure:
         figure.update_xaxes(title_text=f"holding {'torque' if unit == 'N m' else 'force'}, magnitude [{unit}]", rangemode="tozero", row=row, col=1)
     figure.update_layout(barmode="group", bargap=0.3, bargroupgap=0.08, legend=_LEGEND, margin_t=80)
     return figure
-
-
-def linear_bins(hist: np.ndarray) -> tuple[Floats, np.ndarray]:
-    """How many samples of `hist` (kernel.BINS,) fall into equal bins of a round width? Edges (bin + 1,) in m; counts (bin,) add to all samples."""
-    fine = kernel.bin_edges()
-    occupied = np.flatnonzero(hist)
-    edges = _round_edges(float(fine[occupied[0]]), float(fine[occupied[-1] + 1]), _ABOUT_BINS)
-    below = np.rint(np.interp(edges, fine, np.concatenate([[0.0], np.cumsum(hist)])))
-    return edges, np.diff(below).astype(np.int64)
-
-
-def binned(values: Floats, about: int) -> tuple[Floats, np.ndarray]:
-    """How many of these values (value,) fall into about so many equal bins of a round width? Edges (bin + 1,) and counts (bin,)."""
-    edges = _round_edges(float(values.min()), float(values.max()), about)
-    return edges, np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
-
-
-def _round_edges(low: float, high: float, about: int) -> Floats:
-    """Lay edges of a round width around low … high (m); a span of no width is taken as a hundredth of its value, a nanometre at least."""
-    width = max(high - low, 0.01 * abs(high), 1e-9) / about
-    power = 10.0 ** math.floor(math.log10(width))
-    width = power * min(_NICE, key=lambda nice: abs(math.log(nice * power / width)))
-    first, last = math.floor(low / width), math.ceil(high / width)
-    return np.asarray(np.arange(first, max(last, first + 1) + 1) * width, dtype=np.float64)
 
 
 def _histogram(edges: Floats, counts: np.ndarray, colour: str, hover: str) -> go.Bar:

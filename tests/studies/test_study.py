@@ -101,10 +101,13 @@ def test_shares_add_to_one_and_halving_is_what_a_second_run_finds(arm):
 
 
 def test_halving_a_part_that_makes_no_error_buys_nothing(arm):
-    """The paired run finds exactly zero for an ideal part and a gain for the dearest."""
+    """The paired run finds exactly zero for a part with no lever on the tool, and a gain for the dearest."""
+    arm = arm_of(2, link={"length": 0.0}).model_copy(
+        update={"joints": (*arm_of(1).joints, arm_of(2, link={"length": 0.0}, bearing=None, mounting=None).joints[1])}
+    )
     poses = sample_poses(arm, 64)
     found = halving(arm, poses, 100, 4, 1)
-    assert found.gains["base" if "base" in found.gains else "joints.O.gearbox"] is not None
+    assert found.gains["joints.A.gearbox"].value == 0  # turns the tool about itself
     dearest = costs(Tally.of(screws(arm, poses.q)))[0].part
     assert found.gains[dearest].value == max(gain.value for gain in found.gains.values())
     assert found.gains[dearest].low > 0
@@ -176,6 +179,56 @@ def test_the_interval_of_the_pooled_95_percent_error_covers(arm):
         estimate = pooled_quantile(found.group_hist, found.replicate_hist[:1], 0.95)
         held += estimate.low <= truth <= estimate.high
     assert held >= 33
+
+
+def test_a_surface_has_no_volume():
+    """Three turns about one point carry the tool over a sphere: a surface, whatever the grid."""
+    limits = (-1.0, 1.0)
+    turns = [{"name": name, "type": "revolute", "axis": axis, "limits": limits} for name, axis in (("pan", "z"), ("tilt", "y"), ("roll", "x"))]
+    arm = lostmotion.Arm.model_validate({"name": "wrist", "joints": turns, "tool": {"frame": {"xyz": (0.3, 0, 0.2)}}})
+    assert workspace(arm).volume == 0
+
+
+def test_an_arm_without_errors_errs_by_nothing():
+    """Lengths and limits only: mean, quantiles and largest are zero, not a histogram's lowest bin."""
+    ideal = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": 0.4}}
+    study = lostmotion.study(arm_of(2, **ideal), 16, robots=10, visits=2)
+    rows = next(section["rows"] for section in study.result()["sections"] if section["key"] == "error")
+    assert {row["figures"][0]["value"] for row in rows} == {0.0}
+
+
+def test_no_quantile_exceeds_the_largest_sample():
+    """Where the error is one constant, every quantile is that constant, and the interval holds it."""
+    only = arm_of(1, gearbox=None, bearing=None, encoder=None, mounting=None, lumped={"angle": 1e-3, "law": "two-sided"}, link={"length": 0.4})
+    found = run(only, sample_poses(only, 8), 50, 4, 1)
+    estimate = pooled_quantile(found.group_hist, found.replicate_hist, 0.95, float(found.per_pose[:, kernel.LARGEST].max()))
+    assert estimate.value <= found.per_pose[:, kernel.LARGEST].max()
+    assert estimate.low <= 0.4e-3 <= estimate.high
+    np.testing.assert_allclose(found.per_pose[:, kernel.FIRST_QUANTILE], 0.4e-3, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        ({"pose_law": "nrmal"}, "pose law"),
+        ({"approach": "sideways"}, "approach"),
+        ({"seed": -1}, "seed"),
+        ({"poses": 0}, "poses"),
+        ({"robots": 10**7}, "robots"),
+        ({"poses": np.zeros((2, 5))}, "q has shape"),
+        ({"poses": 10**6, "pose_law": "grid", "visits": 0}, "visits"),
+    ],
+)
+def test_nonsense_is_refused_by_name(arm, words, named):
+    """A wrong word or number in a call is one clear error, and an InputError is a ValueError."""
+    with pytest.raises(ValueError, match=named):
+        lostmotion.study(arm, **{"poses": 8, "robots": 4, "visits": 2, **words})
+
+
+def test_poses_in_uneven_sets_are_refused():
+    """Ten poses cannot be three independent sets of equal size."""
+    with pytest.raises(lostmotion.InputError, match="divides the 10 poses"):
+        lostmotion.Poses(np.zeros((10, 3)), "given", 3)
 
 
 def test_one_robot_gives_no_interval(arm):
