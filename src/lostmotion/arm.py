@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
-from lostmotion.parts.source import Condition, Force, Mass, Part, Term, Torque
+from lostmotion.parts.source import Condition, Force, Line, Mass, Part, Term, Torque
 from lostmotion.spatial import cross, inverse, moved
 from lostmotion.units import Quantity
 
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 STANDARD_GRAVITY = 9.80665
+LONGEST_NAME: Final = 80
+LONGEST_NOTE: Final = 300
+MOST_NOTES: Final = 200
+MOST_JOINTS: Final = 64
 
 
 class Payload(Part):
@@ -50,18 +55,17 @@ class Arm(Part):
     "NAME.tip" (the far end of its link), and last "tool". q holds the moving joints only, rad or m, in order.
     """
 
-    name: str = Field(min_length=1, max_length=80)
-    joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=64)]
+    name: Annotated[Line, Field(min_length=1, max_length=LONGEST_NAME)]
+    joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=MOST_JOINTS)]
     base: Base = Base()
     tool: Tool = Tool()
     payload: Payload = Payload()
     gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
-    notes: tuple[str, ...] = ()
+    notes: Annotated[tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)] = ()
 
     @model_validator(mode="after")
     def _names_differ_and_something_moves(self) -> Self:
-        names = [joint.name for joint in self.joints]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = sorted(name for name, times in Counter(joint.name for joint in self.joints).items() if times > 1)
         if twice:
             context = {
                 "why": f"the joint name '{twice[0]}' more than once",

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import re
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -209,7 +210,7 @@ class Quantity:
             return value
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise UnitError("not a quantity")
-        if not math.isfinite(value):
+        if not abs(value) <= sys.float_info.max:  # nor a whole number beyond every float
             raise UnitError("not a finite number")
         if from_file and self.si:
             raise UnitError("a number without a unit")

@@ -9,9 +9,12 @@ import time
 import pytest
 from lxml import etree
 
-from tests.formats.conftest import mistakes
+from lostmotion.formats import read
+from tests.formats.conftest import JOINT, mistakes
 from tests.formats.test_urdf import ROBOT
 
+LINK = 'link = { length = "1 m", section = { kind = "rod", diameter = "9 mm" }, material = "m" }\n'
+NINES = "9" * 900
 HIDDEN = "words of another file"
 LAUGHS = "<!DOCTYPE robot [" + '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10}">' for k in range(1, 10)) + "]>"
 
@@ -21,7 +24,31 @@ def with_type(declaration, name="r"):
     return (declaration + ROBOT.replace('name="r"', f'name="{name}"')).encode()
 
 
+def dangling(count):
+    """Give a URDF whose joints all name links that nearly exist."""
+    body = "".join(
+        f'<link name="link_number_{k}"/><joint name="j{k}" type="continuous"><parent link="lnik_number_{k}"/><child link="link_nubmer_{k}"/></joint>'
+        for k in range(count)
+    )
+    return f'<robot name="r">{body}</robot>'.encode()
+
+
+def astray(joints, parts):
+    """Give a TOML whose joints all name parts that nearly exist."""
+    body = "".join(JOINT.replace('"A"', f'"A{k}"') + f'gearbox = "geabrox_number_{k}"\n' for k in range(joints))
+    return (f'name = "x"\n{body}' + "".join(f"[gearboxes.gearbox_number_{k}]\nratio = 3\n" for k in range(parts))).encode()
+
+
+def shared(part):
+    """Give a TOML whose 64 joints all use one part."""
+    return ('name = "x"\n' + "".join(JOINT.replace('"A"', f'"A{k}"') + 'gearbox = "g"\n' for k in range(64)) + "[gearboxes.g]\n" + part).encode()
+
+
 XML = {
+    "300 dangling joints": dangling(300),
+    "3000 dangling joints": dangling(3000),
+    "1000 words for one number": ROBOT.replace('value="2"', f'value="{"9 " * 500_000}"').encode(),
+    "a name of 1 MB": ROBOT.replace('"one"', f'"{"o" * 1_000_000}"').encode(),
     "billion laughs": with_type(LAUGHS, "&a9;"),
     "external entity": with_type('<!DOCTYPE robot [<!ENTITY x SYSTEM "secret.txt">]>', "&x;"),
     "entity in the text": with_type('<!DOCTYPE robot [<!ENTITY x SYSTEM "secret.txt">]>').replace(b"</robot>", b"&x;</robot>"),
@@ -44,6 +71,20 @@ XML = {
     "empty": b"",
 }
 TOML = {
+    "300 joints astray": astray(300, 300),
+    "3000 joints astray": astray(3000, 3000),
+    "64 joints astray among 3000 parts": astray(64, 3000),
+    "64 joints of one name": b'name = "x"\n' + JOINT.encode() * 64,
+    "10 000 joints of one name": b'name = "x"\n' + JOINT.encode() * 10_000,
+    "60 000 unknown keys": (f'name = "x"\n{JOINT}' + "".join(f"k{k} = 1\n" for k in range(60_000))).encode(),
+    "15 000 unknown keys": (f'name = "x"\n{JOINT}' + "".join(f"k{k} = 1\n" for k in range(15_000))).encode(),
+    "unknown keys in a row": (f'name = "x"\n{JOINT}[joints.dh]\n' + "".join(f"k{k} = 1\n" for k in range(60_000))).encode(),
+    "unknown keys that all share": shared("".join(f"k{k} = 1\n" for k in range(60_000))),
+    "fewer unknown keys that all share": shared("".join(f"k{k} = 1\n" for k in range(250))),
+    "lists that all share": shared("stiffness = [" + "true,\n" * 90_000 + "]\n"),
+    "20 000 unknown reducers": ('name = "x"\n' + JOINT + "".join(f'[gearboxes.g{k}]\ncatalogue = "RV-41X{k}"\n' for k in range(20_000))).encode(),
+    "100 000 notes": b'name = "x"\nnotes = [' + b"1,\n" * 100_000 + b"]\n" + JOINT.encode(),
+    "an integer beyond every float": f'name = "x"\ngravity = {NINES}\n{JOINT}gearbox = {{ catalogue = "RV-40E", ratio = {NINES} }}\n'.encode(),
     "nested 100 000 deep": b"a = " + b"[" * 100_000,
     "tables 100 000 deep": b"a = " + b"{a=" * 100_000,
     "deep over many lines": b"a = " + b"[\n" * 100_000,
@@ -108,6 +149,59 @@ def test_a_hostile_file_is_refused_and_opens_no_other(folder, name, raw):
     assert len(text) < 50_000
 
 
+@pytest.mark.parametrize(("name", "raw"), [("arm.urdf", dangling(300)), ("arm.toml", astray(64, 3000))])
+def test_many_mistakes_are_cut_short_soon(folder, name, raw):
+    """At most fifty are told, the last line says that there are more, and nobody waits."""
+    (folder / name).write_bytes(raw)
+    began = time.monotonic()
+    found = mistakes(folder / name)
+    assert time.monotonic() - began < 5
+    assert len(found) == 51
+    assert found[-1].key == "and more"
+    assert all(problem.nearest for problem in found[:50])
+
+
+@pytest.mark.parametrize("escape", ["\\u001b[31m", "\\n", "\\u0007", "\\u009b31m", "\\u202e"])
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (f'name = "a!"\n{JOINT}', "name"),
+        (f'name = "x"\nnotes = ["fine", "a!"]\n{JOINT}', "notes[1]"),
+        (f'name = "x"\n{JOINT}gearbox = {{ model = "a!" }}\n', "joints.A.gearbox.model"),
+        (
+            f'name = "x"\n[materials.m]\nyoung = "1 GPa"\npoisson = 0.1\ndensity = "9 kg/m^3"\nsource = "a!"\n{JOINT}{LINK}',
+            "materials.m.source",
+        ),
+        (f'name = "x"\n{JOINT.replace("A", "a!")}', "joints"),
+    ],
+)
+def test_what_a_terminal_would_obey_is_refused(told, text, key, escape):
+    """Escape codes, bells and line breaks reach no screen, neither as a name nor in the words that refuse them."""
+    found = told(text.replace("!", escape))
+    assert all(name.startswith(key) for name in found)
+    assert all(char.isprintable() or char == "\n" for problem in found.values() for char in str(problem))
+
+
+def test_text_that_fills_a_screen_is_refused(told):
+    """Names and notes are bounded in length and number."""
+    assert "at most 80" in told(f'name = "{"x" * 81}"\n{JOINT}')["name"].expected
+    assert "at most 300" in told(f'name = "x"\nnotes = ["{"x" * 301}"]\n{JOINT}')["notes[0]"].expected
+    assert "at most 200" in told('name = "x"\nnotes = [' + '"x",\n' * 201 + f"]\n{JOINT}")["notes"].expected
+
+
+@pytest.mark.parametrize("escape", ["&#10;", "&#155;31m", "&#x202e;"])
+def test_what_a_terminal_would_obey_leaves_no_urdf(folder, escape):
+    """Names of links and joints are refused with their line; the robot's own is cleaned."""
+    path = folder / "arm.urdf"
+    for name in ("one", "a"):
+        path.write_text(ROBOT.replace(f'"{name}"', f'"{name}{escape}"'), encoding="utf-8")
+        found = mistakes(path)
+        assert {problem.key for problem in found} <= {"/robot/link/@name", "/robot/joint/@name"}
+        assert all(char.isprintable() or char == "\n" for problem in found for char in str(problem))
+    path.write_text(ROBOT.replace('"r"', f'"r{escape}"'), encoding="utf-8")
+    assert read(path).name.startswith("r?")
+
+
 @pytest.mark.parametrize("name", ["billion laughs", "external entity", "external type", "parameter entity", "type behind a comment"])
 def test_a_document_type_meets_no_parser(folder, name, monkeypatch):
     """It is refused in the text, with its line, before anything could be expanded."""
@@ -148,8 +242,6 @@ def test_a_sidecar_that_loops_is_told(folder):
 
 def test_meshes_and_includes_are_never_opened(folder):
     """A URDF that names other files is read without them."""
-    from lostmotion.formats import read
-
     global _opened  # noqa: PLW0603 - as above
     mesh = '<visual><geometry><mesh filename="file://secret.txt"/></geometry></visual>'
     mesh += '<x:include xmlns:x="http://www.w3.org/2001/XInclude" href="secret.txt"/>'

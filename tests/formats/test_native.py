@@ -174,4 +174,26 @@ def test_a_path_that_is_no_arm_is_told(tmp_path):
     assert ".urdf" in mistakes(tmp_path / "arm")[0].expected
     (tmp_path / "folder.toml").mkdir()
     assert mistakes(tmp_path / "folder.toml")[0].found == "a folder"
+    assert mistakes(tmp_path / "folder")[0].found == "no ending"
+    (tmp_path / "folder").mkdir()
+    assert mistakes(tmp_path / "folder")[0].found == "a folder"
     assert "URDF only" in mistakes(tmp_path / "z-arm.toml", tmp_path / "s.toml")[0].expected
+
+
+@pytest.mark.parametrize("text", ['tip = "tool0"\n', 'tip = "tool0"\n[joints.A]\ngearbox = "g"\n', '[joints.A]\ngearbox = "g"\n'])
+def test_a_sidecar_read_as_an_arm_is_told_once(told, text):
+    """One message names the URDF to read instead."""
+    found = told(text)
+    assert list(found) == ["joints"]
+    assert found["joints"].example.endswith("arm.urdf")
+
+
+def test_a_urdf_under_a_wrong_ending_is_told(told):
+    """The ending decides who reads it."""
+    (found,) = told('<robot name="x"/>').values()
+    assert ".urdf" in found.expected
+
+
+def test_more_than_64_joints_are_one_mistake(told):
+    """However many they are, they are not looked at one by one."""
+    assert told(HEAD + JOINT * 65)["joints"].expected == "at most 64"

@@ -72,8 +72,19 @@ def test_a_file_without_poses_or_units_is_refused(tmp_path, text):
 
 def test_the_list_of_mistakes_stays_short(tmp_path):
     """A file of another kind gives twenty mistakes, not a million."""
-    assert len(refused(tmp_path, "A [deg],Z axis [mm]\n" + "x,y\n" * 1000)) == 20
-    assert len(refused(tmp_path, "A [deg],Z axis [mm]\n" + "999,0\n" * 1000)) == 20
+    for row in ("x,y\n", "999,0\n"):
+        found = refused(tmp_path, "A [deg],Z axis [mm]\n" + row * 1000)
+        assert len(found) == 21
+        assert found[-1].key == "and more"
+    assert len(refused(tmp_path, "A [deg],Z axis [mm]\n" + "x,y\n" * 10)) == 20
+
+
+@pytest.mark.parametrize("cell", ["1_0", "infinity", "nan", "١٢", "１", "0x1p3", "1\u00a0", "", "1e999"])
+def test_a_number_is_plain_decimal(tmp_path, cell):
+    """What Python would read besides is refused in words."""
+    (found,) = refused(tmp_path, f"A [deg],Z axis [mm]\n{cell},1\n")
+    assert found.key == "line 2, A [deg]"
+    assert "plain decimal" in found.expected
 
 
 def test_many_rows_keep_their_order(tmp_path):

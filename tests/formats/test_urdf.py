@@ -273,3 +273,23 @@ def test_a_sidecar_link_must_not_lead_out_of_the_folder(tmp_path):
     shutil.copy(secret, folder / "inside.toml")
     (folder / "r.toml").symlink_to("inside.toml")
     assert mistakes(folder / "r.urdf")[0].key == "password"
+
+
+@pytest.mark.parametrize("word", ["1_0", "infinity", "nan", "١٢", "１", "1\u00a0", "", "1e999", "1 1"])
+def test_a_number_is_plain_decimal(urdf, word):
+    """What Python would read besides is refused in words."""
+    (found,) = mistakes(urdf(ROBOT.replace('value="2"', f'value="{word}"')))
+    assert found.key.endswith("mass/@value")
+    assert "plain decimal" in found.expected
+
+
+def test_numbers_may_stand_among_blanks(urdf):
+    """As other readers of URDF take them: tabs and line breaks, a plus, exponents."""
+    arm = read(urdf(ROBOT.replace('xyz="0.4 0 0"', 'xyz=" +4e-1\t0.\n .0 "')))
+    assert arm.joints[0].link.reach == pytest.approx(0.4)
+
+
+def test_too_many_links_are_refused_first(urdf):
+    """No arm has a thousand."""
+    (found,) = mistakes(urdf(ROBOT.replace("</robot>", "".join(f'<link name="l{k}"/>' for k in range(1000)) + "</robot>")))
+    assert found.found == "1003 links"

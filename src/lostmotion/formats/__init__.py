@@ -32,6 +32,8 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
     ending = path.suffix.lower()
     if ending not in READERS:
         near = nearest(ending, READERS)
+        if path.is_dir():
+            refuse(str(path), "", "a folder", f"a file that ends in one of {', '.join(READERS)}", str(path / "arm.toml"))
         refuse(str(path), "", f"the ending '{ending}'" if ending else "no ending", f"one of {', '.join(READERS)}", f"{path.stem or 'arm'}.toml", near)
     arm: Arm = importlib.import_module(f"lostmotion.formats.{READERS[ending]}").read_arm(path, None if sidecar is None else Path(sidecar))
     return arm

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from lostmotion.arm import Arm
+from lostmotion.arm import LONGEST_NOTE, MOST_NOTES, Arm
 from lostmotion.catalogue import materials
-from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.errors import Problem, shown
+from lostmotion.formats.bounds import MOST_MISTAKES, cut, listed, nearest, refuse_all
 from lostmotion.formats.mistakes import problems
 from lostmotion.formats.reducers import ALSO, place_reducers
+from lostmotion.formats.text import refuse
 from lostmotion.parts.link import Material, Rod
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
     "materials": ("link", "material"),
 }
 SHARED_EXAMPLES: Final = {table: f"[{table}.NAME]" for table in SHARED}
+# No arm has as many, shared parts counted wherever they are used; a hostile file would have them all checked one by one.
+_MOST_ENTRIES: Final = 20_000
 # Stands where a reference led nowhere, so that the rest of the link is still checked.
 _STAND_IN: Final = {"sections": Rod(diameter=1.0), "materials": Material(young=1.0, poisson=0.3, density=1.0)}
 
@@ -58,12 +62,19 @@ class Draft:
 
     def refuse(self, path: Path, *words: str) -> None:
         """Note a mistake: what was found, what is expected, an example, and the nearest name."""
-        self.mistakes.append(Problem(self.file, self.key(path), *words))
+        if not self.full:
+            self.mistakes.append(Problem(self.file, self.key(path), *words))
+
+    @property
+    def full(self) -> bool:
+        """Tell whether more mistakes are known than will be listed: no need to look for others."""
+        return len(self.mistakes) > MOST_MISTAKES
 
     def note(self, text: str) -> None:
         """Add a line to what the arm's own notes say; once, however often it is said."""
         notes = self.tree.get("notes", [])
-        if isinstance(notes, list) and text not in notes:
+        text = cut(text, LONGEST_NOTE)
+        if isinstance(notes, list) and len(notes) < MOST_NOTES and text not in notes:
             self.tree["notes"] = [*notes, text]
 
     @property
@@ -82,11 +93,11 @@ class Draft:
                 holder = joint
                 for step in steps[:-1]:
                     holder = holder.get(step, {})
-                if isinstance(holder, dict) and steps[-1] in holder:
+                if isinstance(holder, dict) and steps[-1] in holder and not self.full:
                     used.add(self._fill_in(table, stock, holder, ("joints", index, *steps)))
             unused += [f"{table}.{plain(name)}" for name in stock if name not in used]
         if unused:
-            self.note(f"described and used by no joint: {', '.join(unused)}")
+            self.note(f"described and used by no joint: {listed(unused)}")
 
     def _stock(self, table: str) -> dict[str, Any]:
         stock = self.tree.pop(table, {})
@@ -108,7 +119,7 @@ class Draft:
             return stated
         near = nearest(stated, known) if isinstance(stated, str) else ""
         example = f'{last} = "{plain(near or next(iter(known)))}"' if known else f"[{table}.NAME]"
-        names = ", ".join(plain(name) for name in known) or "none is there"
+        names = listed(known, plain) or "none is there"
         expected = f"a name under [{table}]: {names}" if isinstance(stated, str) else f"a table, or a name under [{table}]"
         self.refuse(path, shown(stated), expected, example, near)
         holder.pop(last)
@@ -119,13 +130,25 @@ class Draft:
     def arm(self) -> Arm:
         """Which arm is it? Raises InputError with every mistake noted on the way and every one that the model finds."""
         self.fill_in_shared_parts()
+        self._check_size()
         try:
             arm = Arm.model_validate(self.tree, context={"text": True})
         except ValidationError as error:
             self.mistakes += problems(error, Arm, self.file, self.key, {**ALSO, **self.also})
         if self.mistakes:
-            raise InputError(self.mistakes)
+            refuse_all(self.mistakes)
         return arm
+
+    def _check_size(self) -> None:
+        """Refuse more entries than could be checked in a moment."""
+        waiting: list[Any] = [self.tree]
+        count = 0
+        while waiting:
+            inner = waiting.pop()
+            count += len(inner)
+            if count > _MOST_ENTRIES:
+                refuse(self.file, "", f"more than {_MOST_ENTRIES} entries", "an arm of fewer, shared parts counted wherever they are used", "one arm")
+            waiting += [value for value in (inner.values() if isinstance(inner, dict) else inner) if isinstance(value, dict | list)]
 
 
 def plain(name: str) -> str:

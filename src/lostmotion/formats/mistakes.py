@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
-from lostmotion.errors import Problem, nearest, shown
+from lostmotion.errors import Problem, shown
 from lostmotion.formats.allowed import example, inside, literals, models, tag, words
+from lostmotion.formats.bounds import MOST_MISTAKES, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     Also = Mapping[type[BaseModel], Mapping[str, str]]
 
 Path: TypeAlias = tuple[str | int, ...]
+# Of pydantic's errors; many of them can be one mistake of the user's.
+_MOST_LOOKED_AT: Final = 2000
 
 
 class _Said(NamedTuple):
@@ -60,13 +63,15 @@ def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: 
 
     `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes besides a model's fields, with an example of each.
     """
-    spots = [_spot(detail, model) for detail in error.errors(include_url=False) if not _is_echo(detail)]
+    spots = [_spot(detail, model) for detail in error.errors(include_url=False)[:_MOST_LOOKED_AT] if not _is_echo(detail)]
     forks: dict[Path, list[_Spot]] = {}
     for spot in spots:
         if spot.fork is not None:
             forks.setdefault(spot.path[: spot.fork], []).append(spot)
     out: dict[Problem, None] = {}
     for spot in spots:
+        if len(out) > MOST_MISTAKES:
+            break
         together = [spot] if spot.fork is None else forks.pop(spot.path[: spot.fork], [])
         for chosen in _of_one_alternative(together):
             said = _SAY.get(chosen.detail["type"], _say_value)(chosen, also or {})
@@ -167,7 +172,7 @@ _SAY: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
     "string_too_long": _say_count,
     "string_pattern_mismatch": _say_pattern,
     # raised by the parts themselves
-    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names"), _say_rule),
+    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line"), _say_rule),
 }
 
 

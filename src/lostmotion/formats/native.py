@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.arm import Arm
+from lostmotion.arm import MOST_JOINTS, Arm
 from lostmotion.errors import shown
+from lostmotion.formats.bounds import listed
 from lostmotion.formats.dh import DH_EXAMPLES, place_by_rows
 from lostmotion.formats.draft import SHARED_EXAMPLES, Draft, plain
 from lostmotion.formats.text import refuse
@@ -13,8 +16,6 @@ from lostmotion.formats.toml import read_toml
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from pydantic import BaseModel
 
 _JOINT_EXAMPLE = '[[joints]] with name = "A", type = "revolute", limits = ["-90 deg", "90 deg"]'
@@ -48,25 +49,38 @@ def arm_of(file: str, tree: dict[str, Any]) -> Arm:
 def _check_joints(draft: Draft) -> None:
     """Name joints in keys as the user does, and note what the model could not say as well."""
     joints = draft.tree.get("joints")
+    if _is_sidecar(draft.tree):
+        expected = "an arm with a list of joints; a table of joints by name, or a tip, is the sidecar of a URDF, which is read by naming the .urdf"
+        found = f"joints by name: {listed(joints, plain)}" if isinstance(joints, dict) else "no joints, but a tip"
+        refuse(draft.file, "joints", found, expected, str(Path(draft.file).with_suffix(".urdf")))
     if "joints" in draft.tree and not isinstance(joints, list):
-        expected = "a list of joints"
-        if isinstance(joints, dict):
-            expected += "; a table of joints by name is the sidecar of a URDF: read the .urdf itself"
-        draft.refuse(("joints",), shown(joints), expected, _JOINT_EXAMPLE)
-        draft.tree["joints"] = [_STAND_IN]
+        draft.refuse(("joints",), shown(joints), "a list of joints", _JOINT_EXAMPLE)
+        draft.tree["joints"] = [dict(_STAND_IN)]
+    elif isinstance(joints, list) and len(joints) > MOST_JOINTS:
+        draft.refuse(("joints",), f"{len(joints)} joints", f"at most {MOST_JOINTS}", _JOINT_EXAMPLE)
+        draft.tree["joints"] = [dict(_STAND_IN)]
     _check_names(draft)
 
 
+def _is_sidecar(tree: dict[str, Any]) -> bool:
+    joints = tree.get("joints")
+    if isinstance(joints, dict):
+        return not any("type" in joint for joint in joints.values() if isinstance(joint, dict))
+    return "tip" in tree and joints is None
+
+
 def _check_names(draft: Draft) -> None:
-    names = [joint.get("name") for _, joint in draft.joints]
-    for position, (index, joint) in enumerate(draft.joints):
-        name = names[position]
+    times = Counter(name for _, joint in draft.joints if isinstance(name := joint.get("name"), str))
+    met = set()
+    for index, joint in draft.joints:
+        name = joint.get("name")
         if not isinstance(name, str):
             continue
-        if names.count(name) == 1:
+        if times[name] == 1:
             draft.written["joints", index] = f"joints.{plain(name)}"
-        elif name in names[:position]:
+        elif name in met:
             draft.refuse(
                 ("joints", index, "name"), f"the name '{plain(name)}' once more", "a name of its own for every joint", f'name = "{plain(name)}2"'
             )
             joint["name"] = f"again {index}"
+        met.add(name)

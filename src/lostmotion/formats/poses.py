@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.errors import InputError, Problem, nearest, shown
-from lostmotion.formats.text import read_text, refuse
+from lostmotion.errors import Problem, shown
+from lostmotion.formats.bounds import listed, nearest, refuse_all
+from lostmotion.formats.text import numbers, read_text, refuse
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.units import UnitError, read_quantity
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 MEGABYTES: Final = 200
 _MOST_MISTAKES: Final = 20
+_EXPECTED: Final = "a finite number in plain decimal notation"
 _HEADING: Final = re.compile(r"^\s*(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
 # Share of a joint's range by which a value may pass a limit: rounding in the file, not a wish.
 _ROUNDING: Final = 1e-9
@@ -33,8 +35,8 @@ _ROUNDING: Final = 1e-9
 def read_poses(path: str | Path, arm: Arm) -> Floats:
     """Which poses does this CSV list? q (pose, joint) in rad and m, columns in the arm's order.
 
-    Columns may stand in any order. Raises InputError with the first 20 mistakes: unknown, missing or doubled columns, units of another kind,
-    cells that are no finite number, values outside a joint's limits.
+    Columns may stand in any order. Raises InputError with the first 20 mistakes, and tells where there are more: unknown, missing or
+    doubled columns, units of another kind, cells that are no finite number, values outside a joint's limits.
     """
     file = str(path)
     rows = csv.reader(io.StringIO(read_text(Path(path), MEGABYTES)))
@@ -44,14 +46,15 @@ def read_poses(path: str | Path, arm: Arm) -> Floats:
         values, lines, mistakes = _cells(rows, header, file)
     except csv.Error as error:
         refuse(file, f"line {rows.line_num}", str(error), "comma-separated numbers", _example(arm))
-    if not mistakes:
-        if not values:
-            refuse(file, "", "no pose", "a header and at least one row", _example(arm))
-        q: Floats = (np.array(values).reshape(-1, len(header)) * factors)[:, order]
-        mistakes = _outside(q, lines, arm, file)
-        if not mistakes:
-            return q
-    raise InputError(mistakes)
+    if mistakes:
+        refuse_all(mistakes, _MOST_MISTAKES)
+    if not values:
+        refuse(file, "", "no pose", "a header and at least one row", _example(arm))
+    q: Floats = (np.array(values).reshape(-1, len(header)) * factors)[:, order]
+    mistakes = _outside(q, lines, arm, file)
+    if mistakes:
+        refuse_all(mistakes, _MOST_MISTAKES)
+    return q
 
 
 def _example(arm: Arm) -> str:
@@ -65,12 +68,14 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
     found: dict[str, int] = {}
     factors = np.ones(len(header))
     for column, heading in enumerate(header):
+        if len(mistakes) > _MOST_MISTAKES:
+            break
         key = f"line 1, column {column + 1}"
         match = _HEADING.match(heading) if len(heading) < 100 else None  # noqa: PLR2004 - longer is no name of a joint
         name = match["name"] if match else heading.strip()
         if name not in joints:
             near = nearest(name, joints)
-            mistakes.append(Problem(file, key, shown(heading), f"a joint with its unit, one of {', '.join(joints)}", _example(arm), near))
+            mistakes.append(Problem(file, key, shown(heading), f"a joint with its unit, one of {listed(joints)}", _example(arm), near))
         elif name in found:
             mistakes.append(Problem(file, key, f"joint '{name}' once more", "one column per joint", _example(arm)))
         else:
@@ -82,9 +87,9 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
                 mistakes.append(Problem(file, key, f"{shown(heading)} ({error})", "the unit of the column in brackets", f"{name} [{unit}]"))
     missing = [name for name in joints if name not in found]
     if missing:
-        mistakes.append(Problem(file, "line 1", f"no column for {', '.join(missing)}", "one column per moving joint", _example(arm)))
+        mistakes.append(Problem(file, "line 1", f"no column for {listed(missing)}", "one column per moving joint", _example(arm)))
     if mistakes:
-        raise InputError(mistakes[:_MOST_MISTAKES])
+        refuse_all(mistakes, _MOST_MISTAKES)
     return factors, [found[name] for name in joints]
 
 
@@ -96,11 +101,11 @@ def _cells(rows: Iterable[list[str]], header: list[str], file: str) -> tuple[arr
         if not row:
             continue
         try:
-            numbers = [float(cell) for cell in row]
+            found = numbers(row)
         except ValueError:
-            numbers = []
-        if len(numbers) == len(header) and all(map(math.isfinite, numbers)):
-            values.extend(numbers)
+            found = []
+        if len(found) == len(header) and all(map(math.isfinite, found)):
+            values.extend(found)
             lines.append(line)
             continue
         if len(row) != len(header):
@@ -109,18 +114,18 @@ def _cells(rows: Iterable[list[str]], header: list[str], file: str) -> tuple[arr
             )
         else:
             mistakes += [
-                Problem(file, f"line {line}, {shown(name)[1:-1]}", shown(cell), "a finite number", "12.5")
+                Problem(file, f"line {line}, {shown(name)[1:-1]}", shown(cell), _EXPECTED, "12.5")
                 for name, cell in zip(header, row, strict=True)
                 if not _is_number(cell)
             ]
-        if len(mistakes) >= _MOST_MISTAKES:
+        if len(mistakes) > _MOST_MISTAKES:
             break
-    return values, lines, mistakes[:_MOST_MISTAKES]
+    return values, lines, mistakes
 
 
 def _is_number(cell: str) -> bool:
     try:
-        return math.isfinite(float(cell))
+        return math.isfinite(numbers([cell])[0])
     except ValueError:
         return False
 
@@ -130,7 +135,7 @@ def _outside(q: Floats, lines: array[int], arm: Arm, file: str) -> list[Problem]
     low, high = arm.limits.T
     slack = _ROUNDING * (high - low)
     mistakes = []
-    for row, column in np.argwhere((q < low - slack) | (q > high + slack))[:_MOST_MISTAKES]:
+    for row, column in np.argwhere((q < low - slack) | (q > high + slack))[: _MOST_MISTAKES + 1]:
         joint = arm.moving[column]
         found, *limits = (_spoken(value, sliding=isinstance(joint, PrismaticJoint)) for value in (q[row, column], *joint.limits))
         mistakes.append(

@@ -13,8 +13,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from lostmotion.catalogue.gearboxes import find_gearbox, gearbox_models
-from lostmotion.errors import InputError, nearest, shown
+from lostmotion.errors import InputError, shown
 from lostmotion.formats.allowed import inside, models
+from lostmotion.formats.bounds import nearest
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def place_reducers(draft: Draft) -> None:
     shared = shared if isinstance(shared, dict) else {}
     placed = []
     for name, stated in shared.items():
-        if _names_row(stated):
+        if _names_row(stated) and not draft.full:
             shared[name] = _with_row(draft, stated, ("gearboxes", name), KEY)
             placed.append(shared[name])
     for index, joint in draft.joints:
@@ -77,7 +78,7 @@ def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str) -> dic
         problem = error.problems[0]
         draft.refuse((*path, key), problem.found, problem.expected, f'{key} = "{problem.example}"', problem.nearest)
         return own
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return own  # the model tells what is wrong with the ratio
     draft.note(row.note(name, own))
     return row.with_own({"model": name, **({} if ratio is None else {"ratio": ratio}), **own})

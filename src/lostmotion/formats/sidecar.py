@@ -15,7 +15,9 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.errors import nearest, shown
+from lostmotion.arm import MOST_NOTES
+from lostmotion.errors import shown
+from lostmotion.formats.bounds import listed, nearest
 from lostmotion.formats.text import refuse
 
 if TYPE_CHECKING:
@@ -65,17 +67,20 @@ def add_sidecar(draft: Draft, said: dict[str, Any], all_joints: Iterable[str]) -
     notes = draft.tree["notes"]
     draft.tree.update(said)
     if isinstance(said.get("notes", []), list):
-        draft.tree["notes"] = [*said.get("notes", []), *notes]
+        own = said.get("notes", [])
+        draft.tree["notes"] = [*own, *notes[: max(MOST_NOTES - len(own), 0)]]
     if not isinstance(by_name, dict):
         expected = "a table of joints by name; a list of joints is a whole arm, which is read by itself"
         draft.refuse(("joints",), shown(by_name), expected, _EXAMPLE)
         return
     entries = {entry["name"]: index for index, entry in enumerate(draft.tree["joints"])}
     for name, parts in by_name.items():
+        if draft.full:
+            break
         if name not in entries:
             near = nearest(name, entries)
             known = "a joint between root and tip" if name in all_joints else "a joint of the URDF"
-            draft.refuse(("joints", name), "an unknown joint", f"{known}: {', '.join(entries)}", f"[joints.{near or next(iter(entries))}]", near)
+            draft.refuse(("joints", name), "an unknown joint", f"{known}: {listed(entries)}", f"[joints.{near or next(iter(entries))}]", near)
         elif not isinstance(parts, dict):
             draft.refuse(("joints", name), shown(parts), "a table", _EXAMPLE)
         else:
@@ -96,7 +101,7 @@ def _add(draft: Draft, onto: dict[str, Any], said: dict[str, Any], known: dict[s
     for key, value in said.items():
         if key in known:
             onto[key] = value
-        else:
+        elif not draft.full:
             near = nearest(key, known)
             draft.refuse(
                 (*path, key),

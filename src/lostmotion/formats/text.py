@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import itertools
+import re
 import stat
 from typing import TYPE_CHECKING, Final, NoReturn
 
-from lostmotion.errors import InputError, Problem, nearest
+from lostmotion.errors import InputError, Problem
+from lostmotion.formats.bounds import nearest
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
 _MEGABYTE: Final = 1_000_000
 _NAMES_LOOKED_AT: Final = 1000
+# Stands in no plain decimal number, but in others that Python reads: "1_0", "infinity", digits of other scripts.
+_FOREIGN: Final = re.compile(r"[^0-9+\-.eE \t\r\n]")
 _SAVE_AS: Final = "save the file as UTF-8 in your editor"
 
 
@@ -30,14 +35,16 @@ def read_text(path: Path, megabytes: int) -> str:
     file = str(path)
     try:
         kind = path.stat().st_mode
-        if not stat.S_ISREG(kind):
-            refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm.toml")
-        with path.open("rb") as stream:
-            raw = stream.read(megabytes * _MEGABYTE + 1)
+        raw = b""
+        if stat.S_ISREG(kind):
+            with path.open("rb") as stream:
+                raw = stream.read(megabytes * _MEGABYTE + 1)
     except FileNotFoundError:
         refuse(file, "", "no such file", "the path of a file that exists", "examples/z-arm.toml", _near_file(path))
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path itself
         refuse(file, "", getattr(error, "strerror", None) or str(error), "a file that can be read", "examples/z-arm.toml")
+    if not stat.S_ISREG(kind):
+        refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm.toml")
     if len(raw) > megabytes * _MEGABYTE:
         refuse(file, "", f"more than {megabytes} MB", f"at most {megabytes} MB", "one arm, or one table of poses, per file")
     try:
@@ -59,3 +66,10 @@ def _near_file(path: Path) -> str:
         return nearest(path.name, (other.name for other in itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT)))
     except OSError:
         return ""
+
+
+def numbers(words: Sequence[str]) -> list[float]:
+    """Which numbers do these words state, in plain decimal notation? Raises ValueError for any other word; one too large is infinite."""
+    if _FOREIGN.search(" ".join(words)):
+        raise ValueError("not a plain decimal number")
+    return [float(word) for word in words]

@@ -35,7 +35,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         key = ""
         if where is not None:
             key = f"line {where['line']}, column {where['column']}" if where["line"] else "end of file"
-        refuse(file, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), "valid TOML", 'key = "value"')
+        expected = "valid TOML" + ("; a URDF is told by the ending .urdf" if text.lstrip().startswith("<") else "")
+        refuse(file, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), expected, 'key = "value"')
     if not _is_shallow(tree):
         _refuse_depth(file)
     return tree

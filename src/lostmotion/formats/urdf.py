@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.arm import Arm
-from lostmotion.errors import InputError, nearest
+from lostmotion.arm import LONGEST_NAME, LONGEST_NOTE, MOST_JOINTS, Arm
+from lostmotion.errors import shown
+from lostmotion.formats.bounds import cut, listed, nearest, refuse_all
 from lostmotion.formats.draft import SHARED_EXAMPLES, Draft
 from lostmotion.formats.sidecar import add_sidecar, find_sidecar
 from lostmotion.formats.text import read_text, refuse
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from lostmotion.formats.urdf_tree import UrdfJoint, UrdfTree
 
 MEGABYTES: Final = 5
-_MOST_JOINTS: Final = 64
 _ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}}
 _NOT_SERIAL: Final = ("floating", "planar")
 
@@ -62,29 +62,28 @@ def _chain(tree: UrdfTree, tip: object, sidecar: str, sidecar_name: str) -> list
                 '<joint name="A" type="revolute">',
             )
         if len(tips) > 1:
-            names = ", ".join(tips[:20]) + (" ..." if len(tips) > 20 else "")  # noqa: PLR2004 - enough to read
             refuse(
                 tree.file,
                 "/robot",
-                f"{len(tips)} links where the arm could end: {names}",
+                f"{len(tips)} links where the arm could end: {listed(tips)}",
                 f"the one that is the tool, named in {sidecar_name}",
                 f'tip = "{tips[-1]}"',
             )
         tip = tips[0]
     if not isinstance(tip, str) or tip not in tree.links:
         near = nearest(str(tip), tree.links)
-        refuse(sidecar, "tip", repr(tip), f"the name of a link of {tree.file}", f'tip = "{near or tree.leaves()[-1]}"', near)
+        refuse(sidecar, "tip", shown(tip), f"the name of a link of {tree.file}", f'tip = "{near or tree.leaves()[-1]}"', near)
     chain = tree.path_to(tip)
     for joint in chain:
         if joint.type in _NOT_SERIAL or joint.mimic:
             found = "a joint that mimics another" if joint.mimic else f"a {joint.type} joint"
             tree.refuse(joint.line, joint.path, found, "revolute, continuous, prismatic or fixed joints between root and tip", 'type="revolute"')
-    if len(chain) > _MOST_JOINTS:
-        tree.refuse(chain[0].line, "/robot", f"{len(chain)} joints between root and tip", f"at most {_MOST_JOINTS}", f'tip = "{chain[6].child}"')
+    if len(chain) > MOST_JOINTS:
+        tree.refuse(chain[0].line, "/robot", f"{len(chain)} joints between root and tip", f"at most {MOST_JOINTS}", f'tip = "{chain[6].child}"')
     if not any(joint.moves for joint in chain):
         tree.refuse(0, "/robot", f"no joint that moves before the tip '{tip}'", "a tip behind at least one moving joint", 'tip = "tool0"')
     if tree.mistakes:
-        raise InputError(tree.mistakes)
+        refuse_all(tree.mistakes)
     return chain
 
 
@@ -99,12 +98,12 @@ def _arm_tree(tree: UrdfTree, chain: list[UrdfJoint], name: str) -> dict[str, An
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
         if moving:
-            notes.append(f"what hangs on link '{joint.child}' behind {', '.join(moving)} is carried at its zero position")
+            notes.append(cut(f"what hangs on link '{joint.child}' behind {listed(moving)} is carried at its zero position", LONGEST_NOTE))
         entry = {"name": joint.name, "origin": Place(xyz=joint.xyz if index == 0 else (0.0, 0.0, 0.0), rpy=joint.rpy), "link": link}
         joints.append(entry | _motion(joint))
         if joint.type == "continuous":
             notes.append(f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees")
-    return {"name": tree.name[:80] or name[:80] or "arm", "joints": joints, "notes": notes}
+    return {"name": cut(tree.name or name, LONGEST_NAME) or "arm", "joints": joints, "notes": notes}
 
 
 def _motion(joint: UrdfJoint) -> dict[str, Any]:

@@ -12,8 +12,9 @@ from typing import Final
 
 from lxml import etree
 
-from lostmotion.errors import InputError, Problem, nearest, shown
-from lostmotion.formats.text import refuse
+from lostmotion.errors import Problem, shown
+from lostmotion.formats.bounds import MOST_MISTAKES, listed, nearest, refuse_all
+from lostmotion.formats.text import numbers, refuse
 from lostmotion.parts.joint import NAME_PATTERN
 from lostmotion.units import LARGEST
 
@@ -21,7 +22,10 @@ Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
 _MOVING: Final = ("revolute", "continuous", "prismatic")
 _TYPES: Final = (*_MOVING, "fixed", "floating", "planar")
-_MOST_MISTAKES: Final = 50
+_BLANK: Final = " \t\r\n"
+_BLANKS: Final = re.compile(f"[{_BLANK}]+")
+_MOST_ELEMENTS: Final = 1000
+_LONGEST_NAME: Final = 80
 
 
 @dataclass
@@ -73,7 +77,13 @@ class UrdfTree:
 
     def refuse(self, line: int, path: str, *words: str) -> None:
         """Note a mistake: what was found, what is expected, an example, and the nearest name."""
-        self.mistakes.append(Problem(f"{self.file}:{line}" if line else self.file, path, *words))
+        if not self.full:
+            self.mistakes.append(Problem(f"{self.file}:{line}" if line else self.file, path, *words))
+
+    @property
+    def full(self) -> bool:
+        """Tell whether more mistakes are known than will be listed: no need to look for others."""
+        return len(self.mistakes) > MOST_MISTAKES
 
     def children(self, link: str) -> list[UrdfJoint]:
         """Which joints lead away from this link?"""
@@ -107,6 +117,8 @@ class UrdfTree:
         lost = False
         for joint in self.joints.values():
             for end, link in (("parent", joint.parent), ("child", joint.child)):
+                if self.full:
+                    return
                 if link not in self.links:
                     lost = True
                     near = nearest(link, self.links)
@@ -127,7 +139,7 @@ class UrdfTree:
     def _check_whole(self) -> None:
         roots = [name for name in self.links if name not in self._parent]
         if len(roots) > 1:
-            found = f"{len(roots)} links without a parent: {', '.join(roots[:20])}"
+            found = f"{len(roots)} links without a parent: {listed(roots)}"
             example = f'<joint name="mount" type="fixed"><parent link="{roots[0]}"/><child link="{roots[1]}"/></joint>'
             self.refuse(0, "/robot", found, "one root link", example)
         reached = set(roots)
@@ -139,7 +151,7 @@ class UrdfTree:
         if len(reached) < len(self.links):
             around = [joint.name for joint in self.joints.values() if joint.child not in reached]
             first = self.joints[around[0]]
-            found = f"joints that lead round in a loop: {', '.join(around[:20])}"
+            found = f"joints that lead round in a loop: {listed(around)}"
             self.refuse(first.line, first.path, found, "a tree: every link reached from one root", '<parent link="base_link"/>')
 
 
@@ -149,15 +161,20 @@ def read_tree(text: str, file: str) -> UrdfTree:
     robot = _parsed(text, file)
     tree.name = robot.get("name", "")
     reader = _Reader(tree)
+    for what in ("link", "joint"):
+        count = sum(1 for _ in robot.iterchildren(what))
+        if count > _MOST_ELEMENTS:
+            refuse(file, "/robot", f"{count} {what}s", f"at most {_MOST_ELEMENTS} {what}s", f'<{what} name="{what}_1">')
     for element in robot.iterchildren("link"):
         reader.link(element)
     for element in robot.iterchildren("joint"):
         reader.joint(element)
     if not tree.links:
         tree.refuse(_line(robot), "/robot", "no link", "links and joints", '<link name="base_link"/>')
-    tree.connect()
+    if not reader.misnamed:
+        tree.connect()
     if tree.mistakes:
-        raise InputError(tree.mistakes[:_MOST_MISTAKES])
+        refuse_all(tree.mistakes)
     return tree
 
 
@@ -202,6 +219,7 @@ class _Reader:
 
     def __init__(self, tree: UrdfTree) -> None:
         self.tree = tree
+        self.misnamed = False  # an element is left out, and others would seem to lead nowhere
 
     def link(self, element: etree._Element) -> None:
         name = self._name(element, "link", self.tree.links)
@@ -251,6 +269,11 @@ class _Reader:
         if not name:
             self.tree.refuse(line, f"/robot/{what}/@name", "no name", "a name", f'<{what} name="{what}_1">')
             return None
+        if not name.isprintable() or len(name) > _LONGEST_NAME:
+            self.misnamed = True
+            expected = f"a name in one line of printable text, at most {_LONGEST_NAME} characters"
+            self.tree.refuse(line, f"/robot/{what}/@name", shown(name), expected, f'<{what} name="{what}_1">')
+            return None
         if name in taken:
             self.tree.refuse(
                 line, f"/robot/{what}/@name", f"the name {shown(name)} once more", f"a name of its own for every {what}", f'<{what} name="{what}_2">'
@@ -290,11 +313,12 @@ class _Reader:
         if stated is None:
             return left_out
         try:
-            values = tuple(float(word) for word in stated.split())
+            values = tuple(numbers(_BLANKS.split(stated.strip(_BLANK))))
         except ValueError:
             values = ()
         if len(values) == len(left_out) and all(abs(value) <= LARGEST for value in values):
             return values
         expected = "a finite number" if len(left_out) == 1 else f"{len(left_out)} finite numbers"
+        expected += " in plain decimal notation"
         self.tree.refuse(_line(element), f"{path}/{element.tag}/@{name}", shown(stated), expected, f"{name}={example}")
         return left_out

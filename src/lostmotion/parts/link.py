@@ -20,6 +20,7 @@ from lostmotion.parts.source import (
     LengthAmount,
     LengthDim,
     LengthPlus,
+    Line,
     Mass,
     Part,
     Share,
@@ -67,7 +68,7 @@ class Material(Part):
     poisson: Annotated[float, Quantity("", "0.33", low=0, high=0.499)]
     density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0)]
     scatter: Share = 0.0
-    source: str = ""
+    source: Annotated[Line, Field(max_length=300)] = ""
 
     @property
     def shear(self) -> float:

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import AfterValidator, BaseModel, ConfigDict
+from pydantic_core import PydanticCustomError
 
+from lostmotion.errors import shown
 from lostmotion.laws.chance import Cosine, Law, Sine, of_tolerance
 from lostmotion.units import Quantity, Toleranced
 
@@ -19,6 +21,17 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Level = Literal["design", "robot", "visit", "robot x visit"]
+
+
+def _is_printable(text: str) -> str:
+    if not text.isprintable():
+        context = {"why": f"{shown(text)}, with a character that cannot be printed", "expected": "one line of printable text", "example": '"text"'}
+        raise PydanticCustomError("line", "{why}", context)
+    return text
+
+
+# Text that is shown: one line of it, and nothing that a terminal would obey.
+Line = Annotated[str, AfterValidator(_is_printable)]
 
 # The quantities that parts are made of. From a file each takes text with a unit, from Python a number in SI as well.
 Angle = Annotated[float, Quantity("rad", "0.5 arcmin")]

@@ -16,7 +16,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.laws.chance import Amount, Normal, TwoSided, of_tolerance
 from lostmotion.laws.clearance import seated
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
-from lostmotion.parts.source import Condition, Draw, ErrorSource, Part, Share, Term, wave_terms
+from lostmotion.parts.source import Condition, Draw, ErrorSource, Line, Part, Share, Term, wave_terms
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
     """
 
     kind: Literal["catalogue"] = "catalogue"
-    model: str = ""
+    model: Annotated[Line, Field(max_length=80)] = ""
     ratio: Annotated[float, Quantity("", "121", above=0)] = 1.0
     rated_torque: LoadT | None = None
     stiffness: StiffnessT | Annotated[list[StiffnessT], Field(min_length=1, max_length=8)] | None = None
