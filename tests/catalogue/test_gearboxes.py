@@ -177,3 +177,9 @@ def test_a_row_says_what_it_leaves_open():
     own = row.note("RV-40E-121", {"backlash": 0, "transmission_error": 0, "stiffness_scatter": 0})
     assert "hysteresis is the maker's upper limit" in own
     assert "nothing is said" not in own
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_note_fits_a_line_of_the_report(row: GearboxRow):
+    """With the longest name it is found under, a row's note keeps its source within 300 letters."""
+    assert len(row.note(max(row.models, key=len) + "-118.55", {})) <= 300
