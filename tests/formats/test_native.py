@@ -197,3 +197,14 @@ def test_a_urdf_under_a_wrong_ending_is_told(told):
 def test_more_than_64_joints_are_one_mistake(told):
     """However many they are, they are not looked at one by one."""
     assert told(HEAD + JOINT * 65)["joints"].expected == "at most 64"
+
+
+def test_a_shared_part_is_checked_before_any_joint_names_it(told):
+    """Mistakes in parts that nobody uses yet are told at once, each under its own table; sound ones are only noted."""
+    found = told(
+        HEAD + JOINT + '[gearboxes.slide]\nbacklash = "20 µm"\n[gearboxes.g]\nstiffness = "50 N m"\n'
+        '[bearings.b]\nkind = "rolling"\nspan = "5 cm"\nclearence = "1 µm"\n'
+        '[sections.s]\nkind = "tube"\nouter = "10 mm"\nwall = "9 mm"\n[encoders.e]\nside = "sideways"\n'
+        '[materials.m]\nyoung = "-3 GPa"\npoisson = 0.3\ndensity = "1 kg/m^3"\n',
+    )
+    assert set(found) == {"gearboxes.g.stiffness", "bearings.b.clearence", "sections.s", "encoders.e.side", "materials.m.young"}

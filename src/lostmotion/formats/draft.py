@@ -95,7 +95,10 @@ class Draft:
                     holder = holder.get(step, {})
                 if isinstance(holder, dict) and steps[-1] in holder and not self.full:
                     used.add(self._fill_in(table, stock, holder, ("joints", index, *steps)))
-            unused += [f"{table}.{plain(name)}" for name in stock if name not in used]
+            idle = [name for name in stock if name not in used]
+            unused += [f"{table}.{plain(name)}" for name in idle]
+            for name in idle[:MOST_MISTAKES]:
+                self._check_unused(table, name, stock[name])
         if unused:
             self.note(f"described and used by no joint: {listed(unused)}")
 
@@ -126,6 +129,29 @@ class Draft:
         if table in _STAND_IN:
             holder[last] = _STAND_IN[table]
         return ""
+
+    def _check_unused(self, table: str, name: str, part: Any) -> None:  # noqa: ANN401 - whatever a file holds
+        """Note the mistakes in a shared part that no joint names yet, as if a joint did: one that turns, or else one that slides."""
+        if isinstance(part, dict) and "catalogue" in part:
+            return
+        steps = SHARED[table]
+        link = {"length": "1 m", "section": _STAND_IN["sections"], "material": _STAND_IN["materials"]}
+        found: list[Problem] = []
+        for kind, limits in (("revolute", ["0 deg", "1 deg"]), ("prismatic", ["0 mm", "1 mm"])):
+            joint: dict[str, Any] = {"name": "unused", "type": kind, "limits": limits}
+            holder = joint
+            if len(steps) > 1:
+                holder = joint["link"] = dict(link)
+            holder[steps[-1]] = part
+            trial = Draft(self.file, {"name": "unused", "joints": [joint]}, self.also, {("joints", 0, *steps): f"{table}.{plain(name)}"})
+            try:
+                Arm.model_validate(trial.tree, context={"text": True})
+            except ValidationError as error:
+                found = found or problems(error, Arm, self.file, trial.key, {**ALSO, **self.also})
+            else:
+                return
+        if not self.full:
+            self.mistakes += found
 
     def arm(self) -> Arm:
         """Which arm is it? Raises InputError with every mistake noted on the way and every one that the model finds."""
