@@ -2,8 +2,10 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -120,3 +122,23 @@ def test_importing_the_package_loads_no_heavy_library():
     code = "import sys, lostmotion; print([m for m in ('numpy', 'numba', 'scipy', 'pydantic', 'plotly', 'xarray', 'rich') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_version_is_told(tmp_path):
+    """`lostmotion --version` prints the package's version."""
+    import lostmotion as package
+
+    assert lostmotion("--version", cwd=tmp_path).stdout.strip() == f"lostmotion {package.__version__}"
+
+
+def test_a_stopped_run_leaves_nothing_behind(tmp_path):
+    """Ctrl-C in mid-run: exit code 130, one word about it, no traceback, no file."""
+    command = [sys.executable, "-m", "lostmotion", "run", str(ARM), "--poses", "200000"]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(4)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "stopped" in told
+    assert "Traceback" not in told
+    assert not list(tmp_path.iterdir())

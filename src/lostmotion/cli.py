@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lostmotion import __version__
 from lostmotion.errors import LostmotionError
 
 if TYPE_CHECKING:
@@ -28,6 +29,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+def _print_version(wanted: bool) -> None:  # noqa: FBT001 - typer hands the switch over
+    if wanted:
+        typer.echo(f"lostmotion {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_print_version)] = False,  # noqa: ARG001, FBT002
+) -> None:
+    """Take the options that go before a command."""
 
 
 class PoseChoice(StrEnum):

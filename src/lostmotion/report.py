@@ -158,7 +158,7 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
     if target.resolve() == Path.cwd():
         raise OutputExistsError(f"'{target}' is the folder you stand in, which is never replaced\n  name another folder with --out")
     if not force:
-        raise OutputExistsError(f"'{target}' exists\n  replace it with --force, or name another folder with --out")
+        raise OutputExistsError(f"'{target}' exists\n  replace it with --force (force=True in Python), or name another folder with --out")
     return target
 
 
