@@ -39,7 +39,7 @@ def _print_version(wanted: bool) -> None:  # noqa: FBT001 - typer hands the swit
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_print_version)] = False,  # noqa: ARG001, FBT002
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_print_version)] = False,  # noqa: FBT002
 ) -> None:
     """Take the options that go before a command."""
 
