@@ -56,12 +56,41 @@ def test_a_stated_mass_is_spread_as_the_bars_own_was():
     assert tip_error(mass=4.0)[5] == pytest.approx(tip_error()[5] * 4.0 / (AREA * LENGTH * 7850), rel=1e-9)
 
 
-def test_a_centre_of_mass_half_way_acts_as_a_point_load():
-    """A motor at half length, stated as the centre of mass, lowers the tip by the point load's P a^2 (3 l - a)/(6 E I) + P a/(k G A)."""
-    a, force = LENGTH / 2, 4 * G0
-    error = tip_error(mass=4.0, centre_of_mass=(a, 0, 0))
-    assert error[5] == pytest.approx(-(force * a**2 * (3 * LENGTH - a) / (6 * E * I_UPRIGHT) + force * a / (SHEAR_FACTOR * SHEAR * AREA)), rel=1e-9)
-    assert error[1] == pytest.approx(force * a**2 / (2 * E * I_UPRIGHT), rel=1e-9)
+def test_a_centre_of_mass_half_way_is_that_of_an_even_bar():
+    """A centre of mass stated where it would be anyway changes nothing, whichever way gravity points."""
+    for q in (0.0, 0.7, math.pi / 2):
+        np.testing.assert_allclose(tip_error(q=q, mass=4.0, centre_of_mass=(LENGTH / 2, 0, 0)), tip_error(q=q, mass=4.0), rtol=1e-12, atol=1e-20)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.62, 0.97])
+def test_a_weight_is_spread_evenly_about_its_centre(share: float):
+    """Tip deflection and slope are the sums of P x^2 (3 l - x)/(6 E I) + P x/(k G A) and P x^2/(2 E I) over the span that the weight covers."""
+    centre, force, points = share * LENGTH, 4 * G0, 200_000
+    half = min(centre, LENGTH - centre)
+    x = centre + half * (2 * (np.arange(points) + 0.5) / points - 1)
+    error = tip_error(mass=4.0, centre_of_mass=(centre, 0, 0))
+    deflection = force * np.mean(x**2 * (3 * LENGTH - x) / (6 * E * I_UPRIGHT) + x / (SHEAR_FACTOR * SHEAR * AREA))
+    assert error[5] == pytest.approx(-deflection, rel=1e-9)
+    assert error[1] == pytest.approx(force * np.mean(x**2) / (2 * E * I_UPRIGHT), rel=1e-9)
+
+
+def test_a_weight_beside_a_raised_link_bends_it_all_along_its_span():
+    """Under gravity along the link a mass b beside it bends it by the sums of P b x (2 l - x)/(2 E I) and P b x/(E I)."""
+    centre, b, force, points = 0.3 * LENGTH, 0.1, 4 * G0, 200_000
+    x = 2 * centre * (np.arange(points) + 0.5) / points
+    names = ("sag under own weight",)
+    error = tip_error(q=-math.pi / 2, mass=4.0, centre_of_mass=(centre, 0, b), names=names)
+    assert error[1] == pytest.approx(-force * b * centre / (E * I_UPRIGHT), rel=1e-9)
+    assert abs(error[3]) == pytest.approx(force * b * np.mean(x * (2 * LENGTH - x)) / (2 * E * I_UPRIGHT), rel=1e-9)
+
+
+def test_a_weight_at_an_end_is_a_point():
+    """The nearer the centre to an end, the more the weight is a point there: at the tip it bends as a payload does, and no step lies between."""
+    at_tip = tip_error(mass=4.0, centre_of_mass=(LENGTH, 0, 0))
+    np.testing.assert_allclose(at_tip, tip_error(material=WEIGHTLESS, payload=Payload(mass=4.0)), rtol=1e-8, atol=1e-15)
+    for end in (0.0, LENGTH / 2, LENGTH):
+        before, after = (tip_error(mass=4.0, centre_of_mass=(end + step, 0, 0), names=("sag under own weight",)) for step in (-1e-9, 1e-9))
+        np.testing.assert_allclose(before, after, atol=1e-12)
 
 
 def test_a_mass_beside_the_link_twists_it():

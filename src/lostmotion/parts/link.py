@@ -175,7 +175,8 @@ class Link(Part):
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
     length_tolerance    ± limit of the distance to the next seat, where `length` does not carry it (a tip from DH or URDF)
     section, material   left out: the link is rigid
-    mass                left out: section x length x density. centre_of_mass in the joint's frame; left out: half way, spread evenly
+    mass                left out: section x length x density
+    centre_of_mass      in the joint's frame; left out: half way. The mass is spread evenly on both sides of it, as far as to the nearer end
     up                  direction across the link that the section's height follows; left out: across the joint's axis
     """
 
@@ -290,21 +291,27 @@ class ElasticLink(ErrorSource):
     def own_weight_compliance(self) -> Floats:
         """Give the twist of the tip per gravity (6, 3), both in the tip's axes.
 
-        The weight is spread along the beam, unless a centre of mass is stated: then it acts there, carried by the beam at the nearest point.
+        The weight is spread evenly along the beam on both sides of its centre, as far as the nearer end is away: all of the beam for a centre
+        half way, a point for one at an end. A centre beside the beam, or beyond its ends, adds the weight's moment there.
         """
         link = self.link
         turn6 = np.kron(np.eye(2), self._to_tip)
         if link.centre_of_mass is None:
             spread = self._beam(link.reach, beam.tip_under_own_weight) * (link.total_mass / link.reach)
             return turn6 @ spread @ self._to_tip.T
-        axes = link.beam_axes(self.joint_axis)
-        centre = axes.T @ link.mass_centre
-        where = min(max(float(centre[0]), 0.0), link.reach)
-        arm = centre - np.array([where, 0, 0])
-        force_to_wrench = np.vstack([skew(arm), np.eye(3)]) * link.total_mass
+        centre = link.beam_axes(self.joint_axis).T @ link.mass_centre
+        middle = min(max(float(centre[0]), 0.0), link.reach)
+        arm = skew(centre - np.array([middle, 0, 0]))
+        # What the tip does is a cubic of where a load acts, and two Gauss points integrate a cubic exactly.
+        gauss = min(middle, link.reach - middle) / math.sqrt(3)
+        halves = self._under_load_at(middle - gauss) + self._under_load_at(middle + gauss)
+        return turn6 @ halves @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * (link.total_mass / 2)
+
+    def _under_load_at(self, place: float) -> Floats:
+        """Give the twist of the tip per wrench (6, 6) that acts so far along the beam (m), in the beam's axes."""
         carry = np.eye(6)
-        carry[3:, :3] = -skew(np.array([link.reach - where, 0, 0]))  # a rotation at the load point swings the rest of the link
-        return turn6 @ carry @ self._beam(where, beam.tip_compliance) @ force_to_wrench @ self._to_tip.T
+        carry[3:, :3] = -skew(np.array([self.link.reach - place, 0, 0]))  # a rotation where the load acts swings the rest of the link
+        return carry @ self._beam(place, beam.tip_compliance)
 
     def _beam(self, length: float, law: Callable[[float, float, float, beam.SectionValues], Floats]) -> Floats:
         material, section = self.link.material, self.link.section
