@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from lostmotion.spatial import adjoint, exp, inverse, log, pose_of, shift, skew, turn
+from lostmotion.spatial import across, adjoint, exp, inverse, log, pose_of, shift, skew, turn
 
 UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1).map(lambda v: np.array(v) / np.linalg.norm(v))
 VELOCITY = st.tuples(*[st.floats(-10, 10)] * 3).map(np.array)
@@ -19,6 +19,14 @@ ANGLE = st.one_of(
     st.floats(0, math.pi - 1e-7), st.floats(-14, 0).map(lambda e: 10.0**e), st.just(0.0), st.floats(-7, -1).map(lambda e: math.pi - 10.0**e)
 )
 TWIST = st.builds(lambda axis, angle, velocity: np.concatenate([axis * angle, velocity]), UNIT, ANGLE, VELOCITY)
+
+
+@given(UNIT)
+def test_two_directions_lie_across_an_axis(axis):
+    """The axis and the two directions across it are a right-handed frame."""
+    frame = np.column_stack([*across(axis), axis])
+    np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-12)
+    assert np.linalg.det(frame) > 0
 
 
 def matrix(twist: np.ndarray) -> np.ndarray:

@@ -40,6 +40,13 @@ def cross(a: Floats, b: Floats) -> Floats:
     return out
 
 
+def across(axis: Floats) -> tuple[Floats, Floats]:
+    """Which two unit directions (3,) lie across a unit axis (3,), and across each other?"""
+    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)
+
+
 def moved(here: Floats, twist: Floats, amount: Floats) -> Floats:
     """Where do frames (pose, 4, 4) stand after a pure turn or a pure shift along a unit twist (6,) by amounts (pose,), rad or m?
 

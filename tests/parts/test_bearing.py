@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from lostmotion.arm import Arm
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.rolling import RollingPair
-from lostmotion.parts.joint import RevoluteJoint
+from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.units import Toleranced
 from tests.parts.conditions import ARCMIN, SLIDE_Z, TURN_Z, at_tool, condition, design, drawn, visit_size
 
@@ -133,6 +134,35 @@ def test_along_a_slide_the_drive_holds():
     assert pair.terms(condition([0, 0, 0, 0, 0, 50.0], axis=SLIDE_Z)) == []
     crossed = CrossedRoller(axial_stiffness=1e8, radial_runout=1e-5, axial_runout=1e-5)
     assert crossed.terms(condition([0, 0, 0, 0, 0, 50.0], axis=SLIDE_Z)) == []
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"kind": "rolling", "span": SPAN, "axial_play": 2e-5},
+        {"kind": "rolling", "span": SPAN, "axial_stiffness": 1e8},
+        {"kind": "crossed roller", "axial_stiffness": 1e8},
+        {"kind": "crossed roller", "radial_runout": 1e-5},
+        {"kind": "crossed roller", "axial_runout": 1e-5},
+    ],
+)
+def test_a_guide_is_not_given_what_it_cannot_use(fields: dict[str, object]):
+    """A sliding joint refuses by name what would not count there; the same bearing stands on a turning joint."""
+    with pytest.raises(ValidationError) as caught:
+        PrismaticJoint(name="S", limits=(0, 1), bearing=fields)
+    (error,) = caught.value.errors()
+    assert error["loc"][0] == "bearing"
+    assert error["ctx"]["why"] == f"{list(fields)[-1]} of a bearing on a sliding joint"
+    assert RevoluteJoint(name="A", limits=(0, 1), bearing=fields).bearing is not None
+
+
+def test_a_guide_takes_what_acts_across_it():
+    """Clearance, radial and tilting stiffness stay on a sliding joint, and so does a stated zero."""
+    for fields in (
+        {"kind": "rolling", "span": SPAN, "clearance": GAP, "radial_stiffness": 1e8, "axial_play": 0.0},
+        {"kind": "crossed roller", "moment_stiffness": 1e5, "radial_stiffness": 1e8, "radial_runout": 0.0},
+    ):
+        assert PrismaticJoint(name="S", limits=(0, 1), bearing=fields).bearing.terms(condition([1.0] * 6, axis=SLIDE_Z))
 
 
 @given(LOAD, st.tuples(*[st.floats(-3, 3)] * 3))

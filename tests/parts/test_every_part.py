@@ -32,7 +32,7 @@ def elastic_link(s: float) -> ErrorSource:
 
 
 def full_gearbox(s: float) -> ErrorSource:
-    """Give a gearbox with every error it can have, all s times as large."""
+    """Give a gearbox with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
     return gearbox(
         ratio=100,
         rated_torque=50.0,
@@ -42,7 +42,7 @@ def full_gearbox(s: float) -> ErrorSource:
         backlash=Toleranced(s * 2e-4, s * 1e-4),
         hysteresis=s * 1e-4,
         transmission_error=[{"amplitude": s * 1e-4, "cycles": 2.0}, {"amplitude": s * 2e-5, "cycles": 200.0}],
-    )
+    ).model_copy(update={"lead": 0.01})
 
 
 def full_screw_drive(s: float) -> ErrorSource:
@@ -53,6 +53,7 @@ def full_screw_drive(s: float) -> ErrorSource:
         backlash=Toleranced(s * 2e-5, s * 1e-5, "uniform"),
         hysteresis=s * 1e-6,
         transmission_error=s * 1e-5,
+        lead=0.01,
     )
 
 
@@ -91,8 +92,9 @@ def full_base(s: float) -> ErrorSource:
 
 
 def full_encoder(side: str) -> Callable[[float], ErrorSource]:
-    """Give an encoder with every error it can have, all s times as large."""
-    return lambda s: encoder(side=side, resolution=s * 1e-4, noise=s * 1e-5, eccentricity=s * 3e-4, zero=s * 1e-4, ratio=50)
+    """Give an encoder with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
+    fields = {"resolution": 1e-4, "noise": 1e-5, "eccentricity": 3e-4, "zero": 1e-4}
+    return lambda s: encoder(side=side, ratio=50, **{name: s * size for name, size in fields.items()}).model_copy(update={"lead": 0.01})
 
 
 PARTS: dict[str, Callable[[float], ErrorSource]] = {

@@ -123,12 +123,36 @@ def test_waves_of_transmission_error_keep_their_number_per_turn():
 
 
 def test_a_screw_repeats_with_its_lead():
-    """On a sliding joint a wave counts cycles per metre: a screw of 5 mm lead (200 per metre) errs alike 5 mm further on."""
-    part = screw_drive(transmission_error=[{"amplitude": 1e-5, "cycles": 200.0}])
-    places = np.array([0.1, 0.105, 0.1025])
-    errors = drawn(part.terms(condition(angle=places, axis=SLIDE_Z)), 20, poses=3)[:, :, 5]
-    np.testing.assert_allclose(errors[:, 0], errors[:, 1], atol=1e-15)
-    np.testing.assert_allclose(errors[:, 0], -errors[:, 2], atol=1e-15)
+    """On a sliding joint a wave counts cycles per turn of the screw: with 5 mm lead one errs alike 5 mm further on, three thrice as often."""
+    once, thrice = (screw_drive(transmission_error=[{"amplitude": 1e-5, "cycles": cycles}], lead=5e-3) for cycles in (1, 3))
+    for part, period in ((once, 5e-3), (thrice, 5e-3 / 3)):
+        places = 0.1 + period * np.array([0, 1, 0.5])
+        errors = drawn(part.terms(condition(angle=places, axis=SLIDE_Z)), 20, poses=3)[:, :, 5]
+        np.testing.assert_allclose(errors[:, 0], errors[:, 1], atol=1e-15)
+        np.testing.assert_allclose(errors[:, 0], -errors[:, 2], atol=1e-15)
+
+
+def test_one_figure_for_a_screw_is_its_error_over_a_turn():
+    """A ball screw's 20 µm of transmission error swing through 20 µm over one lead, once."""
+    places = np.linspace(0.2, 0.21, 721)
+    errors = drawn(screw_drive(transmission_error=2e-5, lead=0.01).terms(condition(angle=places, axis=SLIDE_Z)), 50, poses=721)[:, :, 5]
+    np.testing.assert_allclose(np.ptp(errors, axis=1), 2e-5, rtol=1e-4)
+    assert (np.abs(np.fft.rfft(errors[:, :-1], axis=1))[:, 2:] < 1e-14).all()
+
+
+@pytest.mark.parametrize("waves", [2e-5, [{"amplitude": 1e-5, "cycles": 2.0}]])
+def test_waves_along_a_slide_need_a_lead(waves: object):
+    """What turns once per what length? A sliding joint refuses waves without a lead, a turning one any lead."""
+    with pytest.raises(ValidationError) as caught:
+        screw_drive(transmission_error=waves)
+    assert caught.value.errors()[0]["ctx"]["why"] == "transmission_error without a lead on a sliding joint"
+    assert caught.value.errors()[0]["ctx"]["example"] == 'gearbox = { transmission_error = "20 µm", lead = "10 mm" }'
+    with pytest.raises(ValidationError, match="a lead on a turning joint"):
+        gearbox(lead=0.01)
+    with pytest.raises(ValidationError, match="out of range"):
+        screw_drive(transmission_error=waves, lead=0.0)
+    with pytest.raises(ValueError, match="without a lead"):
+        gearbox(transmission_error=waves).terms(condition(axis=SLIDE_Z))
 
 
 def test_a_sliding_joint_gives_way_along_its_axis():

@@ -79,6 +79,71 @@ def test_a_motor_encoder_takes_the_ratio_of_its_gearbox():
     assert only(bare.sources["encoder"].terms(condition()), "noise")[2] == pytest.approx(8e-4)
 
 
+def sliding(**fields: object) -> PrismaticJoint:
+    """Give a sliding joint with these parts."""
+    return PrismaticJoint(name="S", limits=(0, 1), **fields)
+
+
+def test_an_encoder_on_the_motor_of_a_screw_states_lengths_at_the_slide():
+    """On a sliding joint no ratio divides what an encoder states: counts, noise and eccentricity are lengths at the slide."""
+    fields = {"resolution": 1e-5, "noise": 2e-6, "eccentricity": 3e-6, "zero": 1e-5}
+    joint = sliding(gearbox={"ratio": 4, "lead": 0.01}, encoder=fields)
+    found = joint.sources["encoder"].terms(condition(axis=SLIDE_Z))
+    sizes = {term.name: only(found, term.name)[5] for term in found}
+    assert sizes == pytest.approx(
+        {"resolution": 5e-6, "noise": 2e-6, "eccentricity 1 sine": 0, "eccentricity 1 cosine": 3e-6, "zero": 1e-5},
+    )
+
+
+@pytest.mark.parametrize(
+    ("drive", "own", "period"),
+    [
+        ({"ratio": 4, "lead": 0.01}, {}, 0.0025),
+        ({"lead": 0.01}, {"ratio": 2}, 0.005),
+        ({"lead": 0.01}, {"lead": 0.02}, 0.02),
+        (None, {"lead": 0.02}, 0.02),
+    ],
+)
+def test_eccentricity_on_a_screw_comes_back_with_the_motors_turn(drive, own, period):
+    """A motor that turns 4 times per turn of a screw of 10 mm lead errs alike every 2.5 mm; what the encoder states itself goes before the drive."""
+    found = (
+        sliding(gearbox=drive, encoder={"eccentricity": 3e-6, **own})
+        .sources["encoder"]
+        .terms(
+            condition(axis=SLIDE_Z, angle=np.linspace(0, period, 64, endpoint=False)),
+        )
+    )
+    lines = np.abs(np.fft.rfft(drawn(found, 10, poses=64)[:, :, 5], axis=1)) / 32
+    np.testing.assert_allclose(lines[:, 1], 3e-6, rtol=1e-9)
+    assert np.delete(lines, 1, axis=1).max() < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("fields", "why"),
+    [
+        ({"encoder": {"eccentricity": 3e-6}}, "eccentricity without a lead on a sliding joint"),
+        ({"encoder": {"eccentricity": 3e-6}, "gearbox": {"ratio": 4}}, "eccentricity without a lead on a sliding joint"),
+        ({"encoder": {"eccentricity": 3e-6, "side": "output"}, "gearbox": {"lead": 0.01}}, "eccentricity of an encoder along the slide"),
+    ],
+)
+def test_eccentricity_on_a_slide_needs_something_that_turns(fields: dict[str, object], why: str):
+    """Without a lead nobody knows how often an encoder turns, and a scale along the slide never does; without eccentricity no lead is asked for."""
+    with pytest.raises(ValidationError) as caught:
+        sliding(**fields)
+    (error,) = caught.value.errors()
+    assert error["loc"] == ("encoder",)
+    assert error["ctx"]["why"] == why
+    assert error["ctx"]["expected"]
+    assert "=" in error["ctx"]["example"]
+    assert sliding(**{**fields, "encoder": {"noise": 1e-6, "eccentricity": 0.0}}).encoder is not None
+
+
+def test_a_lead_belongs_to_sliding_joints():
+    """On a turning joint the encoder's lead says nothing and is refused."""
+    with pytest.raises(ValidationError, match="a lead on a turning joint"):
+        encoder(eccentricity=1e-3, lead=0.01)
+
+
 def test_a_joint_lists_its_parts_and_a_fixed_joint_has_none():
     """A joint names the parts that err, a sliding one too; a fixed joint has nothing that moves."""
     slide = PrismaticJoint(name="S", limits=(0, 1), gearbox={"backlash": 1e-5}, bearing={"kind": "rolling", "span": 0.1}, lumped={"angle": 1e-6})

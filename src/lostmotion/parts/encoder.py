@@ -5,22 +5,23 @@ from __future__ import annotations
 from typing import Annotated, Generic, Literal, TypeVar
 
 from lostmotion.laws.chance import Normal, Uniform
-from lostmotion.parts.source import Condition, ErrorSource, Part, Term, limit_term, wave_terms
+from lostmotion.parts.source import Condition, ErrorSource, Lead, Part, Term, limit_term, wave_terms
 from lostmotion.units import Quantity
 
 AmountT = TypeVar("AmountT", bound=float)
 
 
 class Encoder(Part, ErrorSource, Generic[AmountT]):
-    """An encoder on the motor or on the output.
+    """An encoder on the motor or on the output. On a sliding joint all its errors are lengths at the slide, whatever the ratio.
 
-    side          "motor": its errors reach the output divided by the gear ratio. "output": they reach it whole, and the
-                  gearbox's own errors are seen and taken away by the controller
+    side          "motor": on a turning joint its errors reach the output divided by the gear ratio. "output": they reach it whole,
+                  and the gearbox's own errors are seen and taken away by the controller
     resolution    one count; the position is anywhere within it
     noise         ± limit of what differs from reading to reading
-    eccentricity  ± amplitude of the error over one turn of the encoder, its phase drawn per robot
+    eccentricity  ± amplitude of the error over one turn of the encoder, its phase drawn per robot; not of a scale along a slide
     zero          ± limit of the mastering of the joint's zero, at the output
-    ratio         turns of the encoder per turn of the output; left out, the joint's gear ratio
+    ratio         turns of the encoder per turn of the output, or of the screw; left out, the joint's gear ratio
+    lead          of the screw, on a sliding joint; left out, that of the joint's gearbox
     """
 
     side: Literal["motor", "output"] = "motor"
@@ -29,17 +30,19 @@ class Encoder(Part, ErrorSource, Generic[AmountT]):
     eccentricity: AmountT | None = None
     zero: AmountT | None = None
     ratio: Annotated[float, Quantity("", "121", above=0)] | None = None
+    lead: Lead | None = None
 
     def terms(self, at: Condition) -> list[Term]:
         """What the controller believes, less what is."""
-        ratio = (self.ratio or 1.0) if self.side == "motor" else 1.0
+        turns = (self.ratio or 1.0) if self.side == "motor" else 1.0
+        ratio = turns if at.axis[:3].any() else 1.0
         out: list[Term] = []
         if self.resolution:
             out.append(limit_term("resolution", at.axis, self.resolution / ratio / 2, Uniform(), visit=True))
         if self.noise:
             out.append(limit_term("noise", at.axis, self.noise / ratio, Normal(), visit=True))
         if self.eccentricity:
-            out += wave_terms(at, "eccentricity", 1, self.eccentricity / ratio, ratio)
+            out += wave_terms("eccentricity 1", at.axis, turns * at.turned(self.lead), self.eccentricity / ratio)
         if self.zero:
             out.append(limit_term("zero", at.axis, self.zero, Normal()))
         return out

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Generic, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.chance import Normal
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
+from lostmotion.parts.gearbox.catalogue import AmountT, CatalogueGearbox, LoadT, PlayT, StiffnessT
 from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.source import (
@@ -33,22 +33,29 @@ from lostmotion.parts.source import (
     TorqueAmount,
     limit_term,
 )
+from lostmotion.spatial import across
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
+TurningDrive = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+SlidingDrive = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]
 Bearing = Annotated[RollingPair | CrossedRoller, Field(discriminator="kind")]
+
+
+# What a bearing has only where something turns in it, and where it is not the drive that holds the axis.
+_TURNING_ONLY: Final = ("axial_play", "axial_stiffness", "radial_runout", "axial_runout")
+
+
+def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
+    return PydanticCustomError("limits", "{why}", {"why": why, "expected": expected, "example": example})
 
 
 def _rising(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] >= limits[1]:
-        context = {
-            "why": f"limits from {limits[0]:g} to {limits[1]:g} (rad or m)",
-            "expected": "a lower limit below the upper one",
-            "example": 'limits = ["-90 deg", "90 deg"]',
-        }
-        raise PydanticCustomError("limits", "{why}", context)
+        why = f"limits from {limits[0]:g} to {limits[1]:g} (rad or m)"
+        raise _refuse(why, "a lower limit below the upper one", 'limits = ["-90 deg", "90 deg"]')
     return limits
 
 
@@ -73,10 +80,7 @@ class Mounting(Part, ErrorSource):
         axis = at.axis[:3] if at.axis[:3].any() else at.axis[3:]
         law = Normal()
         out: list[Term] = []
-        across = [np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])]
-        across[0] /= np.linalg.norm(across[0])
-        across.append(np.cross(axis, across[0]))
-        for k, direction in enumerate(across, 1):
+        for k, direction in enumerate(across(axis), 1):
             if self.tilt:
                 out.append(limit_term(f"axis tilt {k}", np.concatenate([direction, np.zeros(3)]), self.tilt, law))
             if self.offset:
@@ -121,61 +125,89 @@ class FixedJoint(_Joint):
         return {}
 
 
-class _MovingJoint(_Joint):
+class _MovingJoint(_Joint, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     axis: Direction = "z"
     bearing: Bearing | None = None
     lumped: Lumped | None = None
+    gearbox: CatalogueGearbox[AmountT, PlayT, StiffnessT, LoadT] | None = None
+    encoder: Encoder[AmountT] | None = None
+
+    @functools.cached_property
+    def sources(self) -> dict[str, ErrorSource]:
+        """Give the parts that err, by name; a gearbox inside the loop of an encoder on its output errs no more."""
+        gearbox, encoder = self.gearbox, self.encoder
+        if encoder is not None and gearbox is not None:
+            own = {"ratio": encoder.ratio or gearbox.ratio, "lead": encoder.lead or gearbox.lead}
+            encoder = encoder.model_copy(update=own)
+        closed_loop = encoder is not None and encoder.side == "output"
+        found = {"gearbox": None if closed_loop else gearbox, "bearing": self.bearing, "encoder": encoder, "lumped": self.lumped}
+        return {name: source for name, source in found.items() if source is not None}
 
 
-class RevoluteJoint(_MovingJoint):
+class RevoluteJoint(_MovingJoint[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]):
     """A joint that turns about `axis` between `limits`."""
 
     type: Literal["revolute"] = "revolute"
     limits: TurningLimits
-    gearbox: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount] | None = None
-    encoder: Encoder[AngleAmount] | None = None
+
+    @field_validator("gearbox", "encoder")
+    @classmethod
+    def _has_no_lead(cls, part: TurningDrive | Encoder[AngleAmount] | None) -> TurningDrive | Encoder[AngleAmount] | None:
+        if part is not None and part.lead is not None:
+            raise _refuse("a lead on a turning joint", "a lead on sliding joints only", 'type = "prismatic"')
+        return part
 
     @functools.cached_property
     def twist(self) -> Floats:
         """Give the unit rotation about the axis (6,)."""
         return np.concatenate([unit(self.axis), np.zeros(3)])
 
-    @functools.cached_property
-    def sources(self) -> dict[str, ErrorSource]:
-        """Give the parts that err, by name; a gearbox inside the loop of an encoder on its output errs no more."""
-        return _sources(self.gearbox, self.bearing, self.encoder, self.lumped)
 
-
-class PrismaticJoint(_MovingJoint):
-    """A joint that slides along `axis` between `limits`."""
+class PrismaticJoint(_MovingJoint[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]):
+    """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn per `lead`."""
 
     type: Literal["prismatic"] = "prismatic"
     limits: SlidingLimits
-    gearbox: CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount] | None = None
-    encoder: Encoder[LengthAmount] | None = None
+
+    @field_validator("bearing")
+    @classmethod
+    def _only_guides(cls, bearing: Bearing | None) -> Bearing | None:
+        fields = type(bearing).model_fields if bearing is not None else {}
+        nowhere = [name for name in _TURNING_ONLY if name in fields and getattr(bearing, name) != fields[name].default]
+        if nowhere:
+            raise _refuse(
+                f"{' and '.join(nowhere)} of a bearing on a sliding joint",
+                "a guide without them: it does not turn, and along the slide the drive holds and gives",
+                'gearbox = { backlash = "10 µm", stiffness = "200 N/µm" }',
+            )
+        return bearing
+
+    @field_validator("gearbox")
+    @classmethod
+    def _waves_have_a_lead(cls, drive: SlidingDrive | None) -> SlidingDrive | None:
+        if drive is not None and drive.transmission_error is not None and drive.lead is None:
+            example = 'gearbox = { transmission_error = "20 µm", lead = "10 mm" }'
+            raise _refuse("transmission_error without a lead on a sliding joint", "lead, the travel per turn of the screw or pulley", example)
+        return drive
+
+    @field_validator("encoder")
+    @classmethod
+    def _encoder_turns(cls, encoder: Encoder[LengthAmount] | None, info: ValidationInfo) -> Encoder[LengthAmount] | None:
+        if encoder is None or not encoder.eccentricity:
+            return encoder
+        if encoder.side == "output":
+            example = 'encoder = { side = "output", zero = "20 µm" }'
+            raise _refuse("eccentricity of an encoder along the slide", "no eccentricity: a scale does not turn", example)
+        drive = info.data.get("gearbox")
+        if "gearbox" in info.data and encoder.lead is None and (drive is None or drive.lead is None):
+            expected = "lead, the travel per turn of the screw or pulley, of the gearbox or of the encoder"
+            raise _refuse("eccentricity without a lead on a sliding joint", expected, 'gearbox = { lead = "10 mm" }')
+        return encoder
 
     @functools.cached_property
     def twist(self) -> Floats:
         """Give the unit shift along the axis (6,)."""
         return np.concatenate([np.zeros(3), unit(self.axis)])
 
-    @functools.cached_property
-    def sources(self) -> dict[str, ErrorSource]:
-        """Give the parts that err, by name."""
-        return _sources(self.gearbox, self.bearing, self.encoder, self.lumped)
-
 
 Joint = Annotated[RevoluteJoint | PrismaticJoint | FixedJoint, Field(discriminator="type")]
-
-
-def _sources(
-    gearbox: CatalogueGearbox | None,  # type: ignore[type-arg] # either set of units
-    bearing: ErrorSource | None,
-    encoder: Encoder | None,  # type: ignore[type-arg]
-    lumped: Lumped | None,
-) -> dict[str, ErrorSource]:
-    if encoder is not None and encoder.ratio is None and gearbox is not None:
-        encoder = encoder.model_copy(update={"ratio": gearbox.ratio})
-    closed_loop = encoder is not None and encoder.side == "output"
-    found = {"gearbox": None if closed_loop else gearbox, "bearing": bearing, "encoder": encoder, "lumped": lumped}
-    return {name: source for name, source in found.items() if source is not None}

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
-from lostmotion.laws.chance import Cosine, Law, Sine, of_tolerance
+from lostmotion.laws.chance import Amount, Cosine, Law, Sine, of_tolerance
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ PlayDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=
 Length = Annotated[float, Quantity("m", "400 mm")]
 LengthAmount = Annotated[float, Quantity("m", "20 µm", low=0)]
 LengthPlus = Annotated[float, Quantity("m", "40 mm", above=0)]
+Lead = Annotated[float, Quantity("m", "10 mm", above=0)]
 LengthDim = Annotated[Toleranced, Quantity("m", "400 mm ± 50 µm", toleranced=True)]
 ClearanceDim = Annotated[Toleranced, Quantity("m", "40 µm ± 20 µm", low=0, toleranced=True)]
 Mass = Annotated[float, Quantity("kg", "2.5 kg", low=0)]
@@ -93,6 +94,14 @@ class Condition:
         """Give the load along the joint's own motion (pose,): torque in N m on a turning joint, force in N on a sliding one."""
         return self.wrench @ self.axis
 
+    def turned(self, lead: float | None) -> Floats:
+        """Give how far the output has turned (pose,), rad: the joint's own angle, or on a sliding joint that of its screw, with its lead in m."""
+        if self.axis[:3].any():
+            return self.angle
+        if lead is None:
+            raise ValueError("without a lead nothing turns on a sliding joint")
+        return self.angle * (2 * math.pi / lead)
+
     @property
     def scale(self) -> Floats:
         """Give the size of the whole wrench (pose,), to tell a small load from rounding."""
@@ -142,9 +151,9 @@ class ErrorSource(ABC):
         """Which elementary errors does this part make under these conditions?"""
 
 
-def limit_term(name: str, direction: Floats, limit: float, law: Law, *, stream: str = "", visit: bool = False) -> Term:
+def limit_term(name: str, direction: Floats, limit: float, law: Law, *, visit: bool = False) -> Term:
     """Which term never leaves +-limit (rad or m) along a unit twist? Drawn per robot, or per visit where said."""
-    draw = Draw(stream or name, law)
+    draw = Draw(name, law)
     screw = direction * (limit / law.bound)
     return Term(name, screw, visit=draw) if visit else Term(name, screw, robot=draw)
 
@@ -156,16 +165,30 @@ def toleranced_terms(name: str, direction: Floats, dimension: Toleranced) -> lis
     return [limit_term(name, direction, dimension.tolerance, of_tolerance(dimension.law))]
 
 
-def wave_terms(at: Condition, name: str, index: int, amplitude: float, cycles: float) -> list[Term]:
-    """Which two terms make amplitude x sin(cycles x angle + phase), the phase drawn once per robot?
-
-    `cycles` per turn on a turning joint, per metre on a sliding one.
-    """
-    per_unit = cycles if at.axis[:3].any() else cycles * 2 * math.pi
-    phase = (per_unit * at.angle)[:, None]
-    size = at.axis * (amplitude / math.sqrt(2))
-    stream = f"{name} {index}"
+def wave_terms(name: str, twist: Floats, phase: Floats, amplitude: float, parts: tuple[str, str] = ("sine", "cosine")) -> list[Term]:
+    """Which two terms make amplitude x sin(phase + a start drawn once per robot) along a twist (6,)? Phases (pose,), rad; amplitude in rad or m."""
+    size = twist * (amplitude / math.sqrt(2))
     return [
-        Term(f"{name} {index} sine", np.sin(phase) * size, robot=Draw(stream, Cosine())),
-        Term(f"{name} {index} cosine", np.cos(phase) * size, robot=Draw(stream, Sine())),
+        Term(f"{name} {parts[0]}", np.sin(phase)[:, None] * size, robot=Draw(name, Cosine())),
+        Term(f"{name} {parts[1]}", np.cos(phase)[:, None] * size, robot=Draw(name, Sine())),
+    ]
+
+
+def play_terms(name: str, play: Toleranced, known: Floats, free: Sequence[Term], amount: str) -> list[Term]:
+    """Which terms does a play of scattered size make: where it is `known` to be held, and what it is `free` to do?
+
+    `known` (pose, 6) is the nominal play's part that the load or the way of arriving holds; `free` are visit terms of the nominal play for the
+    rest. `amount` names the stream that says how much play this robot has.
+    """
+    held = Term(f"{name} side held by load", known)
+    if not play.tolerance:
+        return [held, *free]
+    law = of_tolerance(play.law)
+    scatter = play.tolerance / law.bound / play.nominal
+    robot = Draw(amount, Amount(scatter, law))
+    root_mean_square = math.hypot(1, scatter)
+    return [
+        held,
+        Term(f"{name} amount", known * scatter, robot=Draw(amount, law)),
+        *(Term(term.name, term.screw * root_mean_square, robot=robot, visit=term.visit) for term in free),
     ]

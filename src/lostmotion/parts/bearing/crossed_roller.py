@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -16,7 +16,12 @@ from lostmotion.parts.source import (
     LinearStiffness,
     Part,
     Term,
+    wave_terms,
 )
+from lostmotion.spatial import across
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
 
 
 class CrossedRoller(Part, ErrorSource):
@@ -25,6 +30,8 @@ class CrossedRoller(Part, ErrorSource):
     moment_stiffness  against tilting across the axis
     radial_stiffness, axial_stiffness  against shifting
     axial_runout, radial_runout  full indicator reading over a turn, with a phase that differs from robot to robot
+
+    A sliding joint takes neither runout nor axial_stiffness: nothing turns, and along the slide the drive holds.
     """
 
     kind: Literal["crossed roller"] = "crossed roller"
@@ -39,34 +46,28 @@ class CrossedRoller(Part, ErrorSource):
         turning = bool(at.axis[:3].any())
         axis = at.axis[:3] if turning else at.axis[3:]
         along = np.outer(axis, axis)
-        across = np.eye(3) - along
+        radially = np.eye(3) - along
         zero = np.zeros((len(at.angle), 3))
         moment, force = at.wrench[:, :3], at.wrench[:, 3:]
         out: list[Term] = []
         if self.moment_stiffness is not None:
-            out.append(Term("tilt", np.hstack([moment @ across / self.moment_stiffness, zero])))
+            out.append(Term("tilt", np.hstack([moment @ radially / self.moment_stiffness, zero])))
         if self.radial_stiffness is not None:
-            out.append(Term("radial give", np.hstack([zero, force @ across / self.radial_stiffness])))
+            out.append(Term("radial give", np.hstack([zero, force @ radially / self.radial_stiffness])))
         if self.axial_stiffness is not None and turning:
             out.append(Term("axial give", np.hstack([zero, force @ along / self.axial_stiffness])))
         if turning:
             out += self._runout(at, axis)
         return out
 
-    def _runout(self, at: Condition, axis: np.ndarray) -> list[Term]:
+    def _runout(self, at: Condition, axis: Floats) -> list[Term]:
         """Give what a high spot on the turning ring does: across the axis it turns with this frame, along it it rises and falls."""
-        start = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-        first = start / np.linalg.norm(start)
-        second = np.cross(axis, first)
-        cos, sin = np.cos(at.angle)[:, None], np.sin(at.angle)[:, None]
-        zero = np.zeros((len(at.angle), 3))
         out: list[Term] = []
         if self.radial_runout:
             size = self.radial_runout / 2 / np.sqrt(2)
-            out.append(Term("radial runout 1", np.hstack([zero, zero + first * size]), robot=Draw("radial runout", Cosine())))
-            out.append(Term("radial runout 2", np.hstack([zero, zero + second * size]), robot=Draw("radial runout", Sine())))
+            for k, (direction, law) in enumerate(zip(across(axis), (Cosine(), Sine()), strict=True), 1):
+                out.append(Term(f"radial runout {k}", np.concatenate([np.zeros(3), direction * size]), robot=Draw("radial runout", law)))
         if self.axial_runout:
-            size = self.axial_runout / 2 / np.sqrt(2)
-            out.append(Term("axial runout 1", np.hstack([zero, sin * axis * size]), robot=Draw("axial runout", Cosine())))
-            out.append(Term("axial runout 2", np.hstack([zero, cos * axis * size]), robot=Draw("axial runout", Sine())))
+            along = np.concatenate([np.zeros(3), axis])
+            out += wave_terms("axial runout", along, at.angle, self.axial_runout / 2, ("1", "2"))
         return out

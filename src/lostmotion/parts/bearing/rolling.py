@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lostmotion.laws.chance import Amount, Cosine, Law, Sine, TwoSided, of_tolerance
+from lostmotion.laws.chance import Cosine, Sine, TwoSided
 from lostmotion.laws.clearance import seated, seated_across
 from lostmotion.parts.source import (
     ClearanceDim,
@@ -18,8 +18,9 @@ from lostmotion.parts.source import (
     LinearStiffness,
     Part,
     Term,
+    play_terms,
 )
-from lostmotion.spatial import cross
+from lostmotion.spatial import across, cross
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -33,9 +34,9 @@ class RollingPair(Part, ErrorSource):
 
     clearance         diametral working clearance of each bearing; ± is its scatter over bearings
     span              distance between the two; the axis can tilt by clearance/span
-    axial_play        full axial play
+    axial_play        full axial play; on a turning joint only, for along a slide the drive holds
     radial_stiffness  of each bearing; left out: rigid once the clearance is closed
-    axial_stiffness   of the pair; left out: rigid
+    axial_stiffness   of the pair, on a turning joint only; left out: rigid
     closing_force     a load below it on one bearing cannot hold its clearance closed; default 0: any load does
 
     Each bearing takes its share of force and moment and sits at half its clearance towards its own reaction. Valid for loads that bend
@@ -74,42 +75,28 @@ class RollingPair(Part, ErrorSource):
             return []
         sitting, free = seated_across(reaction, self.closing_force, scale)
         known = sitting @ per_shift * half
-        out = [Term(f"{name} clearance side held by load", known)]
-        amount, mean_square = None, 1.0
-        if self.clearance.tolerance:
-            law: Law = of_tolerance(self.clearance.law)
-            scatter = self.clearance.tolerance / law.bound / self.clearance.nominal
-            out.append(Term(f"{name} clearance amount", known * scatter, robot=Draw(f"{name} amount", law)))
-            amount, mean_square = Draw(f"{name} amount", Amount(scatter, law)), 1 + scatter**2
-        first, second = _across(axis)
+        first, second = across(axis)
         stream = f"{name} position"
-        size = free[:, None] * (half * np.sqrt(mean_square / 2))
+        size = free[:, None] * (half / np.sqrt(2))
         # Unloaded, the bearing rests somewhere on the circle that its clearance leaves it.
-        return [
-            *out,
-            Term(f"{name} clearance position 1", size * (first @ per_shift), robot=amount, visit=Draw(stream, Cosine())),
-            Term(f"{name} clearance position 2", size * (second @ per_shift), robot=amount, visit=Draw(stream, Sine())),
+        circle = [
+            Term(f"{name} clearance position 1", size * (first @ per_shift), visit=Draw(stream, Cosine())),
+            Term(f"{name} clearance position 2", size * (second @ per_shift), visit=Draw(stream, Sine())),
         ]
+        return play_terms(f"{name} clearance", self.clearance, known, circle, f"{name} amount")
 
     def _axial(self, at: Condition, axis: Floats) -> list[Term]:
         if at.axis[3:].any():
-            return []  # along a sliding joint the drive holds, not the bearing
+            return []  # along a sliding joint the drive holds, not the bearing; the joint refuses what would be lost here
         force = at.wrench[:, 3:] @ axis
         twist = np.concatenate([np.zeros(3), axis])
         out: list[Term] = []
         half = self.axial_play.nominal / 2
         if half:
             closed = seated(force, self.closing_force, at.scale)
-            known = closed[:, None] * twist * half
-            out.append(Term("axial play side held by load", known))
-            amount, mean_square = None, 1.0
-            if self.axial_play.tolerance:
-                law = of_tolerance(self.axial_play.law)
-                scatter = self.axial_play.tolerance / law.bound / self.axial_play.nominal
-                out.append(Term("axial play amount", known * scatter, robot=Draw("axial amount", law)))
-                amount, mean_square = Draw("axial amount", Amount(scatter, law)), 1 + scatter**2
-            either = (1 - np.abs(closed))[:, None] * twist * (half * np.sqrt(mean_square))
-            out.append(Term("axial play", either, robot=amount, visit=Draw("axial side", TwoSided())))
+            either = (1 - np.abs(closed))[:, None] * twist * half
+            ends = [Term("axial play", either, visit=Draw("axial side", TwoSided()))]
+            out += play_terms("axial play", self.axial_play, closed[:, None] * twist * half, ends, "axial amount")
         if self.axial_stiffness is not None:
             out.append(Term("axial give", (force / self.axial_stiffness)[:, None] * twist))
         return out
@@ -123,11 +110,3 @@ def _per_shift(axis: Floats, side: float, span: float) -> Floats:
         out[k, :3] = side * np.cross(axis, unit) / span
         out[k, 3:] = (unit - (unit @ axis) * axis) / 2
     return out
-
-
-def _across(axis: Floats) -> tuple[Floats, Floats]:
-    """Give two unit directions across an axis."""
-    start = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    first = np.cross(axis, start)
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)

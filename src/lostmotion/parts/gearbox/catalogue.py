@@ -1,26 +1,23 @@
 """A gearbox by the figures its maker prints: ratio, backlash or lost motion, stiffness, transmission error, hysteresis.
 
-On a turning joint amounts are angles; on a sliding joint the same class stands for a screw or belt drive and amounts are lengths.
+On a turning joint amounts are angles; on a sliding joint the same class stands for a screw or belt drive, amounts are lengths at the slide, and
+what turns is the screw or pulley, by a turn per `lead`.
 """
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Generic, Literal, Self, TypeVar
+from typing import Annotated, Generic, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.chance import Amount, Normal, TwoSided, of_tolerance
+from lostmotion.laws.chance import Normal, TwoSided
 from lostmotion.laws.clearance import seated
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
-from lostmotion.parts.source import Condition, Draw, ErrorSource, Line, Part, Share, Term, wave_terms
+from lostmotion.parts.source import Condition, Draw, ErrorSource, Lead, Line, Part, Share, Term, play_terms, wave_terms
 from lostmotion.units import Quantity, Toleranced
-
-if TYPE_CHECKING:
-    from lostmotion.laws.chance import Law
 
 AmountT = TypeVar("AmountT", bound=float)
 PlayT = TypeVar("PlayT", bound=Toleranced)
@@ -29,7 +26,7 @@ LoadT = TypeVar("LoadT", bound=float)
 
 
 class Harmonic(Part, Generic[AmountT]):
-    """One wave of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn (or per metre) of the output."""
+    """One wave of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn of the output, or of the screw."""
 
     amplitude: AmountT
     cycles: Annotated[float, Quantity("", "2", above=0)]
@@ -43,7 +40,8 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
     stiffness         one value, or one per zone with `zone_torques` between them (K1/K2/K3)
     stiffness_scatter ± share of the wind-up over gearboxes built
     hysteresis        full width of the loop that friction leaves at zero load; its side follows the way of arriving, loaded or not
-    transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves
+    transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves; on a sliding joint of the screw's turn
+    lead              travel per turn of the screw or pulley, on a sliding joint
     friction_torque   a load below it cannot hold the play closed; default 1 % of the rated torque
     """
 
@@ -60,6 +58,7 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
     hysteresis: AmountT | None = None
     transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
     friction_torque: LoadT | None = None
+    lead: Lead | None = None
 
     @property
     def zones(self) -> list[float]:
@@ -142,17 +141,7 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
         # Arriving in the positive direction the motor leads and the output trails.
         known = (closed - free * at.approach)[:, None] * at.axis * (play.nominal / 2)
         either = (free * (at.approach == 0))[:, None] * at.axis * (play.nominal / 2)
-        out = [Term("backlash side held by load", known)]
-        if not play.tolerance:
-            return [*out, Term("backlash", either, visit=Draw("side", TwoSided()))]
-        law: Law = of_tolerance(play.law)
-        scatter = play.tolerance / law.bound / play.nominal
-        amount = Draw("amount", Amount(scatter, law))
-        return [
-            *out,
-            Term("backlash amount", known * scatter, robot=Draw("amount", law)),
-            Term("backlash", either * math.hypot(1, scatter), robot=amount, visit=Draw("side", TwoSided())),
-        ]
+        return play_terms("backlash", play, known, [Term("backlash", either, visit=Draw("side", TwoSided()))], "amount")
 
     def _hysteresis(self, at: Condition) -> list[Term]:
         if self.hysteresis is None:
@@ -170,4 +159,9 @@ class CatalogueGearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, Lo
             waves = [(wave.amplitude, wave.cycles) for wave in self.transmission_error]
         else:
             waves = [(self.transmission_error / 2, 1.0)]
-        return [term for index, (size, cycles) in enumerate(waves, 1) for term in wave_terms(at, "transmission error", index, size, cycles)]
+        turned = at.turned(self.lead)
+        return [
+            term
+            for index, (size, cycles) in enumerate(waves, 1)
+            for term in wave_terms(f"transmission error {index}", at.axis, cycles * turned, size)
+        ]
