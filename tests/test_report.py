@@ -101,7 +101,7 @@ def test_every_figure_is_in_the_tables(page):
     """The report prints each value and interval that the screen prints."""
     for section in sections(small_study()):
         for row in section.rows:
-            assert report._text(row.label) in page
+            assert report._text(row.label) in page.replace("<wbr>", "")
             for figure in row.figures:
                 assert report._text(str(figure)) in page
                 assert figure.interval in page

@@ -197,7 +197,7 @@ def budget(answer: Answer) -> go.Figure:
     by_size = sorted(found, key=lambda cost: -abs(cost.share))
     shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
     rest = by_size[_PARTS_SHOWN:]
-    names = [_label(cost.part) for cost in shown]
+    names = [_label(cost.part.removeprefix("joints.")) for cost in shown]
     shares = [100 * cost.share for cost in shown]
     hover = [
         f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"

@@ -7,6 +7,7 @@ import hashlib
 import html
 import json
 import os
+import re
 import secrets
 import stat
 from pathlib import Path
@@ -342,7 +343,7 @@ def _table(section: Section) -> str:
     for row in section.rows:
         note = f"<small>{_text(row.note)}</small>" if row.note else ""
         cells = "".join(_cells(figure, samples, interval=interval) for figure, interval in zip(row.figures, with_interval, strict=True))
-        body.append(f'<tr><th scope="row">{_text(row.label)}{note}</th>{cells}</tr>')
+        body.append(f'<tr><th scope="row">{_foldable(row.label)}{note}</th>{cells}</tr>')
     quiet = [_text(section.note)] if section.note else []
     quiet += [f"{f'<sup>{_mark(k)}</sup> ' if len(samples) > 1 else ''}from {_text(text)}" for k, text in enumerate(samples)]
     foot = f'<tfoot><tr><td colspan="{1 + len(section.columns) + sum(with_interval)}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
@@ -376,6 +377,11 @@ def _data(plot: Plot) -> str:
     for char in "&<>":
         text = text.replace(char, f"\\u{ord(char):04x}")
     return f'<script type="application/json" data-plot="{plot.key}">{text}</script>\n'
+
+
+def _foldable(name: str) -> str:
+    """Let a long name of a part fold at its joints, not in mid-word."""
+    return re.sub(r"([._])(?=\w{3})", r"\1<wbr>", _text(name))
 
 
 def _text(text: str) -> str:
