@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion import plots
+from lostmotion.plots import arm as plots
+from lostmotion.plots import label
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
 from lostmotion.studies.histogram import linear_bins
@@ -156,5 +157,5 @@ def test_odd_arms_are_drawn(joints):
 
 def test_names_cannot_carry_mark_up_into_a_plot():
     """Plotly reads tags in its texts; a name that looks like one is shown as written, and a long one is cut."""
-    assert plots._label("<b>A</b>") == "&lt;b&gt;A&lt;/b&gt;"
-    assert len(plots._label("x" * 200)) == 36
+    assert label("<b>A</b>") == "&lt;b&gt;A&lt;/b&gt;"
+    assert len(label("x" * 200)) == 36

@@ -12,9 +12,14 @@ import pytest
 import xarray
 from rich.console import Console
 
-from lostmotion import LostmotionError, OutputExistsError, report
-from lostmotion.figures import Figure, sections
-from lostmotion.screen import print_summary
+from lostmotion import LostmotionError, OutputExistsError
+from lostmotion.figures import Figure
+from lostmotion.figures.arm import sections, sheet
+from lostmotion.plots.arm import plots
+from lostmotion.report import arm as report
+from lostmotion.report import folder as places
+from lostmotion.report import page as pages
+from lostmotion.screen import print_sheet
 from tests.test_plots import small_study
 
 HOSTILE = "<script>alert(1)</script>\"'&</title>"
@@ -70,7 +75,7 @@ def test_folder_holds_three_files_and_its_parents_are_made(folder):
 def test_same_study_gives_the_same_bytes_on_any_threads(folder, tmp_path):
     """Run twice, on one thread and on two: every file is the same to the byte."""
     again = report.write_folder(small_study(threads=2), tmp_path / "again")
-    for name in report.FILES:
+    for name in places.FILES:
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
 
 
@@ -89,7 +94,7 @@ def test_every_figure_on_screen_is_in_result_json(folder):
             known.add(str(Figure(figure["value"], figure["unit"], low, high)))
             assert figure["samples"]
     screen = io.StringIO()
-    print_summary(small_study(), Console(file=screen, width=250))
+    print_sheet(sheet(small_study()), Console(file=screen, width=250))
     shown = {str(figure) for section in sections(small_study()) for row in section.rows for figure in row.figures}
     assert shown == known
     said = json.dumps(plain, ensure_ascii=False)
@@ -101,9 +106,9 @@ def test_every_figure_is_in_the_tables(page):
     """The report prints each value and interval that the screen prints."""
     for section in sections(small_study()):
         for row in section.rows:
-            assert report._text(row.label) in page.replace("<wbr>", "")
+            assert pages._text(row.label) in page.replace("<wbr>", "")
             for figure in row.figures:
-                assert report._text(str(figure)) in page
+                assert pages._text(str(figure)) in page
                 assert figure.interval in page
 
 
@@ -142,7 +147,7 @@ def test_every_plot_has_its_place_and_its_words(page):
 def test_hostile_names_are_shown_not_run():
     """An arm from an unknown source may call itself a script; the page and the notebook show the name and run nothing."""
     study = small_study(16, 8, 2, name=HOSTILE)
-    page = report._page(study, "0")
+    page = pages.page(sheet(study), plots(study), "0")
     reader = of_page(page)
     assert not any("alert(1)" in script for script in reader.scripts)
     assert len([script for script in reader.scripts if script]) == 2 + 8
@@ -153,11 +158,12 @@ def test_hostile_names_are_shown_not_run():
 
 def test_plot_data_cannot_leave_its_script_tag():
     """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same text."""
-    from lostmotion.plots import Plot, torques
+    from lostmotion.plots import Plot
+    from lostmotion.plots.arm import torques
 
     figure = torques(small_study())
     figure.update_layout(title_text="</script><script>alert(1)</script>&amp;")
-    block = report._data(Plot("k", "s", figure, "w"))
+    block = pages._data(Plot("k", "s", figure, "w"))
     inside = block[block.index(">") + 1 : block.rindex("</script>")]
     assert not set("<>&") & set(inside)
     assert json.loads(inside)["layout"]["title"]["text"] == "</script><script>alert(1)</script>&amp;"
@@ -244,7 +250,7 @@ def failing_at(name: str, error: BaseException):
     return written
 
 
-@pytest.mark.parametrize("name", report.FILES)
+@pytest.mark.parametrize("name", places.FILES)
 def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
     """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays behind."""
     monkeypatch.setattr(Path, "write_bytes", failing_at(name, OSError(28, "No space left on device")))

@@ -33,16 +33,17 @@ class Study(Answer):
 
     def summary(self) -> None:
         """Print what an engineer asks for: workspace, error, AP and RP, budget, torques, each with its interval and sample."""
-        from lostmotion.screen import print_summary
+        from lostmotion.figures.arm import sheet
+        from lostmotion.screen import print_sheet
 
-        print_summary(self)
+        print_sheet(sheet(self))
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
 
         Raises OutputExistsError where the folder exists and `force` is not set.
         """
-        from lostmotion.report import write_folder
+        from lostmotion.report.arm import write_folder
 
         return write_folder(self, out, force=force)
 
@@ -55,13 +56,14 @@ class Study(Answer):
     def result(self) -> dict[str, Any]:
         """Give every printed figure as plain data, as in result.json."""
         from lostmotion import __version__
-        from lostmotion.figures import result
+        from lostmotion.figures import plain
+        from lostmotion.figures.arm import sheet
 
-        return result(self, __version__)
+        return plain(sheet(self), __version__)
 
     def __repr__(self) -> str:
         """Tell the result in a few lines."""
-        from lostmotion.figures import sections
+        from lostmotion.figures.arm import sections
 
         wanted = {"error": 4, "iso9283": 4, "budget": 3}
         lines = [
@@ -76,7 +78,7 @@ class Study(Answer):
 
     def _repr_html_(self) -> str:
         """Show the figures as tables in a notebook."""
-        from lostmotion.report import tables_html
+        from lostmotion.report.arm import tables_html
 
         return tables_html(self)
 

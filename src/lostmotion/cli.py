@@ -82,7 +82,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
 ) -> None:
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
     from lostmotion.ask import read, study
-    from lostmotion.report import refuse_existing
+    from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-accuracy")

@@ -11,35 +11,27 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from lostmotion.figures import sections
-
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from lostmotion.figures import Section
-    from lostmotion.studies.answer import Answer
+    from lostmotion.figures import Section, Sheet
 
 _SECONDS_BEFORE_BAR = 1.0
 
 
-def print_summary(answer: Answer, console: Console | None = None) -> None:
-    """Print every figure of a study, section by section."""
+def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
+    """Print every figure of a sheet, section by section."""
     screen = console or Console()
-    sampled = answer.sampled
     screen.print()
-    screen.print(
-        Text.assemble(
-            (answer.arm.name, "bold"), f"   {sampled.robots} robots x {sampled.visits} visits x {len(answer.poses)} poses, seed {answer.seed}"
-        )
-    )
-    for section in sections(answer):
+    screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
+    for section in sheet.sections:
         screen.print()
         table = _table(section)
         # Rather a line that the terminal folds than a figure cut to another one.
         screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
         if section.note:
             screen.print(Text(section.note, style="dim"))
-    for note in answer.arm.notes:
+    for note in sheet.notes:
         screen.print(Text(f"note: {note}", style="yellow"))
 
 

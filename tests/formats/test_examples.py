@@ -10,7 +10,7 @@ import pytest
 import lostmotion
 from lostmotion.arm import frames
 from lostmotion.catalogue import materials
-from lostmotion.figures import sections
+from lostmotion.figures.arm import sections
 from tests.formats.conftest import EXAMPLES
 
 

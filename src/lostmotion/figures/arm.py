@@ -1,96 +1,63 @@
-"""The figures of a study as a person reads them: label, value, unit, interval, sample. Screen, report and result.json all print these."""
+"""The figures of a study: workspace, position error, ISO 9283, budget, torques, and what they say in a sentence."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, digits, find_row, length
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
 
-ARCMIN = math.pi / 10800
-# In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
-_NOTHING = 1e-7
+# What the words mean, for whoever reads the report without the manual.
+_WORDS: Final = (
+    ("position error", "distance between the point the tool was sent to and the point it reaches."),
+    (
+        "design, robot, visit",
+        "where an error comes from: load and pose, alike in every arm of this design; how one robot was built; one visit of a pose to the next.",
+    ),
+    ("AP", "pose accuracy of ISO 9283: how far the average of a robot's visits lies from the commanded point. Predicted here, not certified."),
+    ("RP", "pose repeatability of ISO 9283: how far its visits scatter about their own average, mean plus three standard deviations."),
+    ("interval", "95 % confidence. It counts robots and independent sets of poses, never single samples. A question mark: too few of them to tell."),
+    ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others, so that the arm would be worse without it."),
+    ("first order", "errors are small and are added up. The last table composes a sample of them exactly and shows the difference."),
+)
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """One number: value and ends of its 95 % interval in `unit` (NaN where there is none), and what it was counted from."""
-
-    value: float
-    unit: str
-    low: float = math.nan
-    high: float = math.nan
-    samples: str = ""
-    ends: str = "95 % interval"
-
-    def __str__(self) -> str:
-        """Say the value with its unit, to the digits that its interval or its size deserves."""
-        if self.unit == "%":
-            return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
-        close = self.high - self.low
-        return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {self.unit}".strip()
-
-    @property
-    def interval(self) -> str:
-        """Say the interval, or nothing where there is none."""
-        if math.isnan(self.low) and math.isnan(self.high):
-            return ""
-        spans = (self.high - self.low, self.high - self.value, self.value - self.low)
-        close = next((abs(span) for span in spans if math.isfinite(span)), 0.0)
-        ends = ("?" if not math.isfinite(end) else digits(end, close) for end in (self.low, self.high))
-        return " … ".join(ends) + ("" if self.ends == "95 % interval" else f" ({self.ends})")
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A line of a section: what it is, its figures, and a remark."""
-
-    label: str
-    figures: tuple[Figure, ...]
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A titled block of figures; `columns` names the figures of its rows."""
-
-    key: str
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[Row, ...]
-    note: str = ""
-
-
-def digits(value: float, uncertainty: float = 0.0) -> str:
-    """Write a number with four digits, or as many as the width of its interval (two digits of it) leaves meaning."""
-    if not math.isfinite(value):
-        return "not known" if math.isnan(value) else "unbounded"
-    if abs(value) < _NOTHING:
-        return "0"
-    places = 3 - math.floor(math.log10(abs(value)))
-    if uncertainty > 0:
-        places = 1 - math.floor(math.log10(uncertainty))
-    places = max(places, 0)
-    return f"{value:.{min(places, 9)}f}"
-
-
-def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "") -> Figure:
-    """Give a length (m) in the unit that suits its size: µm, mm or m."""
-    unit, factor = ("µm", 1e6) if abs(value) < 1e-4 else ("mm", 1e3) if abs(value) < 1 else ("m", 1.0)  # noqa: PLR2004 - where people change units
-    return Figure(value * factor, unit, low * factor, high * factor, samples)
-
-
-def _of(estimate: Estimate, samples: str) -> Figure:
-    return length(estimate.value, estimate.low, estimate.high, samples)
+def sheet(answer: Answer) -> Sheet:
+    """What is there to say about a study? All of it, in reading order."""
+    found = tuple(sections(answer))
+    sampled, poses = answer.sampled, answer.poses
+    return Sheet(
+        name=answer.arm.name,
+        subject="predicted accuracy",
+        counts=f"{sampled.robots} robots x {sampled.visits} visits x {len(poses)} poses, seed {answer.seed}",
+        verdict=_verdict(found),
+        cards=tuple(_cards(found)),
+        sections=found,
+        notes=answer.arm.notes,
+        words=_WORDS,
+        source=_source(answer),
+        arrays="what was found for every pose and robot",
+        seed=answer.seed,
+        facts={
+            "arm": answer.arm.name,
+            "seed": answer.seed,
+            "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
+            "robots": sampled.robots,
+            "visits": sampled.visits,
+            "intervals": "95 %, counting robots and sets of poses; at a single pose and for halving, counting robots",
+        },
+    )
 
 
 def sections(answer: Answer) -> list[Section]:
@@ -109,6 +76,10 @@ def joint_values(answer: Answer, q: Floats) -> str:
     for joint, value in zip(answer.arm.moving, q, strict=True):
         parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
     return ", ".join(parts)
+
+
+def _of(estimate: Estimate, samples: str) -> Figure:
+    return length(estimate.value, estimate.low, estimate.high, samples)
 
 
 def _workspace(answer: Answer) -> Section:
@@ -287,45 +258,47 @@ def _check(answer: Answer) -> Section:
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def result(answer: Answer, version: str) -> dict[str, Any]:
-    """Give every printed figure as plain data for result.json: no clock time, so that two runs can be compared byte by byte."""
-    sampled = answer.sampled
-    return {
-        "lostmotion": version,
-        "arm": answer.arm.name,
-        "seed": answer.seed,
-        "poses": {"count": len(answer.poses), "law": answer.poses.law, "independent_sets": answer.poses.replicates},
-        "robots": sampled.robots,
-        "visits": sampled.visits,
-        "intervals": "95 %, counting robots and sets of poses; at a single pose and for halving, counting robots",
-        "notes": list(answer.arm.notes),
-        "sections": [
-            {
-                "key": section.key,
-                "title": section.title,
-                "note": section.note,
-                "rows": [
-                    {
-                        "label": row.label,
-                        "note": row.note,
-                        "figures": [_plain(name, figure, answer.seed) for name, figure in zip(section.columns, row.figures, strict=True)],
-                    }
-                    for row in section.rows
-                ],
-            }
-            for section in sections(answer)
-        ],
-    }
+def _verdict(found: Sequence[Section]) -> str:
+    """Say in a sentence or three what the user asked: how far off, which part is dearest, how well it repeats."""
+    error = find_row(found, "error", "95 % below")
+    said = []
+    if error is not None:
+        figure = error.figures[0]
+        said.append(f"Expect 95 % of positions within {figure}{f' ({figure.interval})' if figure.interval else ''}.")
+    parts = next((section.rows for section in found if section.key == "budget"), ())
+    if parts and parts[0].figures[1].value > 0:
+        said.append(f"The dearest part is {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
+    repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
+    if repeats is not None:
+        said.append(f"95 % of the robots built repeat within {repeats.figures[0]}.")
+    return " ".join(said)
 
 
-def _plain(name: str, figure: Figure, seed: int) -> dict[str, Any]:
-    ends = [end if math.isfinite(end) else None for end in (figure.low, figure.high)]
-    return {
-        "name": name,
-        "value": figure.value if math.isfinite(figure.value) else None,
-        "unit": figure.unit,
-        "interval": None if ends == [None, None] else ends,
-        "interval_kind": None if ends == [None, None] else figure.ends,
-        "samples": figure.samples,
-        "seed": seed,
-    }
+def _cards(found: Sequence[Section]) -> list[Card]:
+    """Show the six figures that are asked for first, each with its interval."""
+    wanted = (
+        ("95 % of positions within", "error", "95 % below"),
+        ("mean position error", "error", "mean"),
+        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95 % of robots below"),
+        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95 % of robots below"),
+        ("reach from the base", "workspace", "reach from the base"),
+    )
+    rows = [(title, find_row(found, section, label)) for title, section, label in wanted]
+    cards = [
+        Card(title, str(row.figures[0]), f"interval {row.figures[0].interval}" if row.figures[0].interval else row.note)
+        for title, row in rows
+        if row is not None
+    ]
+    parts = next((section.rows for section in found if section.key == "budget"), ())
+    if parts:
+        cards.append(Card("dearest part, share of mean square", str(parts[0].figures[1]), parts[0].label))
+    return cards
+
+
+def _source(answer: Answer) -> str:
+    sampled, poses = answer.sampled, answer.poses
+    sets = f" in {poses.replicates} independent sets" if poses.replicates > 1 else ""
+    arriving = "from either side at random" if answer.approach == 0 else "moving up" if answer.approach > 0 else "moving down"
+    samples = len(poses) * sampled.robots * sampled.visits
+    counts = f"{len(poses)} poses ({poses.law}){sets} x {sampled.robots} robots x {sampled.visits} visits = {samples} samples"
+    return f"seed {answer.seed}: {counts}; joints arrive {arriving}. The same arm, version, seed and counts give the same bytes."

@@ -1,61 +1,36 @@
 """The plots of a study, one function each: where the arm reaches and errs, how errors spread, which part is to blame, what the drives hold.
 
-Plotly is loaded when a plot is drawn. Points are thinned by their order, so the same study draws the same plot.
+Points are thinned by their order, so the same study draws the same plot.
 """
 
 from __future__ import annotations
 
-import html
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from lostmotion.figures import length
+from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
 from lostmotion.studies.histogram import binned, linear_bins
-from lostmotion.studies.intervals import Estimate, pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.intervals import pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     import plotly.graph_objects as go
 
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
 
-# Colours told apart by colour-blind eyes and in grey print (M. Okabe, K. Ito 2008); the scale is viridis, dark where the error is large.
-BLUE: Final = "#0072B2"
-ORANGE: Final = "#E69F00"
-GREEN: Final = "#009E73"
-RED: Final = "#B23A00"
-INK: Final = "#222222"
-_BAND: Final = "rgba(178,58,0,0.18)"
 _CLOUD: Final = "#d4d4d4"
 _ERROR_SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
-FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
-
 _MOST_CLOUD: Final = 6000
 _MOST_POSES: Final = 2000
 _MOST_IN_SPACE: Final = 1500
 _PARTS_SHOWN: Final = 15
-_LONGEST_LABEL: Final = 36
-_PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
-_LEGEND: Final = {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "traceorder": "normal", "itemsizing": "constant"}
-_LINE: Final = {"showline": True, "linecolor": "#666666", "ticks": "outside", "tickcolor": "#666666", "ticklen": 4, "ticklabelstandoff": 3}
-_GRID: Final = {"gridcolor": "#e8e8e8", "zeroline": False, "automargin": True, "title": {"standoff": 8, "font": {"size": 13}}}
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A drawn plot: the section whose figures it shows, a key for file names, and what it shows in words for those who cannot see it."""
-
-    key: str
-    section: str
-    figure: go.Figure
-    words: str
 
 
 def plots(answer: Answer) -> list[Plot]:
@@ -103,7 +78,7 @@ def error_map(answer: Answer) -> go.Figure:
         hovertemplate=f"x %{{x:.0f}}, y %{{y:.0f}}, z %{{z:.0f}} mm<br>mean error %{{customdata:.4~g}} {_error_unit(answer)}<extra></extra>",
         showlegend=False,
     )
-    figure = _figure("Mean error in space", points, height=440)
+    figure = framed("Mean error in space", points, height=440)
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
@@ -118,12 +93,12 @@ def error_histogram(answer: Answer) -> go.Figure:
     sampled = answer.sampled
     edges, counts = linear_bins(sampled.replicate_hist.sum(axis=0))
     unit = length(float(edges[-1])).unit
-    factor = _PER_UNIT[unit]
+    factor = PER_UNIT[unit]
     hover = f"%{{x:.4~g}} {unit} ± half a bin<br>%{{y}} samples, %{{customdata:.2f}} %<extra></extra>"
-    bars = _histogram(edges * factor, counts, BLUE, hover)
-    figure = _figure("Position error over the workspace", bars, height=400)
+    bars = histogram(edges * factor, counts, BLUE, hover)
+    figure = framed("Position error over the workspace", bars, height=400)
     for k, level in enumerate(kernel.QUANTILES):
-        _mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{100 * level:.0f} % below", unit, row=k)
+        mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{100 * level:.0f} % below", unit, row=k)
     figure.update_xaxes(title_text=f"position error [{unit}]", showgrid=False)
     figure.update_yaxes(title_text=f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [1]")
     figure.update_layout(margin_t=96, bargap=0)
@@ -140,18 +115,18 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
-    figure = _styled(make_subplots(rows=1, cols=2, horizontal_spacing=0.14), "AP and RP of the robots built", height=360)
+    figure = styled(make_subplots(rows=1, cols=2, horizontal_spacing=0.14), "AP and RP of the robots built", height=360)
     for column, name in ((1, "AP"), (2, "RP")):
         values = sampled.robot_means[:, :, column].mean(axis=0)
         unit = length(float(values.max())).unit
-        factor = _PER_UNIT[unit]
+        factor = PER_UNIT[unit]
         edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
         hover = f"{name} %{{x:.4~g}} {unit} ± half a bin<br>%{{y}} robots, %{{customdata:.2f}} %<extra></extra>"
-        bars = _histogram(edges * factor, counts, BLUE if name == "AP" else GREEN, hover)
+        bars = histogram(edges * factor, counts, BLUE if name == "AP" else GREEN, hover)
         figure.add_trace(bars, row=1, col=column)
         figure.update_xaxes(title_text=f"{name} [{unit}]", showgrid=False, nticks=6, row=1, col=column)
         figure.update_yaxes(title_text="robots [1]" if column == 1 else None, row=1, col=column)
-        _mark(figure, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95 % below", unit, axes=str(column) if column > 1 else "")
+        mark(figure, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95 % below", unit, axes=str(column) if column > 1 else "")
     figure.update_layout(margin_t=76, bargap=0)
     return figure
 
@@ -165,8 +140,8 @@ def levels(answer: Answer) -> go.Figure:
     stages = ("as built", "load and pose<br>compensated", "and each robot<br>calibrated")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     unit = length(math.sqrt(left[0])).unit
-    size = np.sqrt(left) * _PER_UNIT[unit]
-    figure = _figure("What is left of the r.m.s. error", height=330)
+    size = np.sqrt(left) * PER_UNIT[unit]
+    figure = framed("What is left of the r.m.s. error", height=330)
     for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
         share = np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)])
         bar = go.Bar(
@@ -182,10 +157,10 @@ def levels(answer: Answer) -> go.Figure:
         figure.add_trace(bar)
     for stage, whole in enumerate(left):
         text = str(length(math.sqrt(whole)))
-        figure.add_annotation(x=math.sqrt(whole) * _PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
-    figure.update_yaxes(**_named(stages))
+        figure.add_annotation(x=math.sqrt(whole) * PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
+    figure.update_yaxes(**named(stages))
     figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.25])
-    figure.update_layout(barmode="stack", legend=_LEGEND, margin_t=80)
+    figure.update_layout(barmode="stack", legend=LEGEND, margin_t=80)
     return figure
 
 
@@ -197,7 +172,7 @@ def budget(answer: Answer) -> go.Figure:
     by_size = sorted(found, key=lambda cost: -abs(cost.share))
     shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
     rest = by_size[_PARTS_SHOWN:]
-    names = [_label(cost.part.removeprefix("joints.")) for cost in shown]
+    names = [label(cost.part.removeprefix("joints.")) for cost in shown]
     shares = [100 * cost.share for cost in shown]
     hover = [
         f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"
@@ -221,13 +196,13 @@ def budget(answer: Answer) -> go.Figure:
         hovertemplate="%{hovertext}<extra></extra>",
         showlegend=False,
     )
-    figure = _figure("Share of mean square by part", bars, height=130 + 23 * len(names))
+    figure = framed("Share of mean square by part", bars, height=130 + 23 * len(names))
     low, high = min([0.0, *shares]), max([0.0, *shares])
     room = 0.14 * ((high - low) or 1.0)
     figure.update_xaxes(
         title_text="share of mean square [%]", range=[low - (room if low < 0 else 0), high + room], zeroline=True, zerolinecolor="#888888"
     )
-    figure.update_yaxes(**_named(names))
+    figure.update_yaxes(**named(names))
     if low < 0:
         figure.add_annotation(
             x=0, y=1, xref="x", yref="paper", yanchor="bottom", xanchor="right", xshift=-4, text="cancels others", showarrow=False, font={"size": 12}
@@ -245,7 +220,7 @@ def torques(answer: Answer) -> go.Figure:
     gap = 74 * (len(units) - 1)  # pixels between two axes, if there are two
     inside = 46 * sum(counts) + gap
     figure = make_subplots(rows=len(units), cols=1, row_heights=counts, vertical_spacing=gap / inside)
-    figure = _styled(figure, "Largest holding torque" if units == ["N m"] else "Largest holding torque or force", height=inside + 136)
+    figure = styled(figure, "Largest holding torque" if units == ["N m"] else "Largest holding torque or force", height=inside + 136)
     for row, unit in enumerate(units, start=1):
         held = [one for one in answer.worst_torques if one.unit == unit]
         for name, colour, values, signed in (
@@ -264,19 +239,10 @@ def torques(answer: Answer) -> go.Figure:
                 hovertemplate=f"{name}: %{{customdata:.4~g}} {unit}<extra></extra>",
             )
             figure.add_trace(bars, row=row, col=1)
-        figure.update_yaxes(**_named([_label(one.joint) for one in held]), row=row, col=1)
+        figure.update_yaxes(**named([label(one.joint) for one in held]), row=row, col=1)
         figure.update_xaxes(title_text=f"holding {'torque' if unit == 'N m' else 'force'}, magnitude [{unit}]", rangemode="tozero", row=row, col=1)
-    figure.update_layout(barmode="group", bargap=0.3, bargroupgap=0.08, legend=_LEGEND, margin_t=80)
+    figure.update_layout(barmode="group", bargap=0.3, bargroupgap=0.08, legend=LEGEND, margin_t=80)
     return figure
-
-
-def _histogram(edges: Floats, counts: np.ndarray, colour: str, hover: str) -> go.Bar:
-    import plotly.graph_objects as go
-
-    middles, width = (edges[:-1] + edges[1:]) / 2, float(edges[1] - edges[0])
-    marker = {"color": colour, "line": {"color": "white", "width": 0.5}}
-    share = 100 * counts / counts.sum()
-    return go.Bar(x=middles, y=counts, width=width, marker=marker, customdata=share, hovertemplate=hover, showlegend=False)
 
 
 def _projection(answer: Answer, across: int, up: int) -> go.Figure:
@@ -293,7 +259,7 @@ def _projection(answer: Answer, across: int, up: int) -> go.Figure:
     text = (
         f"{names[0].lower()} %{{x:.0f}} mm, {names[1].lower()} %{{y:.0f}} mm<br>mean error %{{customdata:.4~g}} {_error_unit(answer)}<extra></extra>"
     )
-    figure = _figure(
+    figure = framed(
         f"Workspace on {names[0]}O{names[1]}",
         go.Scatter(x=cloud[:, across], y=cloud[:, up], mode="markers", marker={"size": 3, "color": _CLOUD}, name="reachable", hoverinfo="skip"),
         go.Scatter(x=visited[:, across], y=visited[:, up], mode="markers", marker=marker, name="visited", customdata=error, hovertemplate=text),
@@ -309,7 +275,7 @@ def _projection(answer: Answer, across: int, up: int) -> go.Figure:
     )
     figure.update_xaxes(title_text=f"{names[0].lower()} [mm]")
     figure.update_yaxes(title_text=f"{names[1].lower()} [mm]", scaleanchor="x", scaleratio=1)
-    figure.update_layout(legend=_LEGEND, margin_t=80)
+    figure.update_layout(legend=LEGEND, margin_t=80)
     return figure
 
 
@@ -317,8 +283,8 @@ def _coloured(answer: Answer, chosen: np.ndarray) -> tuple[Floats, dict[str, Any
     """Give the chosen poses' mean errors in the unit of all, and a marker that colours by them; all maps share one scale."""
     means = answer.sampled.per_pose[:, kernel.MEAN]
     unit = _error_unit(answer)
-    error = np.round(means[chosen] * _PER_UNIT[unit], 4).astype(np.float32)
-    low, high = (float(end) * _PER_UNIT[unit] for end in (means.min(), means.max()))
+    error = np.round(means[chosen] * PER_UNIT[unit], 4).astype(np.float32)
+    low, high = (float(end) * PER_UNIT[unit] for end in (means.min(), means.max()))
     title = {"text": f"mean error [{unit}]", "side": "right", "font": {"size": 13}}
     bar = {"title": title, "thickness": 12, "outlinewidth": 0, "ticks": "outside", "len": 0.85, "nticks": 7}
     return error, {"color": error, "colorscale": [list(stop) for stop in _ERROR_SCALE], "cmin": low, "cmax": high, "colorbar": bar}
@@ -326,27 +292,6 @@ def _coloured(answer: Answer, chosen: np.ndarray) -> tuple[Floats, dict[str, Any
 
 def _error_unit(answer: Answer) -> str:
     return length(float(answer.sampled.per_pose[:, kernel.MEAN].max())).unit
-
-
-def _mark(figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0) -> None:
-    """Draw a line at an estimate over the shaded interval, and its value above the plot, `row` lines up."""
-    factor = _PER_UNIT[unit]
-    value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
-    place = {"xref": f"x{axes}", "yref": f"y{axes} domain"}
-    if math.isfinite(high - low):
-        figure.add_shape(type="rect", x0=low, x1=high, y0=0, y1=1, fillcolor=_BAND, line_width=0, **place)
-    top = 1 + 0.07 * row
-    figure.add_shape(type="line", x0=value, x1=value, y0=0, y1=top, line={"color": RED, "width": 1.3, "dash": "dot"}, **place)
-    shown = length(estimate.value, estimate.low, estimate.high)
-    figure.add_annotation(
-        x=value, y=top, text=f"{name} {shown}", showarrow=False, xanchor="right", yanchor="bottom", xshift=4, font={"color": RED, "size": 12}, **place
-    )
-
-
-def _named(names: Sequence[str]) -> dict[str, Any]:
-    """Write these names beside bars at 0, 1, 2 …, the first on top."""
-    count = len(names)
-    return {"tickvals": list(range(count)), "ticktext": list(names), "range": [count - 0.5, -0.5], "showgrid": False, "showline": False, "ticks": ""}
 
 
 def _thinned(count: int, most: int) -> np.ndarray:
@@ -358,31 +303,5 @@ def _mm(metres: Floats) -> Floats:
     return np.asarray(np.round(metres * 1e3, 1), dtype=np.float32)
 
 
-def _label(name: str) -> str:
-    """Make a name of the arm safe to draw: plotly reads mark-up in its texts."""
-    return html.escape(name if len(name) <= _LONGEST_LABEL else name[: _LONGEST_LABEL - 1] + "…")
-
-
 def _percent(share: float) -> str:
     return f"{share:.1f} %" if abs(share) >= 0.05 else "< 0.1 %"  # noqa: PLR2004 - would show as 0.0
-
-
-def _figure(title: str, *traces: Any, height: int) -> go.Figure:  # noqa: ANN401 - plotly publishes no types
-    import plotly.graph_objects as go
-
-    return _styled(go.Figure(list(traces)), title, height=height)
-
-
-def _styled(figure: go.Figure, title: str, *, height: int) -> go.Figure:
-    """Dress a figure for print: white, one font, a light grid, nothing else."""
-    figure.update_layout(
-        template="none",
-        title={"text": title, "x": 0, "y": 1, "xref": "container", "yref": "container", "pad": {"t": 10, "l": 4}, "font": {"size": 15}},
-        font={"family": FONT, "size": 13, "color": INK},
-        height=height,
-        margin={"l": 60, "r": 16, "t": 52, "b": 56},
-        hoverlabel={"font": {"family": FONT}},
-    )
-    figure.update_xaxes(**_LINE, **_GRID)
-    figure.update_yaxes(**_LINE, **_GRID)
-    return figure

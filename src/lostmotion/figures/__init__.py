@@ -1,0 +1,164 @@
+"""Figures as a person reads them: label, value, unit, interval, sample. Screen, report and result.json all print these, whatever they are about."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+ARCMIN = math.pi / 10800
+# In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
+_NOTHING = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One number: value and ends of its 95 % interval in `unit` (NaN where there is none), and what it was counted from."""
+
+    value: float
+    unit: str
+    low: float = math.nan
+    high: float = math.nan
+    samples: str = ""
+    ends: str = "95 % interval"
+
+    def __str__(self) -> str:
+        """Say the value with its unit, to the digits that its interval or its size deserves."""
+        if self.unit == "%":
+            return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
+        close = self.high - self.low
+        return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {self.unit}".strip()
+
+    @property
+    def interval(self) -> str:
+        """Say the interval, or nothing where there is none."""
+        if math.isnan(self.low) and math.isnan(self.high):
+            return ""
+        spans = (self.high - self.low, self.high - self.value, self.value - self.low)
+        close = next((abs(span) for span in spans if math.isfinite(span)), 0.0)
+        ends = ("?" if not math.isfinite(end) else digits(end, close) for end in (self.low, self.high))
+        return " … ".join(ends) + ("" if self.ends == "95 % interval" else f" ({self.ends})")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A line of a section: what it is, its figures, and a remark."""
+
+    label: str
+    figures: tuple[Figure, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A titled block of figures; `columns` names the figures of its rows."""
+
+    key: str
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A figure that is asked for first: what it is, the number as text, and a quiet line below it."""
+
+    title: str
+    number: str
+    quiet: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheet:
+    """All that is said about one thing, an arm or a part: the screen prints it, the report lays it out, result.json holds it.
+
+    name, subject  what it is called, and what is told about it ("predicted accuracy")
+    counts         what the figures were counted from, in a few words; empty where nothing was drawn
+    verdict        the answer in a sentence or three
+    cards          the figures that are asked for first
+    notes          what the reader should be warned of
+    words          what the terms mean
+    source         where it comes from, after the version: seed, counts, files
+    arrays         what the NetCDF beside the page holds; empty where there is none
+    seed           of all that was drawn, None where nothing was
+    facts          what result.json tells besides, at its top
+    """
+
+    name: str
+    subject: str
+    verdict: str
+    cards: tuple[Card, ...]
+    sections: tuple[Section, ...]
+    source: str
+    counts: str = ""
+    notes: tuple[str, ...] = ()
+    words: tuple[tuple[str, str], ...] = ()
+    arrays: str = ""
+    seed: int | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
+    """Which row of the section `key` has this label? None where there is none."""
+    return next((row for section in sections if section.key == key for row in section.rows if row.label == label), None)
+
+
+def digits(value: float, uncertainty: float = 0.0) -> str:
+    """Write a number with four digits, or as many as the width of its interval (two digits of it) leaves meaning."""
+    if not math.isfinite(value):
+        return "not known" if math.isnan(value) else "unbounded"
+    if abs(value) < _NOTHING:
+        return "0"
+    places = 3 - math.floor(math.log10(abs(value)))
+    if uncertainty > 0:
+        places = 1 - math.floor(math.log10(uncertainty))
+    places = max(places, 0)
+    return f"{value:.{min(places, 9)}f}"
+
+
+def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "") -> Figure:
+    """Give a length (m) in the unit that suits its size: µm, mm or m."""
+    unit, factor = ("µm", 1e6) if abs(value) < 1e-4 else ("mm", 1e3) if abs(value) < 1 else ("m", 1.0)  # noqa: PLR2004 - where people change units
+    return Figure(value * factor, unit, low * factor, high * factor, samples)
+
+
+def plain(sheet: Sheet, version: str) -> dict[str, Any]:
+    """Give every printed figure as plain data for result.json: no clock time, so that two runs can be compared byte by byte."""
+    return {
+        "lostmotion": version,
+        **sheet.facts,
+        "notes": list(sheet.notes),
+        "sections": [
+            {
+                "key": section.key,
+                "title": section.title,
+                "note": section.note,
+                "rows": [
+                    {
+                        "label": row.label,
+                        "note": row.note,
+                        "figures": [_plain(name, figure, sheet.seed) for name, figure in zip(section.columns, row.figures, strict=True)],
+                    }
+                    for row in section.rows
+                ],
+            }
+            for section in sheet.sections
+        ],
+    }
+
+
+def _plain(name: str, figure: Figure, seed: int | None) -> dict[str, Any]:
+    ends = [end if math.isfinite(end) else None for end in (figure.low, figure.high)]
+    return {
+        "name": name,
+        "value": figure.value if math.isfinite(figure.value) else None,
+        "unit": figure.unit,
+        "interval": None if ends == [None, None] else ends,
+        "interval_kind": None if ends == [None, None] else figure.ends,
+        "samples": figure.samples,
+        "seed": seed,
+    }

@@ -1,0 +1,125 @@
+"""One part by itself, a gearbox or a bearing: from a file about that part alone, or from an arm file and the name of a joint.
+
+name = "shoulder"               # left out: the file's name
+[gearbox]                       # or [bearing], with the keys that a joint's has; or gearbox = "RV-40E-121"
+kind = "catalogue"
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
+
+from lostmotion.arm import LONGEST_NAME
+from lostmotion.errors import InputError, shown
+from lostmotion.formats import READERS, read
+from lostmotion.formats.bounds import cut, listed, nearest
+from lostmotion.formats.draft import Draft
+from lostmotion.formats.reducers import KEY as CATALOGUE
+from lostmotion.formats.text import refuse
+from lostmotion.formats.toml import read_toml
+from lostmotion.parts.joint import FixedJoint
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+    from lostmotion.parts.joint import Bearing
+    from lostmotion.parts.source import ErrorSource
+
+Kind = Literal["gearbox", "bearing"]
+P = TypeVar("P")
+
+_COMMANDS: Final[dict[str, str]] = {"gearbox": "gear", "bearing": "bearing"}
+_EXAMPLES: Final[dict[str, str]] = {"gearbox": 'gearbox = "RV-40E-121"', "bearing": '[bearing] with kind = "rolling", span = "50 mm"'}
+# The joint that a part alone is checked on: one that turns, or for a part in lengths and forces one that slides.
+_JOINTS: Final = ({"type": "revolute", "limits": ["-90 deg", "90 deg"]}, {"type": "prismatic", "limits": ["0 mm", "1 mm"]})
+
+
+@dataclass(frozen=True, slots=True)
+class OnePart(Generic[P]):
+    """A part read by itself: what it is called, where it was described, and what the reader should be warned of."""
+
+    name: str
+    part: P
+    notes: tuple[str, ...]
+
+
+def read_gearbox(path: str | Path, joint: str | None = None) -> OnePart[ErrorSource]:
+    """Which gearbox does this file describe? A TOML with `gearbox`, or an arm file and the joint whose gearbox is meant.
+
+    Names of the catalogue work as in an arm. Raises InputError with every mistake in the file, and for an arm without `joint` with its joints' names.
+    """
+    return _read(Path(path), joint, "gearbox")
+
+
+def read_bearing(path: str | Path, joint: str | None = None) -> OnePart[Bearing]:
+    """Which bearing does this file describe? A TOML with `[bearing]`, or an arm file and the joint that has it. Errors as `read_gearbox`."""
+    return _read(Path(path), joint, "bearing")
+
+
+def _read(path: Path, joint: str | None, kind: Kind) -> OnePart[Any]:
+    if path.suffix.lower() != ".toml":
+        if READERS.get(path.suffix.lower()) is None:
+            refuse(
+                str(path), "", f"the ending '{path.suffix}'" if path.suffix else "no ending", "a .toml, or an arm file", f"{path.stem or 'part'}.toml"
+            )
+        return _of_joint(read(path), str(path), joint, kind)
+    tree = read_toml(path)
+    if "joints" in tree:
+        return _of_joint(read(path), str(path), joint, kind)
+    if joint is not None:
+        expected = f"an arm file where a joint is named; this one has no joints{', but one ' + kind + ' for itself' if kind in tree else ''}"
+        refuse(str(path), "--joint", shown(joint), expected, f"lostmotion {_COMMANDS[kind]} {path.name}")
+    return _alone(str(path), path.stem, tree, kind)
+
+
+def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any]:
+    """Take the part of one joint out of a whole arm."""
+    having = [each.name for each in arm.moving if getattr(each, kind) is not None]
+    names = f"one of its joints with a {kind}: {listed(having)}" if having else f"an arm with a {kind} on one of its joints; this one has none"
+    example = f"--joint {having[0]}" if having else _EXAMPLES[kind]
+    if joint is None:
+        refuse(file, "--joint", "an arm, and no joint named", names, example)
+    found = next((each for each in arm.joints if each.name == joint), None)
+    if found is None:
+        refuse(file, "--joint", shown(joint), names, example, nearest(joint, having))
+    part = None if isinstance(found, FixedJoint) else getattr(found, kind)
+    if part is None:
+        refuse(file, "--joint", f"the joint '{joint}', which has no {kind}", names, example)
+    return OnePart(cut(f"{arm.name}, {kind} of joint {joint}", LONGEST_NAME), part, arm.notes)
+
+
+def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[Any]:
+    """Check a part as if a joint carried it; the keys in the mistakes are those of the file."""
+    if kind not in tree:
+        other = "bearing" if kind == "gearbox" else "gearbox"
+        found = f"a {other}; 'lostmotion {_COMMANDS[other]}' reads it" if other in tree else f"no {kind}, and no joints"
+        refuse(file, kind, found, f"a {kind} by itself, or an arm with joints", _EXAMPLES[kind])
+    refusals = []
+    for joint in _JOINTS:
+        draft = _draft(file, stem, copy.deepcopy(tree), kind, dict(joint))
+        try:
+            arm = draft.arm()
+        except InputError as error:
+            refusals.append(error)
+        else:
+            return OnePart(arm.name, getattr(arm.joints[0], kind), arm.notes)
+    raise refusals[0]
+
+
+def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[str, Any]) -> Draft:
+    stated = tree.pop(kind)
+    if isinstance(stated, str) and kind == "gearbox":
+        stated = {CATALOGUE: stated}
+    arm: dict[str, Any] = {"name": cut(stem, LONGEST_NAME) or kind, "joints": [{"name": "part", **joint, kind: stated}]}
+    arm |= {key: tree.pop(key) for key in ("name", "notes") if key in tree}
+    draft = Draft(file, arm, {}, {("joints", 0): "", ("joints", 0, kind): kind})
+    if not isinstance(stated, dict):
+        draft.refuse(("joints", 0, kind), shown(stated), f"a table that describes the {kind}", _EXAMPLES[kind])
+        arm["joints"][0].pop(kind)
+    for key, value in tree.items():
+        examples = {"name": 'name = "shoulder"', "notes": 'notes = ["assumed"]', kind: _EXAMPLES[kind]}
+        near = nearest(key, examples)
+        draft.refuse((key,), f"an unknown key with {shown(value)}", f"one of {', '.join(examples)}", examples[near or kind], near)
+    return draft

@@ -1,0 +1,36 @@
+"""The report of a study: a folder with report.html, result.json and arrays.nc; and its tables for notebooks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.figures.arm import sheet
+from lostmotion.report.folder import refuse_existing, write_whole
+from lostmotion.report.page import contents, tables
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.studies.answer import Answer
+
+
+def write_folder(study: Answer, out: str | Path, *, force: bool = False) -> Path:
+    """Where do the results lie? Writes report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
+
+    Missing parents are made. With `force` an earlier output folder is replaced, once the new one is complete. The same study gives the same bytes.
+    Raises OutputExistsError as `refuse_existing`, LostmotionError where the folder cannot be written; then nothing is left behind.
+    """
+    refuse_existing(out, force=force)
+    return write_whole(_contents(study), out, force=force)
+
+
+def tables_html(study: Answer) -> str:
+    """Show every figure of a study in a notebook: its tables as compact HTML that needs nothing else."""
+    return tables(sheet(study))
+
+
+def _contents(study: Answer) -> dict[str, bytes]:
+    from lostmotion.arrays import dataset
+    from lostmotion.plots.arm import plots
+
+    return {**contents(sheet(study), plots(study)), "arrays.nc": bytes(dataset(study).to_netcdf(engine="scipy"))}

@@ -1,0 +1,118 @@
+"""The folder that results go into: written whole or not at all, and nobody else's files touched."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.errors import LostmotionError, OutputExistsError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+# Whatever a report is about, its folder holds some of these and nothing else.
+FILES: Final = ("report.html", "result.json", "arrays.nc")
+
+
+def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:
+    """Where do the results lie? Writes these contents, by name out of `FILES`, into the folder `out`, whole or not at all; gives the folder.
+
+    Missing parents are made. With `force` an earlier output folder is replaced, once the new one is complete.
+    Raises OutputExistsError as `refuse_existing`, LostmotionError where the folder cannot be written; then nothing is left behind.
+    """
+    target = refuse_existing(out, force=force)
+    made: list[Path] = []
+    try:
+        for parent in reversed([parent for parent in target.parents if not parent.exists()]):
+            parent.mkdir()
+            made.append(parent)
+        _place(contents, target, force=force)
+    except BaseException as error:
+        for parent in reversed(made):
+            _remove_if_empty(parent)
+        if isinstance(error, OSError):
+            raise LostmotionError(
+                f"'{target}' could not be written: {error.strerror or error}\n  nothing was left behind; name a folder that can be written with --out"
+            ) from error
+        raise
+    return target
+
+
+def refuse_existing(out: str | Path, *, force: bool) -> Path:
+    """May results be written to this folder? Gives it as an absolute path.
+
+    Raises OutputExistsError where something is there already: a file or a link always, a folder unless `force` is set and it holds only our files.
+    """
+    target = Path(out)
+    target = target.absolute() if target.name not in {"", ".."} else target.resolve()
+    try:
+        kind = target.lstat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return target
+    except OSError as error:
+        raise LostmotionError(f"'{target}' cannot be looked at: {error.strerror}") from error
+    if stat.S_ISLNK(kind):
+        raise OutputExistsError(f"'{target}' is a symbolic link, which is never replaced\n  name the folder itself, or another one, with --out")
+    if not stat.S_ISDIR(kind):
+        raise OutputExistsError(f"'{target}' is a file, and results go into a folder\n  name another folder with --out")
+    strangers = _strangers(target)
+    if strangers:
+        more = f" and {len(strangers) - 3} more" if len(strangers) > 3 else ""  # noqa: PLR2004 - enough to recognise the folder
+        names = ", ".join(repr(name) for name in strangers[:3]) + more
+        raise OutputExistsError(
+            f"'{target}' exists and holds files that are not ours: {names}\n  it is left alone, even with --force; name another folder with --out"
+        )
+    if target.resolve() == Path.cwd():
+        raise OutputExistsError(f"'{target}' is the folder you stand in, which is never replaced\n  name another folder with --out")
+    if not force:
+        raise OutputExistsError(f"'{target}' exists\n  replace it with --force (force=True in Python), or name another folder with --out")
+    return target
+
+
+def _strangers(folder: Path) -> list[str]:
+    """Name the entries of a folder that we did not write."""
+    return sorted(entry.name for entry in os.scandir(folder) if entry.name not in FILES or not entry.is_file(follow_symlinks=False))
+
+
+def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
+    """Write a new folder beside the target and put it in its place by renaming; the old one goes last."""
+    token = secrets.token_hex(4)
+    new, old = (target.with_name(f".{target.name[:80]}.{token}.{state}") for state in ("new", "old"))
+    new.mkdir()
+    try:
+        for name, content in contents.items():
+            (new / name).write_bytes(content)
+        refuse_existing(target, force=force)  # it may have come into being meanwhile
+        if not target.exists():
+            new.rename(target)
+            return
+        target.rename(old)
+        try:
+            new.rename(target)
+        except BaseException:
+            old.rename(target)
+            raise
+    except BaseException:
+        _remove(new)
+        raise
+    try:
+        _remove(old)
+    except OSError as error:
+        raise LostmotionError(f"'{target}' is written, but the earlier folder could not be removed: '{old}' ({error.strerror})") from error
+
+
+def _remove(folder: Path) -> None:
+    """Take away a folder of ours: our files by name and nothing else."""
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+    _remove_if_empty(folder)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    try:
+        folder.rmdir()
+    except OSError:
+        return  # someone put something into it: theirs to keep
