@@ -97,3 +97,27 @@ def test_the_nearest_name_is_offered(told):  # noqa: F811 - the fixture
     assert told(HEAD + JOINT + 'gearbox = "RV-42"\n')["joints.A.gearbox"].nearest == "RV-42N"
     text = HEAD + "[gearboxes.RV-42own]\nratio = 3\n" + JOINT + 'gearbox = "RV-42ow"\n'
     assert told(text)["joints.A.gearbox"].nearest == "RV-42own"
+
+
+@pytest.mark.parametrize(
+    ("gearbox", "key", "near"),
+    [
+        ("{ ratoi = 3 }", "joints.A.gearbox.ratoi", "ratio"),
+        ('{ kind = "planetery", sun_teeth = 20, ring_teeth = 70 }', "joints.A.gearbox.kind", "planetary"),
+        ('{ kind = "planetary", sun_teeth = 20, ring_teeth = 70, planetteeth = 25 }', "joints.A.gearbox.planetteeth", "planet_teeth"),
+        ('{ kind = "planetary", sun_teeth = 20, ring_teeth = 70, catalogue = "RV-40E" }', "joints.A.gearbox.catalogue", ""),
+        ('{ kind = "planetary", sun_teeth = 20, ring_teeth = 71 }', "joints.A.gearbox", ""),
+        ('{ kind = "planetary", sun_teeth = 20, ring_teeth = "70 mm" }', "joints.A.gearbox.ring_teeth", ""),
+    ],
+)
+def test_a_slip_in_a_kind_of_gearbox_is_told(told, gearbox, key, near):  # noqa: F811 - the fixture
+    """A wrong key without a kind, a wrong kind, a wrong key in a kind, teeth that do not fit: one mistake each, where it stands, with the nearest."""
+    found = told(HEAD + JOINT + f"gearbox = {gearbox}\n")
+    assert list(found) == [key]
+    assert found[key].nearest == near
+
+
+def test_a_gearbox_may_name_the_default_kind(tmp_path):
+    """A reducer of the catalogue is found with its kind stated and without."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = { kind = "catalogue", catalogue = "RV-40E-121" }\n')
+    assert arm.moving[0].gearbox.ratio == 121

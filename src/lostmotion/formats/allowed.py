@@ -40,7 +40,8 @@ def models(options: Options) -> list[type[BaseModel]]:
 
 def tag(model: type[BaseModel]) -> str:
     """Which value of `kind` or `type` chooses this table among others? Empty where none does."""
-    return next((str(model.model_fields[name].default) for name in ("kind", "type") if name in model.model_fields), "")
+    fields = [model.model_fields[name] for name in ("kind", "type") if name in model.model_fields]
+    return next((word for field in fields for word in literals([field.annotation])), "")
 
 
 def literals(options: Options) -> list[str]:

@@ -172,7 +172,7 @@ _SAY: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
     "string_too_long": _say_count,
     "string_pattern_mismatch": _say_pattern,
     # raised by the parts themselves
-    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line"), _say_rule),
+    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox"), _say_rule),
 }
 
 

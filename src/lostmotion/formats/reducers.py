@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from lostmotion.catalogue.gearboxes import find_gearbox, gearbox_models
 from lostmotion.errors import InputError, shown
-from lostmotion.formats.allowed import inside, models
+from lostmotion.formats.allowed import inside, models, tag
 from lostmotion.formats.bounds import nearest
+from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
 KEY: Final = "catalogue"
 _EXAMPLE: Final = "RV-40E-121"
-# What a turning joint's gearbox takes besides the fields of its model.
-ALSO: Final = {model: {KEY: f'{KEY} = "{_EXAMPLE}"'} for model in models(inside([RevoluteJoint], "gearbox"))}
+# What a turning joint's gearbox by catalogue takes besides the fields of its model.
+ALSO: Final = {model: {KEY: f'{KEY} = "{_EXAMPLE}"'} for model in models(inside([RevoluteJoint], "gearbox")) if tag(model) == DEFAULT_KIND}
 
 
 def place_reducers(draft: Draft) -> None:
@@ -52,7 +53,7 @@ def place_reducers(draft: Draft) -> None:
 
 
 def _names_row(stated: Any) -> TypeGuard[dict[str, Any]]:  # noqa: ANN401 - whatever a file holds
-    return isinstance(stated, dict) and KEY in stated
+    return isinstance(stated, dict) and KEY in stated and stated.get("kind", DEFAULT_KIND) == DEFAULT_KIND
 
 
 def _means_reducer(name: str, shared: dict[str, Any]) -> bool:

@@ -10,6 +10,7 @@ from lostmotion.arm import Arm
 from lostmotion.formats.dh import DH_KEYS, Row
 from lostmotion.formats.draft import SHARED
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
+from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
 
 if TYPE_CHECKING:
     from pydantic_core import core_schema
@@ -79,12 +80,14 @@ def _name_readably(kinds: dict[str, Schema], joint: str, schema: Any) -> None:  
 
 
 def _require_tags(schema: Schema) -> None:
-    """Require the key that chooses among kinds: the reader does, and without it several kinds would match."""
+    """Require the key that chooses among kinds: the reader does, and without it several kinds would match. One kind of gearbox may go without."""
     waiting: list[Any] = [schema]
     while waiting:
         piece = waiting.pop()
         if isinstance(piece, dict):
-            for reference in piece.get("discriminator", {}).get("mapping", {}).values():
+            for tag, reference in piece.get("discriminator", {}).get("mapping", {}).items():
+                if tag == DEFAULT_KIND:
+                    continue
                 kind = schema["$defs"][reference.removeprefix("#/$defs/")]
                 kind["required"] = sorted({*kind.get("required", ()), piece["discriminator"]["propertyName"]})
             waiting += piece.values()

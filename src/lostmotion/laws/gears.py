@@ -38,3 +38,8 @@ def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Se
     Lost motion = play + 2 x wind-up at the small torque.
     """
     return lost_motion - 2 * float(wind_up(np.array([small_torque]), stiffness, limits)[0])
+
+
+def planetary_ratio(sun: int, ring: int) -> float:
+    """How often does the sun turn per turn of the planet carrier, with the ring held? From their teeth; Willis: 1 + ring/sun."""
+    return 1 + ring / sun

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Final, Generic, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Generic, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
@@ -14,23 +14,19 @@ from lostmotion.laws.chance import Normal
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.gearbox.catalogue import AmountT, CatalogueGearbox, LoadT, PlayT, StiffnessT
+from lostmotion.parts.gearbox.gearbox import AmountT
+from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.source import (
     AngleAmount,
-    AngularStiffness,
-    ClearanceDim,
     Condition,
     ErrorSource,
-    ForceAmount,
+    Grouped,
     LengthAmount,
-    LinearStiffness,
     Mass,
     Part,
-    PlayDim,
     Term,
-    TorqueAmount,
     limit_term,
 )
 from lostmotion.spatial import across
@@ -39,8 +35,7 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-TurningDrive = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
-SlidingDrive = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]
+GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
 Bearing = Annotated[RollingPair | CrossedRoller, Field(discriminator="kind")]
 
 
@@ -125,26 +120,38 @@ class FixedJoint(_Joint):
         return {}
 
 
-class _MovingJoint(_Joint, Generic[AmountT, PlayT, StiffnessT, LoadT]):
+def _lead_of(part: Part) -> float | None:
+    """Give the lead of a drive or encoder; kinds that only turn have no such field."""
+    lead: float | None = getattr(part, "lead", None)
+    return lead
+
+
+class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
     axis: Direction = "z"
     bearing: Bearing | None = None
     lumped: Lumped | None = None
-    gearbox: CatalogueGearbox[AmountT, PlayT, StiffnessT, LoadT] | None = None
+    gearbox: GearboxT | None = None
     encoder: Encoder[AmountT] | None = None
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
-        """Give the parts that err, by name; a gearbox inside the loop of an encoder on its output errs no more."""
+        """Give the parts that err, by name, one of several sources by each; a gearbox inside the loop of an encoder on its output errs no more."""
         gearbox, encoder = self.gearbox, self.encoder
         if encoder is not None and gearbox is not None:
-            own = {"ratio": encoder.ratio or gearbox.ratio, "lead": encoder.lead or gearbox.lead}
+            own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
             encoder = encoder.model_copy(update=own)
         closed_loop = encoder is not None and encoder.side == "output"
         found = {"gearbox": None if closed_loop else gearbox, "bearing": self.bearing, "encoder": encoder, "lumped": self.lumped}
-        return {name: source for name, source in found.items() if source is not None}
+        out: dict[str, ErrorSource] = {}
+        for name, source in found.items():
+            if isinstance(source, Grouped):
+                out |= {f"{name} {member}": one for member, one in source.members.items()}
+            elif source is not None:
+                out[name] = source
+        return out
 
 
-class RevoluteJoint(_MovingJoint[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]):
+class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
     """A joint that turns about `axis` between `limits`."""
 
     type: Literal["revolute"] = "revolute"
@@ -152,8 +159,8 @@ class RevoluteJoint(_MovingJoint[AngleAmount, PlayDim, AngularStiffness, TorqueA
 
     @field_validator("gearbox", "encoder")
     @classmethod
-    def _has_no_lead(cls, part: TurningDrive | Encoder[AngleAmount] | None) -> TurningDrive | Encoder[AngleAmount] | None:
-        if part is not None and part.lead is not None:
+    def _has_no_lead(cls, part: TurningGearbox | Encoder[AngleAmount] | None) -> TurningGearbox | Encoder[AngleAmount] | None:
+        if part is not None and _lead_of(part) is not None:
             raise _refuse("a lead on a turning joint", "a lead on sliding joints only", 'type = "prismatic"')
         return part
 
@@ -163,7 +170,7 @@ class RevoluteJoint(_MovingJoint[AngleAmount, PlayDim, AngularStiffness, TorqueA
         return np.concatenate([unit(self.axis), np.zeros(3)])
 
 
-class PrismaticJoint(_MovingJoint[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]):
+class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
     """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn per `lead`."""
 
     type: Literal["prismatic"] = "prismatic"

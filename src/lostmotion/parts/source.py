@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict
@@ -16,7 +16,7 @@ from lostmotion.laws.chance import Amount, Cosine, Law, Sine, of_tolerance
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from lostmotion.spatial import Floats
 
@@ -149,6 +149,15 @@ class ErrorSource(ABC):
     @abstractmethod
     def terms(self, at: Condition) -> Sequence[Term]:
         """Which elementary errors does this part make under these conditions?"""
+
+
+@runtime_checkable
+class Grouped(Protocol):
+    """A part that offers several error sources by name, each to be counted by itself."""
+
+    @property
+    def members(self) -> Mapping[str, ErrorSource]:
+        """Give the sources by name."""
 
 
 def limit_term(name: str, direction: Floats, limit: float, law: Law, *, visit: bool = False) -> Term:

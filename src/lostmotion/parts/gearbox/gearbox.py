@@ -1,0 +1,227 @@
+"""The figures that makers print of any gearbox, and the errors they stand for: what every kind takes, whatever is inside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Self, TypeVar
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from lostmotion.laws.chance import Normal, TwoSided
+from lostmotion.laws.clearance import seated
+from lostmotion.laws.gears import play_from_lost_motion, wind_up
+from lostmotion.parts.source import (
+    AngleAmount,
+    AngularStiffness,
+    Condition,
+    Draw,
+    ErrorSource,
+    Line,
+    Part,
+    PlayDim,
+    Share,
+    Term,
+    TorqueAmount,
+    play_terms,
+    wave_terms,
+)
+from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from pydantic import GetJsonSchemaHandler, ValidationInfo
+    from pydantic_core import CoreSchema
+
+    from lostmotion.spatial import Floats
+
+AmountT = TypeVar("AmountT", bound=float)
+PlayT = TypeVar("PlayT", bound=Toleranced)
+StiffnessT = TypeVar("StiffnessT", bound=float)
+LoadT = TypeVar("LoadT", bound=float)
+
+
+@dataclass(frozen=True)
+class Whole(Quantity):
+    """Marks a field that counts something: a whole number from `low` to `high`."""
+
+    @property
+    def expected(self) -> str:
+        """Say in words what this field takes."""
+        return f"a whole number from {self.low:g} to {self.high:g}"
+
+    def __call__(self, value: Any, info: ValidationInfo | None = None) -> int:  # noqa: ANN401 - whatever a file holds
+        """Turn what was given into a count; raises pydantic's error with `expected` and `example` in its context."""
+        number = super().__call__(value, info)
+        if not isinstance(number, float) or not number.is_integer():
+            raise self.refusal("not a whole number")
+        return int(number)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Describe the field for editors."""
+        return {"type": ["string", "integer"], "description": self.expected, "examples": [int(self.example)]}
+
+
+def teeth(example: str) -> Whole:
+    """Mark a field that holds a number of teeth."""
+    return Whole("", example, low=1, high=10_000)
+
+
+MOST_PLANETS: Final = 64
+Planets = Annotated[int, Whole("", "3", low=1, high=MOST_PLANETS)]
+
+
+class Harmonic(Part, Generic[AmountT]):
+    """One wave of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn of the output, or of the screw."""
+
+    amplitude: AmountT
+    cycles: Annotated[float, Quantity("", "2", above=0)]
+
+
+class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
+    """What makers print of any reducer; every value left out is taken as ideal (no play, rigid, exact).
+
+    backlash          total free play at the output; ± is its scatter over gearboxes built
+    lost_motion       instead of backlash: what the maker reads between + and - `lost_motion_torque` (share of rated torque)
+    stiffness         one value, or one per zone with `zone_torques` between them (K1/K2/K3)
+    stiffness_scatter ± share of the wind-up over gearboxes built
+    hysteresis        full width of the loop that friction leaves at zero load; its side follows the way of arriving, loaded or not
+    transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves
+    friction_torque   a load below it cannot hold the play closed; default 1 % of the rated torque
+
+    A kind adds its `kind` and its `ratio`, turns of the input per turn of the output.
+    """
+
+    kind: str
+    model: Annotated[Line, Field(max_length=80)] = ""
+    rated_torque: LoadT | None = None
+    stiffness: StiffnessT | Annotated[list[StiffnessT], Field(min_length=1, max_length=8)] | None = None
+    zone_torques: Annotated[list[LoadT], Field(max_length=7)] = Field(default=[])
+    stiffness_scatter: Share = 0.0
+    backlash: PlayT | None = None
+    lost_motion: AmountT | None = None
+    lost_motion_torque: Annotated[float, Quantity("", "3 %", above=0, high=1)] = 0.03
+    hysteresis: AmountT | None = None
+    transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
+    friction_torque: LoadT | None = None
+
+    @property
+    def zones(self) -> list[float]:
+        """Give the stiffness of each zone; empty for a rigid gearbox."""
+        if self.stiffness is None:
+            return []
+        return list(self.stiffness) if isinstance(self.stiffness, list) else [self.stiffness]
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        limits = [float(limit) for limit in self.zone_torques]
+        if len(limits) != max(len(self.zones) - 1, 0) or any(b <= a for a, b in pairwise([0.0, *limits])):
+            raise PydanticCustomError(
+                "zones",
+                "{why}",
+                {
+                    "why": f"{len(self.zones)} stiffness zones with {len(limits)} zone torques",
+                    "expected": "rising zone torques, one fewer than stiffness values",
+                    "example": 'stiffness = ["25 N m/arcmin", "34 N m/arcmin"], zone_torques = ["14 N m"]',
+                },
+            )
+        if self.lost_motion is not None:
+            self._check_lost_motion()
+        return self
+
+    def _check_lost_motion(self) -> None:
+        example = 'lost_motion = "1 arcmin", lost_motion_torque = "3 %", rated_torque = "412 N m", stiffness = "113 N m/arcmin"'
+        if self.backlash is not None:
+            context = {"why": "both backlash and lost_motion", "expected": "one of the two", "example": 'backlash = "0.5 arcmin"'}
+            raise PydanticCustomError("lost_motion", "{why}", context)
+        if self.rated_torque is None or not self.zones:
+            context = {"why": "lost_motion alone", "expected": "rated_torque and stiffness with it", "example": example}
+            raise PydanticCustomError("lost_motion", "{why}", context)
+        if self.play.nominal < 0:
+            context = {
+                "why": "a lost motion smaller than the elastic wind-up at that torque",
+                "expected": "a larger lost_motion, or backlash stated by itself",
+                "example": 'backlash = "0.2 arcmin"',
+            }
+            raise PydanticCustomError("lost_motion", "{why}", context)
+
+    @property
+    def play(self) -> Toleranced:
+        """Give the free play, as stated or as it follows from the lost motion."""
+        if self.backlash is not None:
+            return self.backlash
+        if self.lost_motion is None or self.rated_torque is None:
+            return Toleranced(0.0)
+        small = self.lost_motion_torque * self.rated_torque
+        return Toleranced(play_from_lost_motion(self.lost_motion, small, self.zones, self.zone_torques))
+
+    @property
+    def friction(self) -> float:
+        """Give the load below which the way of arriving decides on the side of the play."""
+        if self.friction_torque is not None:
+            return self.friction_torque
+        return 0.01 * self.rated_torque if self.rated_torque is not None else 0.0
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Wind-up under load, play on the side the load leaves it, hysteresis, transmission error."""
+        return [*self._wind_up(at), *self._backlash(at), *self._hysteresis(at), *self._transmission(at)]
+
+    def _wind_up(self, at: Condition) -> list[Term]:
+        if not self.zones:
+            return []
+        angle = wind_up(at.load, self.zones, self.zone_torques)
+        screw = angle[:, None] * at.axis
+        out = [Term("wind-up", screw)]
+        if self.stiffness_scatter:
+            law = Normal()
+            out.append(Term("stiffness scatter", screw * (self.stiffness_scatter / law.bound), robot=Draw("stiffness", law)))
+        return out
+
+    def _backlash(self, at: Condition) -> list[Term]:
+        play = self.play
+        if not play.nominal:
+            return []
+        closed = seated(at.load, self.friction, at.scale)
+        free = 1 - np.abs(closed)
+        # Arriving in the positive direction the motor leads and the output trails.
+        known = (closed - free * at.approach)[:, None] * at.axis * (play.nominal / 2)
+        either = (free * (at.approach == 0))[:, None] * at.axis * (play.nominal / 2)
+        return play_terms("backlash", play, known, [Term("backlash", either, visit=Draw("side", TwoSided()))], "amount")
+
+    def _hysteresis(self, at: Condition) -> list[Term]:
+        if self.hysteresis is None:
+            return []
+        half = self.hysteresis / 2
+        known = -at.approach[:, None] * at.axis * half
+        either = (at.approach == 0)[:, None] * at.axis * half
+        return [Term("hysteresis by approach", known), Term("hysteresis", either, visit=Draw("loop", TwoSided()))]
+
+    def _transmission(self, at: Condition) -> list[Term]:
+        stated = self.transmission_error
+        waves = self._own_waves()
+        if isinstance(stated, list):
+            waves += [(f"transmission error {index}", wave.amplitude, wave.cycles) for index, wave in enumerate(stated, 1)]
+        elif stated is not None:
+            waves.append(("transmission error 1", stated / 2, 1.0))
+        if not waves:
+            return []
+        turned = self._turned(at)
+        return [term for name, size, cycles in waves if size for term in wave_terms(name, at.axis, cycles * turned, size)]
+
+    def _own_waves(self) -> list[tuple[str, float, float]]:
+        """Give the waves that this kind knows by name: name, amplitude at the output (rad), cycles per turn of the output."""
+        return []
+
+    def _turned(self, at: Condition) -> Floats:
+        """Give how far that has turned of which the transmission error counts its turns (pose,), rad."""
+        return at.angle
+
+
+# What of a kind that only turns is built on.
+TurningFigures = Gearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+
+
+def refuse(why: str, expected: str, example: str) -> PydanticCustomError:
+    """Build the error of a gearbox that cannot be: what was found, what belongs there, an example that passes."""
+    return PydanticCustomError("gearbox", "{why}", {"why": why, "expected": expected, "example": example})

@@ -1,0 +1,77 @@
+"""A planetary gearbox: sun in, ring held, planet carrier out."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import model_validator
+
+from lostmotion.laws.gears import planetary_ratio
+from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigures, refuse, teeth
+from lostmotion.parts.source import AngleAmount
+
+
+class PlanetaryGearbox(TurningFigures):
+    """One planetary stage with its ring held; the figures that makers print, as `Gearbox` lists them, and the teeth they come from.
+
+    sun_teeth, ring_teeth, planet_teeth   planet_teeth left out: what fits between the other two
+    planets       how many, equally spaced
+    sun_error, planet_error, ring_error, mesh_error  amplitude at the output of the wave that each makes: once per turn of the sun or of a
+                  planet against the carrier, once per turn of the output (ring), once per tooth (mesh)
+
+    Teeth without profile shift: the ring has as many as the sun and two planets.
+    """
+
+    kind: Literal["planetary"] = "planetary"
+    sun_teeth: Annotated[int, teeth("20")]
+    ring_teeth: Annotated[int, teeth("70")]
+    planet_teeth: Annotated[int, teeth("25")] | None = None
+    planets: Planets = 3
+    sun_error: AngleAmount = 0.0
+    planet_error: AngleAmount = 0.0
+    ring_error: AngleAmount = 0.0
+    mesh_error: AngleAmount = 0.0
+
+    @property
+    def ratio(self) -> float:
+        """Give the turns of the sun per turn of the carrier."""
+        return planetary_ratio(self.sun_teeth, self.ring_teeth)
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        sun, ring = self.sun_teeth, self.ring_teeth
+        fitting = (ring - sun) // 2
+        if fitting < 1 or (ring - sun) % 2 or self.planet_teeth not in (None, fitting):
+            planet = self.planet_teeth or max(fitting, 1)
+            raise refuse(
+                f"sun {sun}, ring {ring}" + (f", planet {self.planet_teeth} teeth" if self.planet_teeth else " teeth, which leaves no whole planet"),
+                "ring = sun + 2 x planet: the planet reaches from one to the other",
+                f"sun_teeth = {sun}, planet_teeth = {planet}, ring_teeth = {sun + 2 * planet}",
+            )
+        room = [count for count in range(1, MOST_PLANETS + 1) if not (sun + ring) % count and _have_room(count, sun, fitting)]
+        near = min(room, key=lambda count: (abs(count - self.planets), count))
+        if (sun + ring) % self.planets:
+            raise refuse(
+                f"{self.planets} planets with sun + ring = {sun + ring} teeth",
+                "a number of planets that divides sun + ring: else equally spaced planets cannot be put in",
+                f"planets = {near}",
+            )
+        if not _have_room(self.planets, sun, fitting):
+            found = f"{self.planets} planets of {fitting} teeth around a sun of {sun}"
+            raise refuse(found, "planets that do not touch each other", f"planets = {near}")
+        return self
+
+    def _own_waves(self) -> list[tuple[str, float, float]]:
+        sun, ring = self.sun_teeth, self.ring_teeth
+        return [
+            ("sun", self.sun_error, ring / sun),
+            ("planet", self.planet_error, ring / ((ring - sun) // 2)),
+            ("ring", self.ring_error, 1.0),
+            ("mesh", self.mesh_error, float(ring)),
+        ]
+
+
+def _have_room(planets: int, sun: int, planet: int) -> bool:
+    """Tell whether the pitch circles of neighbouring planets keep clear of each other."""
+    return planets == 1 or (sun + planet) * math.sin(math.pi / planets) > planet
