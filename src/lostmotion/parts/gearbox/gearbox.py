@@ -138,7 +138,7 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         if self.rated_torque is None or not self.zones:
             context = {"why": "lost_motion alone", "expected": "rated_torque and stiffness with it", "example": example}
             raise PydanticCustomError("lost_motion", "{why}", context)
-        if self.play.nominal < 0:
+        if self._stated_play.nominal < 0:
             context = {
                 "why": "a lost motion smaller than the elastic wind-up at that torque",
                 "expected": "a larger lost_motion, or backlash stated by itself",
@@ -149,6 +149,10 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     @property
     def play(self) -> Toleranced:
         """Give the free play, as stated or as it follows from the lost motion."""
+        return self._stated_play
+
+    @property
+    def _stated_play(self) -> Toleranced:
         if self.backlash is not None:
             return self.backlash
         if self.lost_motion is None or self.rated_torque is None:
@@ -165,7 +169,8 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     def terms(self, at: Condition) -> list[Term]:
         """Wind-up under load, play on the side the load leaves it, hysteresis, transmission error."""
-        return [*self._wind_up(at), *self._backlash(at), *self._hysteresis(at), *self._transmission(at)]
+        loop = [] if self.hysteresis is None else hysteresis_terms(at, np.full(len(at.angle), self.hysteresis / 2))
+        return [*self._wind_up(at), *backlash_terms(at, self.play, self.friction), *loop, *self._transmission(at)]
 
     def _wind_up(self, at: Condition) -> list[Term]:
         if not self.zones:
@@ -177,25 +182,6 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
             law = Normal()
             out.append(Term("stiffness scatter", screw * (self.stiffness_scatter / law.bound), robot=Draw("stiffness", law)))
         return out
-
-    def _backlash(self, at: Condition) -> list[Term]:
-        play = self.play
-        if not play.nominal:
-            return []
-        closed = seated(at.load, self.friction, at.scale)
-        free = 1 - np.abs(closed)
-        # Arriving in the positive direction the motor leads and the output trails.
-        known = (closed - free * at.approach)[:, None] * at.axis * (play.nominal / 2)
-        either = (free * (at.approach == 0))[:, None] * at.axis * (play.nominal / 2)
-        return play_terms("backlash", play, known, [Term("backlash", either, visit=Draw("side", TwoSided()))], "amount")
-
-    def _hysteresis(self, at: Condition) -> list[Term]:
-        if self.hysteresis is None:
-            return []
-        half = self.hysteresis / 2
-        known = -at.approach[:, None] * at.axis * half
-        either = (at.approach == 0)[:, None] * at.axis * half
-        return [Term("hysteresis by approach", known), Term("hysteresis", either, visit=Draw("loop", TwoSided()))]
 
     def _transmission(self, at: Condition) -> list[Term]:
         stated = self.transmission_error
@@ -216,6 +202,25 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     def _turned(self, at: Condition) -> Floats:
         """Give how far that has turned of which the transmission error counts its turns (pose,), rad."""
         return at.angle
+
+
+def backlash_terms(at: Condition, play: Toleranced, friction: float) -> list[Term]:
+    """Which terms does free play make, held on one side by a load above `friction`, or else by the way of arriving?"""
+    if not play.nominal:
+        return []
+    closed = seated(at.load, friction, at.scale)
+    free = 1 - np.abs(closed)
+    # Arriving in the positive direction the motor leads and the output trails.
+    known = (closed - free * at.approach)[:, None] * at.axis * (play.nominal / 2)
+    either = (free * (at.approach == 0))[:, None] * at.axis * (play.nominal / 2)
+    return play_terms("backlash", play, known, [Term("backlash", either, visit=Draw("side", TwoSided()))], "amount")
+
+
+def hysteresis_terms(at: Condition, half: Floats) -> list[Term]:
+    """Which terms does friction's loop make, of half its width (pose,), rad or m? Its side follows the way of arriving."""
+    known = (-at.approach * half)[:, None] * at.axis
+    either = ((at.approach == 0) * half)[:, None] * at.axis
+    return [Term("hysteresis by approach", known), Term("hysteresis", either, visit=Draw("loop", TwoSided()))]
 
 
 # What of a kind that only turns is built on.
