@@ -1,0 +1,178 @@
+"""What cycloidal stages do as they are built: play, lost motion, wind-up and transmission error, gearbox by gearbox.
+
+Every dimension is drawn within its tolerance and turned into gaps at the contacts; then the discs, which lie in opposite phases of the same
+crank, carry the torque side by side: at each crank angle they share it so that both turn the output alike. Without load the first contact decides
+on either side, and an error of one flank counts in full; under load flanks average.
+
+Pins belong to the ring and are met by all discs; flanks belong to one disc. Each gearbox is drawn by name and number: a tolerance added, or more
+gearboxes, leaves the others' draws alone.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws.chance import Normal, of_tolerance
+from lostmotion.laws.cycloid import first_contact_error, gaps, gaps_from_pins, normals, pin_angles
+from lostmotion.laws.cycloid_drive import crank_play, loaded_disc
+from lostmotion.units import Toleranced
+
+if TYPE_CHECKING:
+    from lostmotion.laws.chance import Law
+    from lostmotion.laws.cycloid_drive import Drive
+    from lostmotion.spatial import Floats
+
+_NONE: Final = Toleranced(0.0)
+# Halvings of the bracket in which the discs' common angle is sought: to the last bits.
+_HALVINGS: Final = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """By how much do the dimensions of gearboxes differ? All in m; nominal values belong to clearances alone.
+
+    The same all over one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material taken off (`roller`, `circle`), and the
+    diametral clearances of the crank bearings and of the output pins in their holes, with their ±. Each pin or lobe for itself, as ± of a normal
+    law: its place (`pin_position`, radially and tangentially), its radius (`pin_size`), the disc's flank along its normal (`flank_form`).
+    """
+
+    ring_radius: Toleranced = _NONE
+    pin_radius: Toleranced = _NONE
+    eccentricity: Toleranced = _NONE
+    roller: Toleranced = _NONE
+    circle: Toleranced = _NONE
+    crank_clearance: Toleranced = _NONE
+    output_clearance: Toleranced = _NONE
+    pin_position: float = 0.0
+    pin_size: float = 0.0
+    flank_form: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """What came out; leading axes as said, the last one is the gearbox built.
+
+    `ahead` and `behind` (crank, gearbox) rad: how far the output turns freely either way from its gapless place, clearances of crank and output pins
+    counted in; both may be below zero, where flanks interfere. `torque` (torque,) N m, of either sign; `rotation` (torque, crank, gearbox) rad
+    under it, with its sign, clearances counted in likewise. `jammed` (gearbox,): not free anywhere on its way round.
+    """
+
+    ahead: Floats
+    behind: Floats
+    torque: Floats
+    rotation: Floats
+    jammed: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+    @property
+    def play(self) -> Floats:
+        """Give the free play (gearbox,), rad, on average over the crank's turn; none where flanks interfere."""
+        return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
+
+
+def drawn(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -> Floats:
+    """Which values (gearbox, ...) does a stream of this name give within ± size? Each gearbox has a row of its own, whatever their number."""
+    if not size:
+        return np.zeros(shape)
+    stream = np.random.Generator(np.random.PCG64([seed, zlib.crc32(name.encode())]))
+    # open at both ends, as the laws want it
+    uniforms = (stream.integers(0, 2**53, size=shape) + 0.5) / 2**53
+    return law.quantile(uniforms) * (size / law.bound)
+
+
+def drawn_dimension(dimension: Toleranced, name: str, seed: int, count: int) -> Floats:
+    """Which values (gearbox,) does a toleranced dimension take?"""
+    return dimension.nominal + drawn(dimension.tolerance, of_tolerance(dimension.law), name, seed, (count,))
+
+
+def drawn_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
+    """How wide (disc, crank, gearbox, N; m) are the gaps at crank angles (crank,) in so many gearboxes? Below zero: interference."""
+    stage, pins, normal = drive.stage, drive.stage.pins, Normal()
+
+    def alike(name: str) -> Floats:
+        dimension = getattr(scatter, name)
+        return drawn(dimension.tolerance, of_tolerance(dimension.law), name, seed, (gearboxes,))[:, None]
+
+    def each(name: str, stream: str) -> Floats:
+        return drawn(getattr(scatter, name), normal, stream, seed, (gearboxes, pins))
+
+    radius = alike("pin_radius") + each("pin_size", "pin_size")
+    radial = alike("ring_radius") + each("pin_position", "pin_position radial")
+    tangential = each("pin_position", "pin_position tangential")
+    off, roller, circle = alike("eccentricity"), alike("roller"), alike("circle")
+    out = np.empty((drive.discs, len(crank), gearboxes, pins))
+    for disc in range(drive.discs):
+        theta = pin_angles(stage, crank + 2 * math.pi * disc / drive.discs)[:, None]
+        # dR takes off (1 - K1 cos theta)/D of itself, as a pin that stands farther out does; the twin's pins move the other way
+        taken = roller + np.abs(gaps_from_pins(stage, theta, np.zeros(1), np.ones(1), np.zeros(1))) * circle
+        shift = normals(stage, theta)[..., 0] * off
+        flank = each("flank_form", f"flank_form disc {disc}")
+        out[disc] = gaps(stage, theta, drive.made) + taken + flank - shift + gaps_from_pins(stage, theta, radius, radial, tangential)
+    return out
+
+
+def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearboxes: int, seed: int, *, threads: int = 1) -> Built:
+    """What do so many gearboxes do at crank angles (crank,) under torques (torque,) of either sign, N m of the whole drive, none of them zero?
+
+    Rotations hold what disc, flanks and eccentric give (see `cycloid_drive`), not the output pins. Raises DidNotConvergeError where a load is
+    beyond the contact law, ValueError for a torque of zero. The same bits for any `threads`; more gearboxes keep the first.
+    """
+    torque, crank = np.asarray(torque, dtype=float), np.asarray(crank, dtype=float)
+    if not torque.all():
+        raise ValueError("under no torque the output lies anywhere in its play: see `ahead` and `behind`")
+    gap = drawn_gaps(drive, scatter, crank, gearboxes, seed)
+    angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
+    ahead = np.stack([first_contact_error(drive.stage, theta, each) for theta, each in zip(angles, gap, strict=True)])
+    behind = np.stack([first_contact_error(drive.stage, -theta, each) for theta, each in zip(angles, gap, strict=True)])
+    free = clearance_angle(drive, scatter, gearboxes, seed) / 2
+    rotation = np.empty((len(torque), len(crank), gearboxes))
+    for sign, start in ((1.0, ahead), (-1.0, behind)):
+        chosen = np.flatnonzero(np.sign(torque) == sign)
+        if len(chosen):
+            rotation[chosen] = sign * (_side_by_side(drive, torque[chosen], crank, gap, start, threads) + free)
+    ahead, behind = ahead.min(axis=0) + free, behind.min(axis=0) + free
+    return Built(ahead, behind, torque, rotation, (ahead + behind < 0).all(axis=0))
+
+
+def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+    """Which play (gearbox,; rad) do the clearances of crank bearings and output pins make: G times `crank_play`, and Gw/Rw?"""
+    out = crank_play(drive) * drawn_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
+    if drive.output is not None:
+        out = out + drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
+    return np.asarray(out)
+
+
+def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, start: Floats, threads: int) -> Floats:
+    """Give the common angle (torque, crank, gearbox), above zero, at which the discs carry torques of one sign together; `start` is first contact."""
+    sign = float(np.sign(torque[0]))
+    # Each disc alone, from its first contact to all of the torque: it may have to carry nearly that.
+    wanted = np.abs(torque)
+    loads = np.unique(np.concatenate([[0.0], wanted / drive.discs, [wanted.max()]]))
+    alone = np.empty((drive.discs, len(loads), *gap.shape[1:3]))
+    for disc in range(drive.discs):
+        turned = crank + 2 * math.pi * disc / drive.discs
+        for k, each in enumerate(loads[1:], 1):
+            alone[disc, k] = sign * loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads).rotation[0]
+        # flanks that interfere push each other apart before any torque does
+        alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
+    out = np.empty((len(torque), *gap.shape[1:3]))
+    for k, whole in enumerate(wanted):
+        low, high = alone[:, 0].min(axis=0), alone[:, -1].max(axis=0)
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            short = sum(_carried(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
+            low, high = np.where(short, middle, low), np.where(short, high, middle)
+        out[k] = high
+    return out
+
+
+def _carried(alone: Floats, loads: Floats, angle: Floats) -> Floats:
+    """Which load does one disc carry at an angle, on straight lines between its own (load, crank, gearbox)? None before its first contact."""
+    at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
+    below, above = (np.take_along_axis(alone, k[None], axis=0)[0] for k in (at - 1, at))
+    share = np.maximum(angle - below, 0.0) / np.maximum(above - below, np.finfo(float).tiny)
+    return np.asarray(loads[at - 1] + np.minimum(share, 1.0) * (loads[at] - loads[at - 1]))

@@ -1,0 +1,138 @@
+"""A cycloidal gearbox from its drawing: one stage or two, every dimension with its tolerance, every spring given or listed as rigid."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from lostmotion.laws.cycloid import ratio as ratio_of
+from lostmotion.parts.gearbox.cycloidal_behaviour import Behaviour, behaviour, sources
+from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+from lostmotion.parts.gearbox.gearbox import refuse
+from lostmotion.parts.source import AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, Part, TorqueAmount
+from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from lostmotion.parts.source import ErrorSource
+
+Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
+Teeth = Annotated[int, Field(ge=6, le=1000)]
+# Of the plane in which involute flanks press on each other.
+_PRESSURE_ANGLE = math.radians(20)
+
+
+class PlanetaryFirstStage(Part):
+    """A planetary first stage: a sun drives planets, each on a crankshaft (as in an RV reducer).
+
+    play            along the pitch circle, between sun and planet
+    mesh_stiffness  of one sun-planet mesh along its line of action; for steel about 14 to 20 N/(µm mm) of face width (ISO 6336-1)
+    """
+
+    kind: Literal["planetary"] = "planetary"
+    sun_teeth: Teeth
+    planet_teeth: Teeth
+    module: LengthPlus
+    planets: Annotated[int, Field(ge=1, le=12)] = 2
+    play: ClearanceDim = Toleranced(0.0)
+    mesh_stiffness: LinearStiffness | None = None
+
+    @property
+    def step(self) -> float:
+        """Give by how much it reduces: turns of the sun per turn of a planet, its carrier held."""
+        return self.planet_teeth / self.sun_teeth
+
+    @property
+    def sun_radius(self) -> float:
+        """Give the sun's pitch radius (m)."""
+        return self.sun_teeth * self.module / 2
+
+    @property
+    def softness(self) -> float:
+        """Give the turn of the sun per torque on it (rad/(N m)), all planets sharing alike."""
+        if self.mesh_stiffness is None:
+            return 0.0
+        return 1 / (self.planets * self.mesh_stiffness * math.cos(_PRESSURE_ANGLE) ** 2 * self.sun_radius**2)
+
+
+class CycloidalFirstStage(CycloidalStage):
+    """A cycloidal first stage: its disc turns the crank of the next."""
+
+    kind: Literal["cycloidal"] = "cycloidal"
+
+
+class CycloidalGearbox(CycloidalStage):
+    """A cycloidal gearbox: the stage at the output, and what stands before and behind it.
+
+    rated_torque     at the output; the wind-up is worked out up to 2.5 times of it, and goes on straight beyond
+    fixed            "ring" (the disc, or its carrier, is the output) or "carrier" (the ring is)
+    first_stage      planetary (RV) or cycloidal; left out: the input turns the eccentric
+    frame            torsional stiffness of housing and output shaft, at the output
+    input_shaft      torsional stiffness at the input
+    friction_torque  at the output without load (seals, preload); default 1 % of the rated torque. A load below it cannot hold the play closed
+    """
+
+    kind: Literal["cycloidal"] = "cycloidal"
+    model: Annotated[Line, Field(max_length=80)] = ""
+    rated_torque: Torque
+    fixed: Literal["ring", "carrier"] = "ring"
+    first_stage: Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None = None
+    frame: AngularStiffness | None = None
+    input_shaft: AngularStiffness | None = None
+    friction_torque: TorqueAmount | None = None
+
+    @model_validator(mode="after")
+    def _stages_fit(self) -> Self:
+        if isinstance(self.first_stage, PlanetaryFirstStage) and self.eccentric.cranks not in (1, self.first_stage.planets):
+            raise refuse(
+                f"{self.first_stage.planets} planets on {self.eccentric.cranks} cranks",
+                "a planet on every crankshaft",
+                f"first_stage = {{ planets = {self.eccentric.cranks} }}",
+            )
+        return self
+
+    @property
+    def steps(self) -> float:
+        """Give the turns of the eccentric, against the ring or carrier that is held, per turn of the output; negative where they go opposite ways."""
+        return ratio_of(self.stage, self.fixed)
+
+    @property
+    def ratio(self) -> float:
+        """Give the turns of the input per turn of the output; negative where they go opposite ways."""
+        first = self.first_stage
+        if first is None:
+            return self.steps
+        if isinstance(first, CycloidalFirstStage):
+            return self.steps * ratio_of(first.stage)
+        # Outer gears turn opposite ways; with the ring held the planets are carried round once more.
+        held = -first.step * ratio_of(self.stage, "carrier")
+        return held if self.fixed == "carrier" else 1 - held
+
+    @property
+    def rigid(self) -> tuple[str, ...]:
+        """Name the members of which the drawing says nothing: they are taken as rigid."""
+        out = [*self.rigid_in_stage]
+        first = self.first_stage
+        if isinstance(first, PlanetaryFirstStage) and first.mesh_stiffness is None:
+            out.append("first stage")
+        elif isinstance(first, CycloidalFirstStage):
+            out += [f"first stage, {name}" for name in first.rigid_in_stage]
+        out += [name for name, stated in (("frame", self.frame), ("input shaft", self.input_shaft)) if stated is None]
+        return tuple(out)
+
+    @property
+    def friction_at_rest(self) -> float:
+        """Give the load (N m) below which the way of arriving decides on the side of the play."""
+        return self.friction_torque if self.friction_torque is not None else 0.01 * self.rated_torque
+
+    @functools.cached_property
+    def behaviour(self) -> Behaviour:
+        """Give what such gearboxes do as they are built; worked out once for each drawing."""
+        return behaviour(self)
+
+    @functools.cached_property
+    def members(self) -> dict[str, ErrorSource]:
+        """Give the error sources by name: play, transmission error, friction, and every spring that is not rigid."""
+        return sources(self)

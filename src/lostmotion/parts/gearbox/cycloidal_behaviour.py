@@ -1,0 +1,310 @@
+"""What cycloidal gearboxes of one drawing do as they are built, and the error terms that follow from it.
+
+Worked out once per drawing, on 256 gearboxes with draws of their own that no study's seed changes: how much play they have, by how much they wind up
+and through which member, and which waves their transmission error is made of. Poses then cost a look into these tables.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws import cycloid_contact, cycloid_drive
+from lostmotion.laws.chance import Normal
+from lostmotion.laws.cycloid_built import built, drawn_dimension
+from lostmotion.parts.gearbox.gearbox import backlash_terms, hysteresis_terms
+from lostmotion.parts.source import Condition, Draw, ErrorSource, Term
+from lostmotion.units import Toleranced
+
+if TYPE_CHECKING:
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.spatial import Floats
+
+GEARBOXES: Final = 256
+SEED: Final = 1
+# Of the rated torque.
+LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5, 2.5)
+_SCATTERED: Final = (0.03, 0.3, 1.0)
+_WAVED: Final = (0.1, 1.0)
+# Fewer gearboxes where every crank angle counts.
+_WAVING: Final = 48
+_MOST_WAVES: Final = 4
+LOST_MOTION: Final = 0.03
+_ANGLES: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """One wave of the transmission error: `cycles` per turn of the output; `size` (level,) rad, root mean square over gearboxes and angles."""
+
+    cycles: float
+    size: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """What was worked out. Angles in rad at the output, torques in N m at the output.
+
+    torque (level,) from zero on; wind_up (level,) of each member as drawn, play not counted; scatter (level,) one standard deviation over gearboxes
+    of the whole wind-up; play and lost_motion (gearbox,), the latter between + and - 3 % of the rated torque; wave_torque (wave level,) with `waves`;
+    waves_left_out: share of the transmission error's mean square that smaller waves had, before it was put on these; friction (level,) N m; jammed:
+    share of the gearboxes in which flanks interfere.
+    """
+
+    torque: Floats
+    wind_up: dict[str, Floats]
+    scatter: Floats
+    play: Floats
+    lost_motion: Floats
+    wave_torque: Floats
+    waves: tuple[Wave, ...]
+    waves_left_out: float
+    friction: Floats
+    jammed: float
+
+    @property
+    def total(self) -> Floats:
+        """Give the whole wind-up (level,), rad, as drawn."""
+        return np.asarray(sum(self.wind_up.values()))
+
+    @property
+    def softness(self) -> Floats:
+        """Give the slope of the wind-up (level,), rad/(N m), as drawn."""
+        return np.asarray(np.gradient(self.total, self.torque))
+
+    def wind_up_at(self, torque: float) -> float:
+        """By which angle (rad) does the gearbox wind up under a torque (N m) of either sign, as drawn, play not counted?"""
+        return float(np.sign(torque) * along(abs(torque), self.torque, self.total))
+
+
+def along(load: Floats | float, torque: Floats, values: Floats) -> Floats:
+    """Which value belongs to loads (any shape, zero or more)? On straight lines between the levels, and straight on beyond the last."""
+    load = np.asarray(load, dtype=float)
+    slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
+    return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
+
+
+@functools.lru_cache(maxsize=64)
+def behaviour(gearbox: CycloidalGearbox) -> Behaviour:
+    """What do gearboxes of this drawing do? Raises DidNotConvergeError where the contact law does not hold the loads."""
+    rated = gearbox.rated_torque
+    torque = rated * np.array([0.0, *LEVELS])
+    small = LOST_MOTION * rated
+    built = gearboxes(gearbox, np.array([-small, *(rated * np.array(_SCATTERED))]), _ANGLES, GEARBOXES)
+    linear = np.array([sum(_linear(gearbox, np.array([small])).values(), np.zeros(1))[0]])
+    spread = built.wind_up[1:].std(axis=1)
+    waves, left_out = _waves(gearbox)
+    return Behaviour(
+        torque=torque,
+        wind_up={name: np.concatenate([[0.0], angle]) for name, angle in wind_up(gearbox, torque[1:]).items()},
+        scatter=np.interp(torque, [0.0, *(rated * np.array(_SCATTERED))], [0.0, *spread]),
+        play=built.play,
+        lost_motion=built.play + built.wind_up[1] - built.wind_up[0] + 2 * linear,
+        wave_torque=rated * np.array(_WAVED),
+        waves=waves,
+        waves_left_out=left_out,
+        friction=friction(gearbox, torque),
+        jammed=built.jammed,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """What gearboxes built of one drawing do: play (gearbox,), wind_up (torque, gearbox) beyond it with its sign, rad; jammed: a share.
+
+    The wind-up holds what differs from gearbox to gearbox: flanks, discs, eccentrics of all stages.
+    """
+
+    play: Floats
+    wind_up: Floats
+    jammed: float
+
+
+def gearboxes(gearbox: CycloidalGearbox, torque: Floats, angles: int, count: int, seed: int = SEED) -> Made:
+    """What do so many gearboxes of this drawing do under torques (torque,) of either sign at the output, on average over `angles` of the crank?"""
+    share, steps = _share(gearbox), abs(gearbox.steps)
+    crank = 2 * math.pi * np.arange(angles) / angles
+    sign = np.sign(torque)[:, None]
+    main = built(gearbox.drive, gearbox.scatter, share * torque, crank, count, seed)
+    play, jammed = share * main.play, main.jammed
+    gone = np.where(sign[:, None] > 0, main.ahead, -main.behind)
+    turned = share * (main.rotation - gone).mean(axis=1)
+    first = gearbox.first_stage
+    if first is not None and first.kind == "cycloidal":
+        before = built(first.drive, first.scatter, torque / steps, crank, count, seed + 1)
+        play, jammed = play + before.play / steps, jammed | before.jammed
+        gone = np.where(sign[:, None] > 0, before.ahead, -before.behind)
+        turned = turned + (before.rotation - gone).mean(axis=1) / steps
+    elif first is not None:
+        play = play + drawn_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
+    return Made(play, turned, float(jammed.mean()))
+
+
+def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
+    """By which angle (rad) does each member wind up under torques (torque,) above zero at the output, as drawn, play not counted?"""
+    share, steps = _share(gearbox), abs(gearbox.steps)
+    out = {name: share * angle for name, angle in cycloid_drive.members(gearbox.drive, share * torque).items()}
+    first = gearbox.first_stage
+    if first is not None and first.kind == "cycloidal":
+        out |= {f"first stage, {name}": angle / steps for name, angle in cycloid_drive.members(first.drive, torque / steps).items()}
+    return out | _linear(gearbox, torque)
+
+
+def _linear(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
+    """Give the wind-up of the members that are plain springs and alike in all gearboxes."""
+    first = gearbox.first_stage
+    out = {}
+    if first is not None and first.kind == "planetary":
+        out["first stage"] = torque * first.softness / gearbox.ratio**2
+    out["frame"] = torque / (gearbox.frame or math.inf)
+    out["input shaft"] = torque / ((gearbox.input_shaft or math.inf) * gearbox.ratio**2)
+    return out
+
+
+def _share(gearbox: CycloidalGearbox) -> float:
+    """Give the disc's torque and turn per those of the output: one, or with the ring as output its teeth count."""
+    stage = gearbox.stage
+    return 1.0 if gearbox.fixed == "ring" else stage.planet_pitch_radius / stage.ring_pitch_radius
+
+
+def _waves(gearbox: CycloidalGearbox) -> tuple[tuple[Wave, ...], float]:
+    """Give the largest waves of the transmission error, with the mean square of all, and the share that the smaller ones had."""
+    steps, share = abs(gearbox.steps), _share(gearbox)
+    loads = gearbox.rated_torque * np.array(_WAVED)
+    found = {k * steps: share**2 * power for k, power in _spectrum(gearbox, share * loads, SEED)}
+    first = gearbox.first_stage
+    if first is not None and first.kind == "cycloidal":
+        before = abs(gearbox.ratio)
+        found |= {k * before: power / steps**2 for k, power in _spectrum(first, loads / steps, SEED + 1)}
+    whole = np.sum(list(found.values()), axis=0)
+    if not np.any(whole > 0):
+        return (), 0.0
+    weight = {cycles: float((power / np.where(whole > 0, whole, 1.0)).sum()) for cycles, power in found.items()}
+    kept = sorted(weight, key=lambda cycles: -weight[cycles])[:_MOST_WAVES]
+    held = np.sum([found[cycles] for cycles in kept], axis=0)
+    scale = np.sqrt(whole / np.where(held > 0, held, 1.0))
+    waves = tuple(Wave(float(cycles), np.sqrt(found[cycles]) * scale) for cycles in sorted(kept))
+    return waves, float(1 - (held / whole)[-1])
+
+
+def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int, Floats]]:
+    """Give the mean square (level,), rad^2, of each harmonic of the crank's turn, averaged over gearboxes."""
+    angles = 3 * stage.pins
+    crank = 2 * math.pi * np.arange(angles) / angles
+    rotation = built(stage.drive, stage.scatter, loads, crank, _WAVING, seed).rotation
+    power = 2 * (np.abs(np.fft.rfft(rotation, axis=1) / angles) ** 2).mean(axis=2)
+    return [(k, power[:, k]) for k in range(1, power.shape[1])]
+
+
+def friction(gearbox: CycloidalGearbox, torque: Floats) -> Floats:
+    """How large (N m) is the friction of flanks, eccentric and output pins, felt at the output, under torques (torque,) from zero on?
+
+    The stage at the output alone, whose share is nearly all: what rubs before it is felt divided by the ratio.
+    """
+    stated = gearbox.friction
+    out = np.zeros_like(torque)
+    if stated is None:
+        return out
+    circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
+    rubbing = cycloid_contact.Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
+    crank = cycloid_drive.pitch_of_crank(gearbox.drive)
+    gap = cycloid_drive.nominal_gaps(gearbox.drive, crank)
+    for k, load in enumerate(_share(gearbox) * torque / gearbox.discs):
+        if load > 0:
+            answer = cycloid_drive.loaded_disc(gearbox.drive, float(load), crank, gap)
+            out[k] = gearbox.discs * float(cycloid_contact.friction_torque(gearbox.stage, crank, answer, rubbing).mean())
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class WindUp(ErrorSource):
+    """One member's wind-up (level,) at torques (level,), its standard deviation over gearboxes, and the ± share by which its material scatters."""
+
+    torque: Floats
+    angle: Floats
+    scatter: Floats | None = None
+    material: float = 0.0
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Give way under the load."""
+        load, sign = np.abs(at.load), np.sign(at.load)
+        screw = (sign * along(load, self.torque, self.angle))[:, None] * at.axis
+        out = [Term("wind-up", screw)]
+        law = Normal()
+        if self.scatter is not None and self.scatter.any():
+            size = sign * along(load, self.torque, self.scatter)
+            out.append(Term("wind-up scatter", size[:, None] * at.axis, robot=Draw("wind-up", law)))
+        if self.material:
+            out.append(Term("material scatter", screw * (self.material / law.bound), robot=Draw("material", law)))
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Play(ErrorSource):
+    """Free play of scattered size, which a load above `friction` (N m) closes."""
+
+    play: Toleranced
+    friction: float
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Rest on the side where the load or the way of arriving leaves the output."""
+        return backlash_terms(at, self.play, self.friction)
+
+
+@dataclass(frozen=True, slots=True)
+class Waves(ErrorSource):
+    """Transmission error as waves, whose size (level,) follows the load and whose size and phase differ from gearbox to gearbox."""
+
+    torque: Floats
+    waves: tuple[Wave, ...]
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Run ahead and behind, over and over in a turn."""
+        out = []
+        law = Normal()
+        for wave in self.waves:
+            size = np.interp(np.abs(at.load), self.torque, wave.size)
+            for name, course in (("sine", np.sin(wave.cycles * at.angle)), ("cosine", np.cos(wave.cycles * at.angle))):
+                label = f"{wave.cycles:g} per turn {name}"
+                # sine and cosine with draws of their own: amplitude and phase both differ
+                out.append(Term(label, (size * course)[:, None] * at.axis, robot=Draw(label, law)))
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Loop(ErrorSource):
+    """Half of the loop (level,), rad, that friction leaves at torques (level,): its side follows the way of arriving."""
+
+    torque: Floats
+    half: Floats
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Stop short on the way."""
+        return hysteresis_terms(at, along(np.abs(at.load), self.torque, self.half))
+
+
+def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
+    """Which sources of error has a gearbox of this drawing? Those that are zero are left out."""
+    found = gearbox.behaviour
+    out: dict[str, ErrorSource] = {}
+    play = float(found.play.mean())
+    if play > 0:
+        # a normal law of the same mean and deviation, cut where the play would be none
+        limit = min(float(found.play.std()) * Normal().bound, play)
+        out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest)
+    disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
+    scatters = {"lobe contacts": (disc + ring) / 2, "disc body": disc, "ring body": ring, "ring lobes": ring, "ring pins": ring}
+    for name, angle in found.wind_up.items():
+        if angle.any():
+            scatter = found.scatter if name == "lobe contacts" else None
+            out[name] = WindUp(found.torque, angle, scatter, scatters.get(name, 0.0))
+    if found.waves:
+        out["transmission error"] = Waves(found.wave_torque, found.waves)
+    if found.friction.any():
+        out["friction"] = Loop(found.torque, found.friction * found.softness)
+    return out

@@ -1,0 +1,261 @@
+"""One cycloidal stage as a drawing describes it, with its tolerances; what can be wrong with it; and what the laws need of it."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from lostmotion.laws import beam, cycloid_drive
+from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
+from lostmotion.laws.cycloid import Modification, Stage
+from lostmotion.laws.cycloid_built import Scatter
+from lostmotion.laws.cycloid_contact import Flanks
+from lostmotion.laws.rolling import roller_stiffness
+from lostmotion.parts.gearbox.gearbox import refuse
+from lostmotion.parts.link import Material
+from lostmotion.parts.source import (
+    ClearanceDim,
+    LengthAmount,
+    LengthPlus,
+    LinearStiffness,
+    Part,
+)
+from lostmotion.units import Quantity, Toleranced
+
+SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
+Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
+STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
+
+
+class Relief(Part):
+    """What is ground off the disc beyond the profile that fits without play: see `laws.cycloid.Modification`.
+
+    roller   by how much the generating roller is larger than the pin
+    circle   by how much the generating pin circle is smaller than the real one
+    """
+
+    roller: ClearanceDim = Toleranced(0.0)
+    circle: ClearanceDim = Toleranced(0.0)
+
+
+class Eccentric(Part):
+    """The eccentric with its bearings, one per disc and crankshaft.
+
+    clearance       diametral working clearance of each bearing
+    rollers, roller_length   its rolling elements; or
+    bearing         its stiffness across the axis
+    shaft           stiffness of the shaft with its seats, at one disc
+    cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer; left out: one eccentric in the middle
+    """
+
+    clearance: ClearanceDim = Toleranced(0.0)
+    rollers: Annotated[int, Field(ge=3, le=200)] | None = None
+    roller_length: LengthPlus | None = None
+    bearing: LinearStiffness | None = None
+    shaft: LinearStiffness | None = None
+    cranks: Annotated[int, Field(ge=1, le=8)] = 1
+    circle_radius: LengthPlus | None = None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if (self.rollers is None) != (self.roller_length is None) or (self.rollers is not None and self.bearing is not None):
+            expected = "rollers with roller_length, or the stiffness as bearing, or neither (rigid)"
+            raise refuse("the eccentric's bearing described by halves or twice", expected, 'rollers = 16, roller_length = "10 mm"')
+        if (self.cranks > 1) != (self.circle_radius is not None):
+            raise refuse(
+                f"{self.cranks} crank{'s' if self.cranks > 1 else ''} {'with' if self.circle_radius else 'without'} circle_radius",
+                "two or more cranks with the radius of the circle they stand on, or one in the middle without",
+                'cranks = 3, circle_radius = "36 mm"',
+            )
+        return self
+
+
+class OutputPins(Part):
+    """The pins that take the torque from the discs' holes.
+
+    clearance               of a pin in its hole, on the diameter, beyond what the eccentricity asks for
+    stiffness               of one pin at the discs; or
+    diameter, free_length   of a round pin, held at one end: from its seat to the middle of the discs
+    """
+
+    count: Annotated[int, Field(ge=3, le=100)]
+    circle_radius: LengthPlus
+    clearance: ClearanceDim = Toleranced(0.0)
+    stiffness: LinearStiffness | None = None
+    diameter: LengthPlus | None = None
+    free_length: LengthPlus | None = None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if (self.diameter is None) != (self.free_length is None) or (self.diameter is not None and self.stiffness is not None):
+            expected = "diameter with free_length, or stiffness, or neither (rigid)"
+            raise refuse("output pins described by halves or twice", expected, 'diameter = "12 mm", free_length = "14 mm"')
+        return self
+
+
+class Friction(Part):
+    """Coulomb coefficients; what is left out does not rub.
+
+    flank    between disc and pins or lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
+    bearing  of the eccentric, at bearing_radius; about 0.002 with rolling elements
+    output   of the output pins in their holes
+    """
+
+    flank: Coefficient = 0.0
+    bearing: Coefficient = 0.0
+    bearing_radius: LengthAmount = 0.0
+    output: Coefficient = 0.0
+
+
+class CycloidalStage(Part):
+    """One cycloidal stage from its drawing. Letters of the literature in brackets.
+
+    form           "ring pins" (pins or rollers in the ring), "lobe arcs" and "lobe envelope" (no rolling bodies: lobes of one piece with the
+                   ring), or "planet pins" (pins on the planet, lobes in the ring)
+    pins           how many pins or lobes the ring has (N), or pins the planet
+    ring_radius    of the circle of pin centres (R); ± over gearboxes, as for pin_radius (Rr) and eccentricity (e)
+    pin_position   ± of each pin or lobe by itself, radially and tangentially; pin_size ± of its radius; flank_form ± of each disc's flank
+    width          of one disc; discs how many
+    disc_bore_radius   the disc's body gives around it; left out: a rigid disc
+    ring_outer_radius  the ring's body gives inside it; left out: a rigid ring
+    pin_span       free length of a ring pin held at both ends; left out: pins in full-length seats, which do not bend
+    """
+
+    form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
+    pins: Annotated[int, Field(ge=3, le=1000)]
+    ring_radius: SizeDim
+    pin_radius: SizeDim
+    eccentricity: SizeDim
+    width: LengthPlus
+    discs: Annotated[int, Field(ge=1, le=4)] = 1
+    relief: Relief = Relief()
+    pin_position: LengthAmount = 0.0
+    pin_size: LengthAmount = 0.0
+    flank_form: LengthAmount = 0.0
+    disc_material: Material = STEEL
+    ring_material: Material = STEEL
+    contact_law: Literal["johnson", "palmgren"] = "johnson"
+    disc_bore_radius: LengthPlus | None = None
+    ring_outer_radius: LengthPlus | None = None
+    pin_span: LengthPlus | None = None
+    eccentric: Eccentric = Eccentric()
+    output_pins: OutputPins | None = None
+    friction: Friction | None = None
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Self:
+        try:
+            stage = self.stage
+        except ValueError as error:
+            why = str(error).removeprefix("this cycloidal stage cannot exist: ")
+            example = 'pins = 40, ring_radius = "77.5 mm", pin_radius = "4 mm", eccentricity = "1.5 mm"'
+            raise refuse(why, "a stage that can be built", example) from None
+        root = stage.tip_radius - 2 * stage.eccentricity
+        if self.disc_bore_radius is not None and self.disc_bore_radius >= root:
+            why = f"a bore of radius {self.disc_bore_radius * 1e3:g} mm in a disc whose valleys lie at {root * 1e3:.4g} mm"
+            raise refuse(why, "a bore inside the valleys", f'disc_bore_radius = "{root * 500:.3g} mm"')
+        if self.ring_outer_radius is not None and self.ring_outer_radius <= stage.ring_radius + stage.pin_radius:
+            outside = (stage.ring_radius + stage.pin_radius) * 1e3
+            why = f"a ring of outer radius {self.ring_outer_radius * 1e3:g} mm around pins that reach out to {outside:.4g} mm"
+            raise refuse(why, "a ring around its pins", f'ring_outer_radius = "{1.2 * outside:.3g} mm"')
+        if self.output_pins is not None and self.eccentric.cranks > 1:
+            expected = "output pins behind one eccentric, or crankshafts, which carry the output themselves"
+            raise refuse("both output pins and several cranks", expected, 'eccentric = { cranks = 3, circle_radius = "36 mm" }')
+        if self.pin_span is not None and self.form != "ring pins":
+            raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
+        return self
+
+    @functools.cached_property
+    def stage(self) -> Stage:
+        """Give the geometry."""
+        return Stage(self.ring_radius.nominal, self.pin_radius.nominal, self.eccentricity.nominal, self.pins, self.form)
+
+    @property
+    def rigid_in_stage(self) -> tuple[str, ...]:
+        """Name the members of which the drawing says nothing: they are taken as rigid."""
+        eccentric, pins = self.eccentric, self.output_pins
+        said = {
+            "ring pins": self.pin_span is not None or self.form != "ring pins",
+            "planet pins": self.form != "planet pins",
+            "disc body": self.disc_bore_radius is not None,
+            "ring body": self.ring_outer_radius is not None,
+            "eccentric bearing": eccentric.bearing is not None or eccentric.rollers is not None,
+            "eccentric shaft": eccentric.shaft is not None,
+            "output pins": eccentric.cranks > 1 or (pins is not None and (pins.stiffness is not None or pins.diameter is not None)),
+        }
+        return tuple(name for name, stated in said.items() if not stated)
+
+    @functools.cached_property
+    def drive(self) -> cycloid_drive.Drive:
+        """Give what the laws of the loaded stage need."""
+        disc, ring = self.disc_material, self.ring_material
+        flanks = Flanks(self.width, equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), self.contact_law, self._lobe_bending)
+        made = Modification(self.relief.roller.nominal, self.relief.circle.nominal)
+        eccentric = self.eccentric
+        rollers = eccentric.rollers or 0
+        springs = cycloid_drive.Eccentric(
+            bearing=eccentric.bearing or math.inf,
+            elements=rollers,
+            element_stiffness=roller_stiffness(eccentric.roller_length) if eccentric.roller_length else math.inf,
+            shaft=eccentric.shaft or math.inf,
+            cranks=eccentric.cranks,
+            circle=eccentric.circle_radius or math.inf,
+        )
+        pins = self.output_pins
+        output = None if pins is None else cycloid_drive.OutputPins(pins.count, pins.circle_radius, _pin_stiffness(pins))
+        return cycloid_drive.Drive(self.stage, flanks, made, self.discs, springs, output, self._disc_body, self._ring_body)
+
+    @property
+    def scatter(self) -> Scatter:
+        """Give by how much the dimensions differ from gearbox to gearbox."""
+        none = Toleranced(0.0)
+        return Scatter(
+            ring_radius=self.ring_radius,
+            pin_radius=self.pin_radius,
+            eccentricity=self.eccentricity,
+            roller=self.relief.roller,
+            circle=self.relief.circle,
+            crank_clearance=self.eccentric.clearance,
+            output_clearance=self.output_pins.clearance if self.output_pins else none,
+            pin_position=self.pin_position,
+            pin_size=self.pin_size,
+            flank_form=self.flank_form,
+        )
+
+    @property
+    def _lobe_bending(self) -> float:
+        """Give by how much a pin or lobe bends under its force (m/N); zero for pins in full-length seats."""
+        material = self.ring_material
+        if self.pin_span is not None:
+            return round_bar_compliance(self.pin_span, 2 * self.pin_radius.nominal, material.young, material.poisson)
+        if self.form in ("lobe arcs", "lobe envelope"):
+            # From the root, where the disc's tips reach, to the crest, on half of which the forces work; as thick as the arc is wide there.
+            height, rr = 2 * self.eccentricity.nominal, self.pin_radius.nominal
+            root = 2 * rr if height >= rr else 2 * math.sqrt(rr**2 - (rr - height) ** 2)
+            return lobe_compliance(height / 2, root, self.width, material.young, material.poisson)
+        return 0.0
+
+    @property
+    def _disc_body(self) -> float:
+        if self.disc_bore_radius is None:
+            return 0.0
+        return disc_body(self.stage, self.disc_bore_radius, self.width, self.disc_material.young, self.disc_material.poisson)
+
+    @property
+    def _ring_body(self) -> float:
+        if self.ring_outer_radius is None:
+            return 0.0
+        return ring_body(self.stage, self.ring_outer_radius, self.width, self.ring_material.young, self.ring_material.poisson)
+
+
+def _pin_stiffness(pins: OutputPins) -> float:
+    """Give the stiffness (N/m) of an output pin at the discs: stated, or of a round cantilever of steel in bending and shear."""
+    if pins.stiffness is not None:
+        return pins.stiffness
+    if pins.diameter is None or pins.free_length is None:
+        return math.inf
+    section = beam.round_section(pins.diameter, 0.0, STEEL.poisson)
+    return 1 / float(beam.tip_compliance(pins.free_length, STEEL.young, STEEL.shear, section)[4, 4])
