@@ -9,7 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.laws.gears import play_from_lost_motion, wind_up
+from lostmotion.laws.gears import (
+    duplex_take_up,
+    friction_angle,
+    planetary_ratio,
+    play_from_lost_motion,
+    strain_wave_ratio,
+    wind_up,
+    wolfrom_ratio,
+)
 
 # Harmonic Drive, size 25, ratio above 50: K1, K2, K3 in N m/rad, T1 and T2 in N m
 K = (31e3, 50e3, 57e3)
@@ -87,3 +95,105 @@ def test_play_and_lost_motion_tell_the_same(play: float, small: float):
     lost = play + 2 * float(wind_up(np.array([small]), K, T)[0])
     assert play_from_lost_motion(lost, small, K, T) == pytest.approx(play, abs=1e-15)
     assert play_from_lost_motion(0.0, small, K, T) < 0
+
+
+def speeds(wheels: int, meshes: list[tuple[int, int, int, int, int, bool]], held: int, output: int) -> np.ndarray:
+    """Solve Willis' equations for the speed of every wheel while the output makes one turn.
+
+    Each mesh is (wheel, its teeth, other wheel, its teeth, carrier of both axes, whether one lies inside the other): against the carrier,
+    as many teeth of the one pass as of the other, in the same direction where one lies inside the other.
+    """
+    rows, right = [], []
+    for a, teeth_a, b, teeth_b, carrier, inside in meshes:
+        row = np.zeros(wheels)
+        sign = -1.0 if inside else 1.0
+        row[a] += teeth_a
+        row[b] += sign * teeth_b
+        row[carrier] -= teeth_a + sign * teeth_b
+        rows.append(row)
+        right.append(0.0)
+    for wheel, speed in ((held, 0.0), (output, 1.0)):
+        rows.append(np.eye(wheels)[wheel])
+        right.append(speed)
+    return np.linalg.solve(np.array(rows), np.array(right))
+
+
+TEETH = st.integers(9, 150)
+
+
+@given(TEETH, TEETH)
+@settings(deadline=None, max_examples=50)
+def test_a_planetary_ratio_solves_willis_equations(sun: int, planet: int):
+    """Sun 0, planet 1, ring 2 (held), carrier 3 (out): the sun turns as the law says, whatever the teeth."""
+    ring = sun + 2 * planet
+    found = speeds(4, [(0, sun, 1, planet, 3, False), (1, planet, 2, ring, 3, True)], held=2, output=3)
+    assert planetary_ratio(sun, ring) == pytest.approx(found[0], rel=1e-9)
+    assert (found[0] - 1, abs(found[1] - 1)) == pytest.approx((ring / sun, ring / planet), rel=1e-9)
+
+
+@given(TEETH, TEETH, TEETH, st.integers(1, 60), st.integers(1, 60))
+@settings(deadline=None, max_examples=100)
+def test_a_wolfrom_ratio_solves_willis_equations(sun: int, planet: int, second: int, first_more: int, second_more: int):
+    """Sun 0, planet 1 with two wheels, ring 2 (held), ring 3 (out), carrier 4 (free): the same ratio, sign and all, or both say it stands still."""
+    ring, out = planet + first_more, second + second_more
+    meshes = [(0, sun, 1, planet, 4, False), (1, planet, 2, ring, 4, True), (1, second, 3, out, 4, True)]
+    if planet * out == ring * second:
+        with pytest.raises(ValueError, match="stands still"):
+            wolfrom_ratio(sun, planet, ring, second, out)
+        return
+    found = speeds(5, meshes, held=2, output=3)
+    assert wolfrom_ratio(sun, planet, ring, second, out) == pytest.approx(found[0], rel=1e-7)
+    assert found[0] == pytest.approx((1 + ring / sun) / (1 - ring * second / (planet * out)), rel=1e-7)
+
+
+@given(st.integers(20, 400), st.integers(1, 5), st.booleans())
+@settings(deadline=None, max_examples=50)
+def test_a_strain_wave_ratio_solves_willis_equations(flexspline: int, pairs: int, hold_flexspline: bool):  # noqa: FBT001 - hypothesis draws it
+    """Flexspline 0 inside circular spline 1, carried by the wave generator 2."""
+    circular = flexspline + 2 * pairs
+    held, output = (0, 1) if hold_flexspline else (1, 0)
+    found = speeds(3, [(0, flexspline, 1, circular, 2, True)], held=held, output=output)
+    assert strain_wave_ratio(flexspline, circular, flexspline_held=hold_flexspline) == pytest.approx(found[2], rel=1e-9)
+
+
+def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():
+    """Rolled tooth by tooth: a turn of the generator lays 202 teeth of the circular spline on 200 of the flexspline, which falls 2 of 200 behind."""
+    laid = fall_back = 0
+    while laid < 202:  # the flexspline turns backwards by what it lacks to lay tooth on tooth
+        laid += 1
+        fall_back = laid - laid * 200 / 202
+    assert strain_wave_ratio(200, 202) == pytest.approx(-200 / fall_back, rel=1e-12)
+    for circular in (200, 198):
+        with pytest.raises(ValueError, match="more teeth"):
+            strain_wave_ratio(200, circular)
+
+
+def test_a_worm_slides_back_where_friction_cannot_hold_it():
+    """Forces on a flank by themselves: at the friction angle the axial push along the thread just balances friction, above it wins."""
+    alpha, mu = math.radians(20), 0.06
+    limit = friction_angle(mu, alpha)
+
+    def excess(lead: float) -> float:
+        normal = np.array([-math.cos(alpha) * math.sin(lead), math.cos(alpha) * math.cos(lead), math.sin(alpha)])  # around, along the worm, radially
+        sliding = np.array([math.cos(lead), math.sin(lead), 0.0])
+        # The wheel pushes along the worm; around it, the thread's slope turns the worm and friction resists.
+        return float(abs(normal[0]) - mu * sliding[0])
+
+    assert excess(limit) == pytest.approx(0, abs=1e-15)
+    assert excess(limit * 1.01) > 0 > excess(limit * 0.99)
+
+
+def test_a_shifted_duplex_worm_fills_the_gap_as_its_flanks_say():
+    """Flank by flank: teeth of a worm of leads 6.2 and 6.4 mm at the wheel's place before and after a shift of half a millimetre."""
+    left, right, shift, ratio = 6.2e-3, 6.4e-3, 0.5e-3, 60.0
+    mean = (left + right) / 2
+
+    def thickness(place: float) -> float:
+        # The k-th turn's flanks stand at k x lead; in between, as the thread winds on, by the share of a turn.
+        turns = place / mean
+        return 1.5e-3 + turns * right - turns * left
+
+    thicker = thickness(10 * mean + shift) - thickness(10 * mean)
+    radius = ratio * mean / (2 * math.pi)  # the wheel's pitch circle holds one lead per turn of the worm
+    assert duplex_take_up(shift, (left, right), ratio) == pytest.approx(thicker / radius, rel=1e-12)
+    assert duplex_take_up(shift, (right, left), ratio) == duplex_take_up(shift, (left, right), ratio)

@@ -7,7 +7,11 @@ from typing import Annotated, Any, Final
 from pydantic import BeforeValidator, Field
 
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
+from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
+from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
+from lostmotion.parts.gearbox.worm import WormGearbox
 from lostmotion.parts.source import (
     AngleAmount,
     AngularStiffness,
@@ -30,7 +34,12 @@ def _of_default_kind(stated: Any) -> Any:  # noqa: ANN401 - whatever a file hold
 # What the rest of the package asks of a kind: to be an ErrorSource, or to have `members` (`source.Grouped`), and its `ratio`, turns of the input
 # per turn of the output, negative where they go opposite ways.
 TurningGearbox = Annotated[
-    CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount] | PlanetaryGearbox,
+    CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+    | CycloidalGearbox
+    | PlanetaryGearbox
+    | WolfromGearbox
+    | StrainWaveGearbox
+    | WormGearbox,
     Field(discriminator="kind"),
     BeforeValidator(_of_default_kind),
 ]

@@ -44,22 +44,22 @@ class PlanetaryGearbox(TurningFigures):
         fitting = (ring - sun) // 2
         if fitting < 1 or (ring - sun) % 2 or self.planet_teeth not in (None, fitting):
             planet = self.planet_teeth or max(fitting, 1)
+            planets = _nearest_planets(self.planets, sun, planet)
             raise refuse(
                 f"sun {sun}, ring {ring}" + (f", planet {self.planet_teeth} teeth" if self.planet_teeth else " teeth, which leaves no whole planet"),
                 "ring = sun + 2 x planet: the planet reaches from one to the other",
-                f"sun_teeth = {sun}, planet_teeth = {planet}, ring_teeth = {sun + 2 * planet}",
+                f"sun_teeth = {sun}, planet_teeth = {planet}, ring_teeth = {sun + 2 * planet}"
+                + (f", planets = {planets}" if planets != self.planets else ""),
             )
-        room = [count for count in range(1, MOST_PLANETS + 1) if not (sun + ring) % count and _have_room(count, sun, fitting)]
-        near = min(room, key=lambda count: (abs(count - self.planets), count))
         if (sun + ring) % self.planets:
             raise refuse(
                 f"{self.planets} planets with sun + ring = {sun + ring} teeth",
                 "a number of planets that divides sun + ring: else equally spaced planets cannot be put in",
-                f"planets = {near}",
+                f"planets = {_nearest_planets(self.planets, sun, fitting)}",
             )
         if not _have_room(self.planets, sun, fitting):
             found = f"{self.planets} planets of {fitting} teeth around a sun of {sun}"
-            raise refuse(found, "planets that do not touch each other", f"planets = {near}")
+            raise refuse(found, "planets that do not touch each other", f"planets = {_nearest_planets(self.planets, sun, fitting)}")
         return self
 
     def _own_waves(self) -> list[tuple[str, float, float]]:
@@ -75,3 +75,9 @@ class PlanetaryGearbox(TurningFigures):
 def _have_room(planets: int, sun: int, planet: int) -> bool:
     """Tell whether the pitch circles of neighbouring planets keep clear of each other."""
     return planets == 1 or (sun + planet) * math.sin(math.pi / planets) > planet
+
+
+def _nearest_planets(wanted: int, sun: int, planet: int) -> int:
+    """Which number of equally spaced planets, nearest to the wanted one, can be put in?"""
+    fit = [count for count in range(1, MOST_PLANETS + 1) if not 2 * (sun + planet) % count and _have_room(count, sun, planet)]
+    return min(fit, key=lambda count: (abs(count - wanted), count))

@@ -1,0 +1,52 @@
+"""A strain wave gear: an elliptic wave generator presses a thin toothed cup, the flexspline, into a circular spline of a few more teeth."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import model_validator
+
+from lostmotion.laws.gears import strain_wave_ratio
+from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse, teeth
+from lostmotion.parts.source import AngleAmount
+
+# An ellipse meshes at both ends of its long axis.
+_LOBES: Final = 2
+
+
+class StrainWaveGearbox(TurningFigures):
+    """A strain wave gear; the figures that makers print, as `Gearbox` lists them, and its teeth.
+
+    flexspline_teeth, circular_spline_teeth   the circular spline has two more, or another even number
+    held          "circular spline": the flexspline is the output and turns against the input; "flexspline": the other way about
+    wave_generator_error  amplitude at the output of the wave that the generator makes, twice per turn of the input
+
+    Its teeth are preloaded, so that it has no play unless backlash or lost motion is stated; it is soft at small torque, which stiffness zones say.
+    """
+
+    kind: Literal["strain wave"] = "strain wave"
+    flexspline_teeth: Annotated[int, teeth("200")]
+    circular_spline_teeth: Annotated[int, teeth("202")]
+    held: Literal["circular spline", "flexspline"] = "circular spline"
+    wave_generator_error: AngleAmount = 0.0
+
+    @property
+    def ratio(self) -> float:
+        """Give the turns of the wave generator per turn of the output, negative with the circular spline held."""
+        return strain_wave_ratio(self.flexspline_teeth, self.circular_spline_teeth, flexspline_held=self.held == "flexspline")
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        flexspline, circular = self.flexspline_teeth, self.circular_spline_teeth
+        more = circular - flexspline
+        if more <= 0 or more % _LOBES:
+            near = max(more - more % _LOBES, _LOBES)
+            raise refuse(
+                f"a circular spline of {circular} teeth around a flexspline of {flexspline}",
+                "a circular spline with two teeth more, or another even number: they mesh at both ends of an ellipse",
+                f"flexspline_teeth = {flexspline}, circular_spline_teeth = {flexspline + near}",
+            )
+        return self
+
+    def _own_waves(self) -> list[tuple[str, float, float]]:
+        return [("wave generator", self.wave_generator_error, _LOBES * abs(self.ratio))]
