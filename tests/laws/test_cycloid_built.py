@@ -1,0 +1,167 @@
+"""Cycloidal stages as built, against direct searches, closed forms of averaging, and their own reproducibility."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, linprog
+
+from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.laws.cycloid import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
+from lostmotion.laws.cycloid_built import Scatter, built, clearance_angle, drawn_gaps
+from lostmotion.laws.cycloid_contact import Flanks
+from lostmotion.laws.cycloid_drive import Drive, Eccentric, OutputPins, loaded_disc, members
+from lostmotion.units import Toleranced
+
+STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
+STAGE = Stage(0.064, 0.003, 0.0013, 40)
+LEVER = STAGE.planet_pitch_radius
+DRIVE = Drive(STAGE, Flanks(0.0125, STEEL), Modification(roller=6e-6), 2, Eccentric(bearing=4e8))
+SCATTER = Scatter(pin_radius=Toleranced(0.003, 1e-6), eccentricity=Toleranced(0.0013, 2e-6), pin_position=2e-6, pin_size=0.5e-6, flank_form=1.5e-6)
+CRANK = 2 * math.pi * np.arange(8) / 8
+
+
+def test_without_scatter_all_gearboxes_are_as_drawn():
+    """Play by the formula, wind-up by the sum of the members."""
+    found = built(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
+    np.testing.assert_allclose(found.play, play(STAGE, DRIVE.made), rtol=5e-3)
+    wind_up = (found.rotation[0] - found.ahead).mean(axis=0)
+    np.testing.assert_allclose(wind_up, sum(members(DRIVE, np.array([100.0])).values())[0], rtol=3e-3)
+    np.testing.assert_array_equal(found.play, found.play[0])
+    assert not found.jammed.any()
+
+
+def test_discs_share_the_torque_so_that_they_turn_alike():
+    """Two discs with gaps of their own: the common angle by root finding on the torques that each carries there."""
+    scatter = replace(SCATTER, flank_form=4e-6)
+    crank = np.array([0.7])
+    torque = 60.0
+    found = built(DRIVE, scatter, np.array([0.2 * torque, 0.5 * torque, torque, 2 * torque]), crank, 12, 3)
+    gap = drawn_gaps(DRIVE, scatter, crank, 12, 3)
+
+    def carried(disc: int, gearbox: int, angle: float) -> float:
+        turned = crank + math.pi * disc
+
+        def excess(load: float) -> float:
+            return float(loaded_disc(DRIVE, load, turned, gap[disc][:, [gearbox]]).rotation[0, 0, 0]) - angle
+
+        return 0.0 if excess(1e-3) > 0 else brentq(excess, 1e-3, 3 * torque, xtol=1e-9)
+
+    unlike = 0.0
+    for gearbox in range(12):
+        shares = [carried(disc, gearbox, float(found.rotation[2, 0, gearbox])) for disc in (0, 1)]
+        assert sum(shares) == pytest.approx(torque, rel=0.05)  # straight lines between a few loads
+        unlike = max(unlike, abs(shares[0] - shares[1]))
+    assert unlike > 0.1 * torque
+
+
+def test_errors_average_under_load_and_one_decides_without():
+    """Independent flank errors s turn a loaded disc by 2 s/(e z sqrt N), mean square over gearboxes; unloaded the narrowest gap counts."""
+    deviation = 1e-6
+    scatter = Scatter(flank_form=3 * deviation)
+    one = replace(DRIVE, discs=1, eccentric=Eccentric())
+    # the load winds it up far more than the flanks differ
+    found = built(one, scatter, np.array([3000.0]), np.array([0.3]), 1500, 1)
+    spread = found.rotation[0, 0].std()
+    assert spread == pytest.approx(2 * deviation / (LEVER * math.sqrt(40)), rel=0.1)
+    assert found.ahead[0].std() > 1.3 * spread
+    assert found.play.mean() < play(STAGE, DRIVE.made)
+    two = built(replace(one, discs=2), scatter, np.array([6000.0]), np.array([0.3]), 1500, 1)
+    assert two.rotation[0, 0].std() == pytest.approx(spread / math.sqrt(2), rel=0.1)
+
+
+def test_every_dimension_moves_the_flanks_as_geometry_says():
+    """Gaps of a wrongly made stage, measured on the true profile moved to its true place, against the first order that is used."""
+    wrong = {"ring_radius": 0.5e-6, "pin_radius": 0.5e-6, "eccentricity": 0.5e-6}
+    t = np.linspace(0, 2 * math.pi, 400_001)
+    psi = 0.4
+    for name, size in wrong.items():
+        scatter = Scatter(**{name: Toleranced(getattr(STAGE, name), size)})
+        gap = drawn_gaps(replace(DRIVE, made=Modification()), scatter, np.array([psi]), 1, 1)[0, 0, 0]
+        made = {key: getattr(STAGE, key) for key in ("ring_radius", "pin_radius", "eccentricity")}
+        drawn = _drawn_size(scatter, name)
+        made[name] += drawn
+        # the disc is cut as drawn; pins and crank are as made
+        points = flank(STAGE, t)[0] @ [1, 1j]
+        centre, turn = planet_pose(replace(STAGE, eccentricity=made["eccentricity"]), np.array(psi))
+        placed = points * np.exp(1j * turn) + complex(*centre)
+        angle = 2 * math.pi * np.arange(STAGE.pins) / STAGE.pins
+        pins = made["ring_radius"] * np.exp(1j * angle)
+        seen = np.array([np.abs(placed - pin).min() for pin in pins]) - made["pin_radius"]
+        np.testing.assert_allclose(gap, seen, atol=0.02 * abs(drawn))
+
+
+def _drawn_size(scatter: Scatter, name: str) -> float:
+    """Read which size was drawn off a stage on which it alone counts."""
+    gap = drawn_gaps(replace(DRIVE, made=Modification(), discs=1), scatter, np.array([0.0]), 1, 1)[0, 0, 0]
+    per_unit = {"ring_radius": 1.0, "pin_radius": -1.0, "eccentricity": -float(normals(STAGE, np.array(0.0))[0])}[name]
+    return float(gap[0] / per_unit)
+
+
+def test_clearances_add_as_levers_say():
+    """G/(e z) of the crank bearing and Gw/Rw of the output pins; a direct search over where the disc may lie finds a little more, never less."""
+    drive = replace(DRIVE, discs=1, output=OutputPins(8, 0.04))
+    scatter = replace(SCATTER, crank_clearance=Toleranced(10e-6), output_clearance=Toleranced(8e-6))
+    np.testing.assert_allclose(clearance_angle(drive, scatter, 4, 1), 10e-6 / LEVER + 8e-6 / 0.04)
+    crank = np.array([0.2])
+    gap = drawn_gaps(drive, scatter, crank, 60, 1)[0, 0]
+    theta = pin_angles(STAGE, crank)[0]
+    found = built(drive, scatter, np.array([]), crank, 60, 1)
+    around = 2 * math.pi * np.arange(64) / 64
+    circle = np.stack([np.zeros(64), np.cos(around), np.sin(around)], axis=-1)
+    held = np.column_stack([arms(STAGE, theta) * 1e3, -normals(STAGE, theta)])
+    ratios = []
+    for each, additive in zip(gap, found.ahead[0] - 4e-6 / 0.04, strict=True):
+        # how far can the disc turn (mrad) if its centre may go anywhere (µm) within the clearance?
+        best = linprog([-1, 0, 0], np.vstack([held, circle]), np.r_[each * 1e6, np.full(64, 5.0)], bounds=[(None, None)] * 3)
+        ratios.append(-best.fun * 1e-3 / additive)
+    assert min(ratios) > 0.998  # a polygon instead of a circle
+    assert 1.0 < np.mean(ratios) < 1.03
+    assert max(ratios) < 1.15
+
+
+def test_either_direction_alike():
+    """Mirrored errors answer a torque the other way round as the unmirrored ones answer this way."""
+    found = built(DRIVE, SCATTER, np.array([-40.0, 40.0]), CRANK, 400, 1)
+    assert (found.rotation[0] < 0).all()
+    assert found.rotation[1].mean() == pytest.approx(-found.rotation[0].mean(), rel=0.01)
+    assert found.behind.mean() == pytest.approx(found.ahead.mean(), rel=0.02)
+
+
+def test_gearboxes_that_interfere_are_counted():
+    """No relief and pins too large by up to 5 µm: flanks press on each other with no torque, and there is no play."""
+    tight = replace(DRIVE, made=Modification())
+    found = built(tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1)
+    assert 0.4 < found.jammed.mean() < 0.6
+    assert (found.play[found.jammed] == 0).all()
+    assert (found.play[~found.jammed] > 0).all()
+
+
+def test_the_same_gearboxes_whatever_else_is_asked():
+    """More gearboxes keep the first; threads change nothing; another tolerance leaves the other draws alone; another seed, other gearboxes."""
+    few = built(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 5, 7)
+    many = built(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 9, 7, threads=2)
+    np.testing.assert_array_equal(few.rotation, many.rotation[..., :5])
+    np.testing.assert_array_equal(few.ahead, many.ahead[..., :5])
+    wider = drawn_gaps(DRIVE, replace(SCATTER, ring_radius=Toleranced(0.064, 4e-6)), CRANK[:1], 5, 7)
+    plain = drawn_gaps(DRIVE, SCATTER, CRANK[:1], 5, 7)
+    along = (wider - plain)[0, 0]  # dR (1 - K1 cos theta)/D: one draw a gearbox
+    np.testing.assert_allclose(along / along[:, :1], np.broadcast_to(along[0] / along[0, 0], along.shape), rtol=1e-6)
+    assert not np.array_equal(built(DRIVE, SCATTER, np.array([]), CRANK[:1], 5, 8).ahead, few.ahead[:1])
+
+
+def test_no_torque_is_refused():
+    """Under no torque there is no one angle."""
+    with pytest.raises(ValueError, match="play"):
+        built(DRIVE, SCATTER, np.array([0.0]), CRANK, 2, 1)
+
+
+def test_first_contact_counts_both_discs():
+    """The free way ahead is the shorter one of the two discs'."""
+    crank = CRANK[:3]
+    gap = drawn_gaps(DRIVE, SCATTER, crank, 6, 2)
+    each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc]) for disc in (0, 1)]
+    np.testing.assert_array_equal(built(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))

@@ -1,0 +1,149 @@
+"""The cycloidal stage as a series of springs, against closed forms and plain statics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.laws.cycloid import Modification, Stage, normals, pin_angles
+from lostmotion.laws.cycloid_contact import Flanks, mesh_stiffness, output_pin_stiffness
+from lostmotion.laws.cycloid_drive import (
+    Drive,
+    Eccentric,
+    OutputPins,
+    crank_lever,
+    crank_play,
+    loaded_disc,
+    members,
+    nominal_gaps,
+    pitch_of_crank,
+)
+from lostmotion.laws.rolling import roller_stiffness
+
+STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
+STAGE = Stage(0.064, 0.003, 0.0013, 40)
+LEVER = STAGE.planet_pitch_radius
+SPRINGS = Drive(STAGE, Flanks(0.0125, STEEL, "linear", stiffness=4e8), discs=2)
+
+
+def test_equal_springs_give_the_closed_forms():
+    """Mesh n_d k (e z)^2 N/4, eccentric k (e z)^2 with k of all bearings, output pins k_w Rw^2 n_w/4: each by itself, to the ripple of N = 40."""
+    drive = replace(SPRINGS, eccentric=Eccentric(bearing=3e8, shaft=6e8), output=OutputPins(8, 0.04, 2e8))
+    found = members(drive, np.array([50.0, 400.0]))
+    torque = np.array([50.0, 400.0])
+    np.testing.assert_allclose(found["lobe contacts"], torque / mesh_stiffness(STAGE, 4e8, discs=2), rtol=2e-6)
+    np.testing.assert_allclose(found["output pins"], torque / output_pin_stiffness(2e8, 0.04, 8))
+    np.testing.assert_allclose(found["eccentric bearing"], 2 * found["eccentric shaft"])
+    alone = members(replace(drive, output=None), torque)
+    # K = k (e z)^2 counts the force across the line of centres alone; the lobes press a little along it besides.
+    np.testing.assert_allclose(alone["eccentric bearing"], torque / (2 * 3e8 * LEVER**2), rtol=0.04)
+    assert (alone["eccentric bearing"] > torque / (2 * 3e8 * LEVER**2)).all()
+    assert not found["disc body"].any()
+    assert not found["ring pins"].any()
+
+
+@pytest.mark.parametrize("cranks", [2, 3, 5])
+def test_crankshafts_hold_a_disc_as_statics_says(cranks):
+    """A disc on n springs around a circle, under the mesh's force through the pitch point: shift and turn by the 3 x 3 stiffness matrix."""
+    circle, spring, torque = 0.036, 3e8, 300.0
+    drive = replace(SPRINGS, eccentric=Eccentric(bearing=spring, cranks=cranks, circle=circle))
+    places = circle * np.exp(2j * math.pi * np.arange(cranks) / cranks + 0.3j)
+    matrix = np.zeros((3, 3))
+    for place in places:
+        across = np.array([[1, 0, -place.imag], [0, 1, place.real]])
+        matrix += spring * across.T @ across
+    each, turned = torque / 2, []
+    for crank in pitch_of_crank(drive):
+        mesh = _mesh_force(drive, each, crank)
+        shift = np.linalg.solve(matrix, np.array([*mesh, each]))
+        turned.append((mesh @ shift[:2]) / each + shift[2])
+    found = members(drive, np.array([torque]))
+    # A disc that may shift leans on other lobes than one that may not: what that costs is counted with the bearing.
+    assert 1.0 < found["eccentric bearing"][0] / np.mean(turned) < 1.02
+
+
+def _mesh_force(drive: Drive, torque: float, crank: float) -> np.ndarray:
+    """Sum up what the lobes press on one disc (2,), along and across the line of centres."""
+    at = np.array([crank])
+    answer = loaded_disc(drive, torque, at, nominal_gaps(drive, at))
+    return answer.forces[0, 0, 0] @ normals(drive.stage, pin_angles(drive.stage, at)[0])
+
+
+def test_each_crank_carries_its_part_of_force_and_torque():
+    """The mean over a turn of |T/(n e z) y + T/(n Rc) t|, vectors added by hand."""
+    drive = replace(SPRINGS, eccentric=Eccentric(bearing=3e8, cranks=3, circle=0.036))
+    at = np.linspace(0, 2 * math.pi, 10_001)[:-1]
+    force = np.array([[0.0], [1 / LEVER]]) + np.array([-np.sin(at), np.cos(at)]) / 0.036
+    assert crank_lever(drive) == pytest.approx(np.hypot(*force).mean() / 3, rel=1e-6)
+    assert crank_lever(SPRINGS) == pytest.approx(1 / LEVER)
+    assert crank_play(SPRINGS) == pytest.approx(1 / LEVER)
+
+
+def test_a_rolling_bearing_is_taken_at_the_secant_of_its_own_load():
+    """Rollers harden: the eccentric's share of the wind-up per torque falls with the load, and is the bearing's own shift over e z."""
+    rollers = Eccentric(elements=16, element_stiffness=roller_stiffness(0.0105))
+    drive = replace(SPRINGS, eccentric=rollers)
+    torque = np.array([10.0, 100.0, 1000.0])
+    shares = members(drive, torque)["eccentric bearing"]
+    assert (np.diff(shares / torque) < 0).all()
+    for each, share in zip(torque / 2, shares, strict=True):
+        force = float(np.hypot(*_mesh_force(drive, each, 0.0)))
+        assert force == pytest.approx(each / LEVER, rel=0.05)  # mostly across, a little along the line of centres
+        assert 1.0 < share / (force**2 / rollers.bearing_stiffness(force) / each) < 1.03
+    assert Eccentric().bearing_stiffness(10.0) == math.inf
+    assert rollers.bearing_stiffness(0.0) == 0.0
+
+
+def test_play_is_no_wind_up():
+    """A stage with its profile relieved winds up from its first contact on: to nothing as the torque goes."""
+    drive = replace(SPRINGS, flanks=Flanks(0.0125, STEEL), made=Modification(roller=20e-6))
+    assert members(drive, np.array([1e-3]))["lobe contacts"][0] < 1e-9
+    assert nominal_gaps(drive, pitch_of_crank(drive)) == pytest.approx(20e-6)
+
+
+GIVEN = Drive(
+    STAGE,
+    Flanks(0.0125, STEEL, bending=1e-9),
+    Modification(roller=5e-6),
+    2,
+    Eccentric(elements=14, element_stiffness=roller_stiffness(0.01), shaft=5e8),
+    OutputPins(8, 0.04, 2e8),
+    1e-8,
+    1e-8,
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(1.05, 5.0), st.floats(20.0, 800.0), st.sampled_from(range(8)))
+def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
+    """Whichever spring gets softer, the whole winds up more."""
+    eccentric, flanks, output = GIVEN.eccentric, GIVEN.flanks, GIVEN.output
+    assert output is not None
+    softer = (
+        replace(GIVEN, flanks=replace(flanks, modulus=flanks.modulus / factor)),
+        replace(GIVEN, flanks=replace(flanks, bending=flanks.bending * factor)),
+        replace(GIVEN, disc_body=GIVEN.disc_body * factor),
+        replace(GIVEN, ring_body=GIVEN.ring_body * factor),
+        replace(GIVEN, eccentric=replace(eccentric, element_stiffness=eccentric.element_stiffness / factor)),
+        replace(GIVEN, eccentric=replace(eccentric, shaft=eccentric.shaft / factor)),
+        replace(GIVEN, output=replace(output, stiffness=output.stiffness / factor)),
+        replace(GIVEN, discs=1),
+    )[which]
+    before = sum(members(GIVEN, np.array([torque])).values())
+    assert sum(members(softer, np.array([torque])).values()) > before
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"bearing": 0.0}, {"shaft": -1.0}, {"elements": 2, "element_stiffness": 1e9}, {"elements": 9}, {"cranks": 2}, {"circle": 0.03}, {"cranks": 0}],
+)
+def test_impossible_eccentrics_are_refused(wrong):
+    """Springs without stiffness, bearings that hold nothing, a crank off the middle."""
+    with pytest.raises(ValueError, match=r"eccentric|bearing"):
+        Eccentric(**wrong)
