@@ -39,6 +39,16 @@ def test_every_example_fits_the_schema(path):
     jsonschema.validate(tree, json_schema())
 
 
+def test_rows_of_ones_own_fit_the_schema():
+    """A row as the catalogue has it passes, one with a slip in its gearbox does not."""
+    row = {"models": ["X-10"], "maker": "X", "part": {"backlash": "1 arcmin"}, "source": "measured"}
+    tree = {**tomllib.loads('name = "x"\n' + JOINT), "reducers": [row]}
+    jsonschema.validate({"catalogue": "my_reducers.toml", **tree}, json_schema())
+    row["part"]["backlsh"] = "1 arcmin"
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tree, json_schema())
+
+
 @pytest.mark.parametrize(
     "line", ["axis = 3", 'gearbox = { ratio = "x", unknown = 1 }', "mass = 3", "dh = { a = 1 }", 'link = { section = { kind = "tub" } }']
 )

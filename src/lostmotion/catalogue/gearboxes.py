@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import re
-from typing import Annotated, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn, Self, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
-from lostmotion.parts.source import AngularStiffness, Part, TorqueAmount
+from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
+from lostmotion.parts.source import AngleAmount, AngularStiffness, Line, Part, PlayDim, TorqueAmount
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+Rows: TypeAlias = "Mapping[str, Sequence[GearboxRow]]"
+Ratio = Annotated[float, Quantity("", "100", above=0)]
+
+_NONE: Final[Rows] = {}
+# However many rows a user has, so many of their names are looked through for the nearest.
+_NEAR_OWN: Final = 200
+_MOST_MAKERS: Final = 4
 
 # Who states one of these fields says in other words what the row says in those: they go.
 _REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
@@ -18,29 +33,66 @@ _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error",
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
 
 
-class GearboxRow(Part):
+class _Printed(Part):
+    """What stands in a row besides the gearbox itself."""
+
+    models: Annotated[list[Annotated[Line, Field(min_length=1, max_length=40)]], Field(min_length=1, max_length=20)]
+    maker: Annotated[Line, Field(min_length=1, max_length=80)]
+    ratio: Ratio | None = None
+    ratio_above: Ratio | None = None
+    upper_limits: Annotated[tuple[Line, ...], Field(max_length=20)] = ()
+    lost_motion: AngleAmount | None = None
+    moment_rigidity: AngularStiffness | None = None
+    acceleration_torque: TorqueAmount | None = None
+    emergency_torque: TorqueAmount | None = None
+    printed: Annotated[Line, Field(max_length=300)] = ""
+    source: Annotated[Line, Field(min_length=1, max_length=200)]
+
+    @model_validator(mode="after")
+    def _is_of_one_class(self) -> Self:
+        if self.ratio is not None and self.ratio_above is not None:
+            context = {"why": "both ratio and ratio_above", "expected": "one of the two, or neither for every ratio", "example": "ratio_above = 50"}
+            raise PydanticCustomError("gearbox", "{why}", context)
+        return self
+
+
+class CheckedRow(_Printed):
+    """A row with its gearbox checked key by key: what a row from a user's file must pass."""
+
+    part: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+
+    @model_validator(mode="after")
+    def _limits_are_its_own(self) -> Self:
+        strange = [name for name in self.upper_limits if name not in self.part.model_fields_set]
+        if strange:
+            stated = sorted(self.part.model_fields_set - {"kind", "model"})
+            near = nearest(strange[0], stated) or next(iter(stated), "hysteresis")
+            context = {"why": f"{shown(strange[0])} in upper_limits", "expected": "keys that part states", "example": f'upper_limits = ["{near}"]'}
+            raise PydanticCustomError("gearbox", "{why}", context)
+        return self
+
+
+class GearboxRow(_Printed):
     """One row of the catalogue: what a maker prints of a size, and from where it is known.
 
     models          names under which it is found
     ratio           the row holds for this ratio only; ratio_above: for all above; neither: for every ratio
     part            the fields of a turning joint's gearbox, as text with units
     upper_limits    fields for which the maker prints a limit and no value
+    lost_motion     as printed, where `part` says it in other words
     moment_rigidity of the main bearing against tilting; with acceleration_torque and emergency_torque kept as data
     printed         the maker's figures where `part` says them in other words
     source          with its confidence: [R] read, [M 95] from memory, 95 % sure
     """
 
-    models: Annotated[list[str], Field(min_length=1)]
-    maker: str
-    ratio: float | None = None
-    ratio_above: float | None = None
     part: dict[str, Any]
-    upper_limits: tuple[str, ...] = ()
-    moment_rigidity: AngularStiffness | None = None
-    acceleration_torque: TorqueAmount | None = None
-    emergency_torque: TorqueAmount | None = None
-    printed: str = ""
-    source: Annotated[str, Field(min_length=1)]
+
+    @functools.cached_property
+    def figures(self) -> CheckedRow:
+        """Give the row with its gearbox in SI."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields if name != "part"}
+        gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount].model_validate(self.with_own({}), context={"text": True})
+        return CheckedRow(**fields, part=gearbox)
 
     @property
     def unstated(self) -> list[str]:
@@ -82,27 +134,31 @@ def gearboxes() -> tuple[GearboxRow, ...]:
 
 
 @functools.cache
+def _packaged_by_model() -> dict[str, list[GearboxRow]]:
+    return by_model(gearboxes())
+
+
+def by_model(rows: Iterable[GearboxRow]) -> dict[str, list[GearboxRow]]:
+    """Which rows are found under each name?"""
+    out: dict[str, list[GearboxRow]] = {}
+    for row in rows:
+        for model in row.models:
+            out.setdefault(model, []).append(row)
+    return out
+
+
 def gearbox_models() -> tuple[str, ...]:
     """Under which names are reducers found, without a ratio behind them?"""
-    return tuple(dict.fromkeys(name for row in gearboxes() for name in row.models))
+    return tuple(_packaged_by_model())
 
 
-def find_gearbox(name: str, ratio: float | None = None) -> tuple[GearboxRow, float | None]:
+def find_gearbox(name: str, ratio: float | None = None, own: Rows = _NONE) -> tuple[GearboxRow, float | None]:
     """Which row belongs to this name, and which ratio was stated: in the name ("CSG-25-100"), beside it, or not at all (None)?
 
-    Raises InputError with one problem for an unknown name (with the nearest known one), for a name that needs its ratio and has none,
-    for two ratios that differ, and for a ratio of which the rows say nothing.
+    `own` are a user's rows by model; they go before those of the package. Raises InputError with one problem for an unknown name (with the
+    nearest known one), for a name that needs its ratio and has none, for two ratios that differ, and for a ratio of which the rows say nothing.
     """
-    model, behind = name, None
-    if model not in gearbox_models():
-        match = _CODE.fullmatch(name)
-        if match is not None and match["ratio"]:
-            model, behind = match["model"], float(match["ratio"])
-    rows = [row for row in gearboxes() if model in row.models]
-    if not rows:
-        near = nearest(name, [*gearbox_models(), *(f"{known}-{behind:g}" for known in gearbox_models() if behind)])
-        makers = ", ".join(f"{row.models[0]} … by {row.maker}" for row in {row.maker: row for row in reversed(gearboxes())}.values())
-        _refuse(shown(name), f"a reducer of the catalogue ({makers}), with or without its ratio", near or "RV-40E-121", near)
+    rows, model, behind = find_rows(name, own)
     if behind is not None and ratio is not None and behind != ratio:
         _refuse(f"{shown(name)} with the ratio {ratio:g}", "one ratio, in the name or beside it", f"{model}-{ratio:g}")
     ratio = behind if ratio is None else ratio
@@ -113,13 +169,31 @@ def find_gearbox(name: str, ratio: float | None = None) -> tuple[GearboxRow, flo
             _refuse(
                 f"{shown(name)} without its ratio", f"the ratio behind it, for the stiffness depends on it: {choices}", f"{model}-{_typical(rows)}"
             )
-        fitting = rows
+        fitting = list(rows)
     if not fitting:
         _refuse(f"{shown(model)} with the ratio {ratio:g}", f"a ratio of which the maker's figures are known: {choices}", f"{model}-{_typical(rows)}")
     return fitting[0], ratio
 
 
-def _typical(rows: list[GearboxRow]) -> str:
+def find_rows(name: str, own: Rows = _NONE) -> tuple[Sequence[GearboxRow], str, float | None]:
+    """Which rows are found under this name, which model does it mean, and which ratio stands behind it? Raises InputError for an unknown name."""
+    model, behind = name, None
+    rows = own.get(model) or _packaged_by_model().get(model)
+    if not rows:
+        match = _CODE.fullmatch(name)
+        if match is not None and match["ratio"]:
+            model, behind = match["model"], float(match["ratio"])
+            rows = own.get(model) or _packaged_by_model().get(model)
+    if not rows:
+        names = [*itertools.islice(own, _NEAR_OWN), *gearbox_models()]
+        near = nearest(name, [*names, *(f"{each}-{behind:g}" for each in names if behind)])
+        first = {row.maker: row.models[0] for row in reversed([*(rows[0] for rows in itertools.islice(own.values(), _NEAR_OWN)), *gearboxes()])}
+        makers = ", ".join(f"{each} … by {maker}" for maker, each in list(reversed(first.items()))[:_MOST_MAKERS])
+        _refuse(shown(name), f"a reducer of the catalogue ({makers}), with or without its ratio", near or "RV-40E-121", near)
+    return rows, model, behind
+
+
+def _typical(rows: Sequence[GearboxRow]) -> str:
     return "100" if any(row.holds_for(100) for row in rows) else rows[0].ratios
 
 

@@ -12,6 +12,7 @@ from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import MOST_MISTAKES, cut, listed, nearest, refuse_all
 from lostmotion.formats.mistakes import problems
+from lostmotion.formats.own_reducers import OWN_EXAMPLES
 from lostmotion.formats.reducers import ALSO, place_reducers
 from lostmotion.formats.text import refuse
 from lostmotion.parts.link import Material, Rod
@@ -31,7 +32,7 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
     "sections": ("link", "section"),
     "materials": ("link", "material"),
 }
-SHARED_EXAMPLES: Final = {table: f"[{table}.NAME]" for table in SHARED}
+SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES}
 # No arm has as many, shared parts counted wherever they are used; a hostile file would have them all checked one by one.
 _MOST_ENTRIES: Final = 20_000
 # Stands where a reference led nowhere, so that the rest of the link is still checked.

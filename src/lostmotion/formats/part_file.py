@@ -17,6 +17,7 @@ from lostmotion.errors import InputError, shown
 from lostmotion.formats import READERS, read
 from lostmotion.formats.bounds import cut, listed, nearest
 from lostmotion.formats.draft import Draft
+from lostmotion.formats.own_reducers import OWN_EXAMPLES
 from lostmotion.formats.reducers import KEY as CATALOGUE
 from lostmotion.formats.text import refuse
 from lostmotion.formats.toml import read_toml
@@ -113,13 +114,13 @@ def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[s
     if isinstance(stated, str) and kind == "gearbox":
         stated = {CATALOGUE: stated}
     arm: dict[str, Any] = {"name": cut(stem, LONGEST_NAME) or kind, "joints": [{"name": "part", **joint, kind: stated}]}
-    arm |= {key: tree.pop(key) for key in ("name", "notes") if key in tree}
+    arm |= {key: tree.pop(key) for key in ("name", "notes", *OWN_EXAMPLES) if key in tree}
     draft = Draft(file, arm, {}, {("joints", 0): "", ("joints", 0, kind): kind})
     if not isinstance(stated, dict):
         draft.refuse(("joints", 0, kind), shown(stated), f"a table that describes the {kind}", _EXAMPLES[kind])
         arm["joints"][0].pop(kind)
     for key, value in tree.items():
-        examples = {"name": 'name = "shoulder"', "notes": 'notes = ["assumed"]', kind: _EXAMPLES[kind]}
+        examples = {"name": 'name = "shoulder"', "notes": 'notes = ["assumed"]', kind: _EXAMPLES[kind], **OWN_EXAMPLES}
         near = nearest(key, examples)
         draft.refuse((key,), f"an unknown key with {shown(value)}", f"one of {', '.join(examples)}", examples[near or kind], near)
     return draft

@@ -5,21 +5,23 @@
     [gearboxes.shoulder]                                             # the same for joints to share
     catalogue = "CSG-25-100"
 
-A gearbox of that name under [gearboxes] goes before the catalogue.
+A gearbox of that name under [gearboxes] goes before the catalogue, and so do rows of the user's own (`own_reducers`).
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
-from lostmotion.catalogue.gearboxes import find_gearbox, gearbox_models
+from lostmotion.catalogue.gearboxes import by_model, find_gearbox, gearbox_models
 from lostmotion.errors import InputError, shown
 from lostmotion.formats.allowed import inside, models, tag
 from lostmotion.formats.bounds import nearest
+from lostmotion.formats.own_reducers import take_reducers
 from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
+    from lostmotion.catalogue.gearboxes import Rows
     from lostmotion.formats.draft import Draft
     from lostmotion.formats.mistakes import Path
 
@@ -31,21 +33,24 @@ ALSO: Final = {model: {KEY: f'{KEY} = "{_EXAMPLE}"'} for model in models(inside(
 
 def place_reducers(draft: Draft) -> None:
     """Put rows of the catalogue where gearboxes name them; note what is wrong with a name, and what each row leaves open."""
+    rows, mistakes = take_reducers(draft.file, draft.tree)
+    draft.mistakes += mistakes
+    own = by_model(rows)
     shared = draft.tree.get("gearboxes", {})
     shared = shared if isinstance(shared, dict) else {}
     placed = []
     for name, stated in shared.items():
         if _names_row(stated) and not draft.full:
-            shared[name] = _with_row(draft, stated, ("gearboxes", name), KEY)
+            shared[name] = _with_row(draft, stated, ("gearboxes", name), KEY, own)
             placed.append(shared[name])
     for index, joint in draft.joints:
         path: Path = ("joints", index)
         stated = joint.get("gearbox")
-        if isinstance(stated, str) and stated not in shared and _means_reducer(stated, shared):
-            joint["gearbox"] = _with_row(draft, {KEY: stated}, path, "gearbox")
+        if isinstance(stated, str) and stated not in shared and _means_reducer(stated, shared, own):
+            joint["gearbox"] = _with_row(draft, {KEY: stated}, path, "gearbox", own)
             placed.append(joint["gearbox"])
         elif _names_row(stated):
-            joint["gearbox"] = _with_row(draft, stated, (*path, "gearbox"), KEY)
+            joint["gearbox"] = _with_row(draft, stated, (*path, "gearbox"), KEY, own)
             placed.append(joint["gearbox"])
         gearbox = shared.get(stated) if isinstance(stated, str) and stated in shared else joint.get("gearbox")
         if gearbox is not None and any(gearbox is row for row in placed):
@@ -56,17 +61,17 @@ def _names_row(stated: Any) -> TypeGuard[dict[str, Any]]:  # noqa: ANN401 - what
     return isinstance(stated, dict) and KEY in stated and stated.get("kind", DEFAULT_KIND) == DEFAULT_KIND
 
 
-def _means_reducer(name: str, shared: dict[str, Any]) -> bool:
+def _means_reducer(name: str, shared: dict[str, Any], own: Rows) -> bool:
     """Tell whether a name that is not under [gearboxes] is one of the catalogue, or a slip of one rather than of a shared gearbox."""
     try:
-        find_gearbox(name)
+        find_gearbox(name, own=own)
     except InputError as error:
         # A known name whose ratio is missing or unknown has no near name: the catalogue tells what it lacks.
-        return any(name.startswith(model) for model in gearbox_models()) or (bool(error.problems[0].nearest) and not nearest(name, shared))
+        return any(name.startswith(model) for model in (*own, *gearbox_models())) or (bool(error.problems[0].nearest) and not nearest(name, shared))
     return True
 
 
-def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str) -> dict[str, Any]:
+def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str, own_rows: Rows) -> dict[str, Any]:
     """Add what the row says that is named in `stated`; what is stated goes before it. `key` is where the user wrote the name."""
     own = {name: value for name, value in stated.items() if name != KEY}
     name = stated[KEY]
@@ -74,7 +79,7 @@ def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str) -> dic
         draft.refuse((*path, key), shown(name), "the name of a reducer of the catalogue", f'{key} = "{_EXAMPLE}"')
         return own
     try:
-        row, ratio = find_gearbox(name, float(own["ratio"]) if "ratio" in own else None)
+        row, ratio = find_gearbox(name, float(own["ratio"]) if "ratio" in own else None, own_rows)
     except InputError as error:
         problem = error.problems[0]
         draft.refuse((*path, key), problem.found, problem.expected, f'{key} = "{problem.example}"', problem.nearest)

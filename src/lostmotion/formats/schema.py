@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic.json_schema import GenerateJsonSchema
 
 from lostmotion.arm import Arm
+from lostmotion.catalogue.gearboxes import CheckedRow
 from lostmotion.formats.dh import DH_KEYS, Row
 from lostmotion.formats.draft import SHARED
+from lostmotion.formats.own_reducers import FILE, ROWS
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
 
@@ -46,18 +48,27 @@ def json_schema() -> Schema:
     for joint in _JOINTS[:2]:
         _name_readably(kinds, joint, kinds[joint])
     _require_tags(schema)
-    for kind in kinds.values():
-        if kind["title"] == "GearboxOfRevoluteJoint":
-            kind["properties"][CATALOGUE_KEY] = {"type": "string", "description": _REDUCER, "examples": ["RV-40E-121"]}
+    gearbox = next(name for name, kind in kinds.items() if kind["title"] == "GearboxOfRevoluteJoint")
+    kinds[gearbox]["properties"][CATALOGUE_KEY] = {"type": "string", "description": _REDUCER, "examples": ["RV-40E-121"]}
+    row = CheckedRow.model_json_schema(schema_generator=_ForToml)
+    row["properties"]["part"] = {"$ref": f"#/$defs/{gearbox}"}
+    kinds["ReducerRow"] = {**{key: value for key, value in row.items() if key != "$defs"}, "title": "ReducerRow"}
     stock = _take_parts_by_name(kinds)
     for joint in _JOINTS:
         kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
     schema["properties"] |= stock
+    schema["properties"][ROWS] = {"type": "array", "description": "reducers of your own, found by model as those of the catalogue", "items": _ROW_REF}
+    schema["properties"][FILE] = {
+        "type": "string",
+        "description": f"a file with [[{ROWS}]], beside this one or below",
+        "examples": ["my_reducers.toml"],
+    }
     schema = _with_renamed_references(schema, {name: kind["title"] for name, kind in kinds.items()})
     schema["$defs"] = {kind["title"]: kind for _, kind in sorted(schema["$defs"].items(), key=lambda item: str(item[1]["title"]))}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "lostmotion arm", "description": _DESCRIPTION}
 
 
+_ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
 _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
 _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
