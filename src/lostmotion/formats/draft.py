@@ -32,6 +32,9 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
     "sections": ("link", "section"),
     "materials": ("link", "material"),
 }
+# Where drawings of gearboxes name materials, in themselves and in their first stage.
+MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material")
+_FIRST: Final = "first_stage"
 SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES}
 # No arm has as many, shared parts counted wherever they are used; a hostile file would have them all checked one by one.
 _MOST_ENTRIES: Final = 20_000
@@ -86,10 +89,11 @@ class Draft:
     def fill_in_shared_parts(self) -> None:
         """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
         place_reducers(self)
+        of_gearboxes = self._fill_in_materials_of_gearboxes()
         unused = []
         for table, steps in SHARED.items():
             stock = self._stock(table)
-            used = set()
+            used = set(of_gearboxes) if table == "materials" else set()
             for index, joint in self.joints:
                 holder = joint
                 for step in steps[:-1]:
@@ -102,6 +106,21 @@ class Draft:
                 self._check_unused(table, name, stock[name])
         if unused:
             self.note(f"described and used by no joint: {listed(unused)}")
+
+    def _fill_in_materials_of_gearboxes(self) -> set[str]:
+        """Put materials where drawings of gearboxes name them, also in gearboxes that nobody uses, and give the names."""
+        stock, shared = self.tree.get("materials", {}), self.tree.get("gearboxes", {})
+        stock = stock if isinstance(stock, dict) else {}
+        spots: list[tuple[Path, Any]] = [(("joints", index, "gearbox"), joint.get("gearbox")) for index, joint in self.joints]
+        spots += [(("gearboxes", name), gearbox) for name, gearbox in shared.items()] if isinstance(shared, dict) else []
+        spots += [((*path, _FIRST), gearbox.get(_FIRST)) for path, gearbox in spots if isinstance(gearbox, dict)]
+        return {
+            self._fill_in("materials", stock, holder, (*path, key))
+            for path, holder in spots
+            if isinstance(holder, dict)
+            for key in MATERIALS_OF_GEARBOXES
+            if isinstance(holder.get(key), str) and not self.full
+        }
 
     def _stock(self, table: str) -> dict[str, Any]:
         stock = self.tree.pop(table, {})

@@ -9,7 +9,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from lostmotion.arm import Arm
 from lostmotion.catalogue.gearboxes import CheckedRow
 from lostmotion.formats.dh import DH_KEYS, Row
-from lostmotion.formats.draft import SHARED
+from lostmotion.formats.draft import MATERIALS_OF_GEARBOXES, SHARED
 from lostmotion.formats.own_reducers import FILE, ROWS
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
@@ -120,6 +120,9 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
                 fields[steps[-1]] = {"anyOf": [{"type": "string", "description": f"a name under [{table}]{or_known}"}, part]}
         items = allowed[0] if len(allowed) == 1 else {"anyOf": allowed}
         stock[table] = {"type": "object", "description": "parts by name, for joints to share", "additionalProperties": items}
+    named = kinds["Link"]["properties"]["material"]
+    for holder in ("CycloidalGearbox", "CycloidalFirstStage"):
+        kinds[holder]["properties"] |= dict.fromkeys(MATERIALS_OF_GEARBOXES, named)
     return stock
 
 
