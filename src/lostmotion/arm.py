@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.parts.base import Base
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
 from lostmotion.parts.source import Condition, Force, Line, Mass, Part, Term, Torque
@@ -92,6 +93,18 @@ class Arm(Part):
     def limits(self) -> Floats:
         """Give the range of every moving joint (joint, 2), rad or m."""
         return np.array([joint.limits for joint in self.moving])
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Give the notes, and of which springs of its gearboxes nothing is said: no spring is left out in silence."""
+        silent: dict[tuple[str, ...], list[str]] = {}
+        for joint in self.moving:
+            if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
+                silent.setdefault(joint.gearbox.rigid, []).append(joint.name)
+        return (
+            *self.notes,
+            *(f"gearbox of {', '.join(joints)}: taken as rigid, for nothing is said of {', '.join(rigid)}" for rigid, joints in silent.items()),
+        )
 
     @property
     def gravity_in_base(self) -> Floats:

@@ -44,7 +44,7 @@ def sheet(answer: Answer) -> Sheet:
         verdict=_verdict(found),
         cards=tuple(_cards(found)),
         sections=found,
-        notes=answer.arm.notes,
+        notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),
         arrays="what was found for every pose and robot",
