@@ -1,4 +1,4 @@
-"""The command line: `lostmotion run FILE`, `lostmotion schema`."""
+"""The command line: `lostmotion run FILE`, `lostmotion catalog`, `lostmotion schema`."""
 
 from __future__ import annotations
 
@@ -102,6 +102,67 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     if not quiet:
         answer.summary()
     typer.echo(f"\nReport: {written / 'report.html'}")
+
+
+class CatalogueKind(StrEnum):
+    """What the catalogue holds."""
+
+    gearbox = "gearbox"
+    bearing = "bearing"
+    material = "material"
+
+
+@app.command()
+def catalog(  # noqa: PLR0913, PLR0917 - options of a command line
+    name: Annotated[str | None, typer.Argument(help="One entry whole: a reducer with or without its ratio, a material, a table of bearings.")] = None,
+    kind: Annotated[CatalogueKind | None, typer.Option(help="Only these.")] = None,
+    maker: Annotated[str, typer.Option(help="Part of the maker's name.")] = "",
+    ratio: Annotated[str | None, typer.Option(help="A ratio of which the figures hold.")] = None,
+    min_torque: Annotated[str | None, typer.Option(help="Least rated torque, '300 N m'.")] = None,
+    max_lost_motion: Annotated[str | None, typer.Option(help="Most lost motion as printed, '1 arcmin'.")] = None,
+    min_stiffness: Annotated[str | None, typer.Option(help="Least stiffness, of the softest zone, '50 N m/arcmin'.")] = None,
+    file: Annotated[Path | None, typer.Option(help="TOML with [[reducers]] of your own, looked through as well.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print data for machines.")] = False,  # noqa: FBT002 - a switch
+) -> None:
+    """Search the catalogue of reducers, bearings and materials; every figure with its source and how sure it is."""
+    from lostmotion.catalogue.search import Wanted
+    from lostmotion.figures.catalogue import catalogue_sheet
+    from lostmotion.formats.own_reducers import read_reducers
+
+    wanted = Wanted(
+        maker,
+        _amount("--ratio", ratio, "", "100"),
+        _amount("--min-torque", min_torque, "N m", "300 N m"),
+        _amount("--max-lost-motion", max_lost_motion, "rad", "1 arcmin"),
+        _amount("--min-stiffness", min_stiffness, "N m/rad", "50 N m/arcmin"),
+    )
+    sheet = catalogue_sheet(wanted, kind.value if kind else None, name, read_reducers(file) if file else ())
+    if as_json:
+        import json
+
+        typer.echo(json.dumps({"lostmotion": __version__, **sheet.facts}, indent=2, ensure_ascii=False))
+    else:
+        from lostmotion.screen import print_sheet
+
+        print_sheet(sheet)
+
+
+def _amount(option: str, text: str | None, si: str, example: str) -> float | None:
+    """Read what an option asks for, in SI; raises InputError for another dimension, no unit, or an amount that is not above zero."""
+    from pydantic_core import PydanticCustomError
+
+    from lostmotion.errors import InputError, Problem, shown
+    from lostmotion.units import Quantity, Toleranced
+
+    if text is None:
+        return None
+    field = Quantity(si, example, above=0)
+    try:
+        amount = field(text)
+    except PydanticCustomError as error:
+        why = (error.context or {})["why"]
+        raise InputError([Problem("", option, f"{shown(text)} ({why})", field.expected, f'{option} "{example}"')]) from None
+    return amount.nominal if isinstance(amount, Toleranced) else amount
 
 
 @app.command()

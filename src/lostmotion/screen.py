@@ -52,7 +52,7 @@ def _table(section: Section) -> Table:
             cells.append(str(figure))
             if interval:
                 cells.append(figure.interval)
-        table.add_row(row.label, *cells, row.note)
+        table.add_row(Text(row.label), *cells, Text(row.note))  # as Text: brackets in them are no markup
     return table
 
 

@@ -1,0 +1,173 @@
+"""The catalogue searched and shown: what fits, what does not say, one entry whole; on the command line as in Python."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+
+import pytest
+
+from lostmotion.catalogue.gearboxes import GearboxRow, gearboxes
+from lostmotion.catalogue.search import Wanted, figures_of, search
+from lostmotion.errors import InputError
+from lostmotion.figures.catalogue import catalogue_sheet
+from tests.catalogue.test_own_reducers import HEAD, ROW, USE
+from tests.parts.conditions import ARCMIN
+
+
+def names(rows) -> list[str]:
+    """Give the first model of each row."""
+    return [row.models[0] for row in rows]
+
+
+def catalog(*words: str, cwd=None) -> subprocess.CompletedProcess[str]:
+    """Run the command."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "catalog", *words], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "found"),
+    [
+        (Wanted(min_torque=784.0), ["RV-80E", "RV-110E", "RV-160E", "RV-320E", "RV-450E"]),
+        (Wanted(min_torque=784.1, min_stiffness=500 / ARCMIN), ["RV-320E", "RV-450E"]),
+        (Wanted(min_torque=1.0, max_lost_motion=0.9 * ARCMIN), []),
+        (Wanted(max_lost_motion=ARCMIN, maker="NABTESCO", min_stiffness=400 / ARCMIN), ["RV-320E", "RV-450E"]),
+        (Wanted(maker="harm", ratio=30, min_stiffness=10e3), ["CSG-25", "CSG-32"]),
+        (Wanted(maker="harm", ratio=30.5), []),
+    ],
+)
+def test_rows_that_fit_are_found(wanted: Wanted, found: list[str]):
+    """Limits are met where the figure equals them; several must be met together; the softest zone counts."""
+    assert names(search(gearboxes(), wanted).rows) == found
+
+
+def test_rows_that_do_not_say_are_told_apart():
+    """No strain wave row states a rated torque: asked for one, 21 rows are set apart, less those that fail by what they do say."""
+    silent = search(gearboxes(), Wanted(min_torque=1.0)).silent
+    assert {name: len(rows) for name, rows in silent.items()} == {"rated torque": 21}
+    stiff = search(gearboxes(), Wanted(min_torque=1.0, min_stiffness=300e3)).silent
+    assert names(stiff["rated torque"]) == ["CSG-58", "CSG-58"]
+    assert not search(gearboxes(), Wanted(min_torque=1.0, max_lost_motion=0.5 * ARCMIN)).silent
+    assert not search(gearboxes(), Wanted(max_lost_motion=2 * ARCMIN)).silent
+
+
+def test_search_agrees_with_every_row_looked_at_one_by_one():
+    """Every row is found, set apart, or fails a limit by a figure that it states; nothing gets lost."""
+    for torque in (50.0, 500.0):
+        for stiffness in (1e4, 3e5):
+            found = search(gearboxes(), Wanted(min_torque=torque, min_stiffness=stiffness))
+            kept = {id(row) for row in (*found.rows, *(row for rows in found.silent.values() for row in rows))}
+            for row in gearboxes():
+                figures = figures_of(row)
+                fails = figures["rated torque"] < torque or figures["stiffness"] < stiffness
+                assert (id(row) not in kept) == fails
+    assert all(not math.isnan(figures_of(row)["lost motion"]) for row in gearboxes())
+
+
+def test_a_row_without_any_figure_is_silent_on_all():
+    """A row that states nothing is named under every figure asked for."""
+    row = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {}, "source": "none"})
+    found = search([row], Wanted(min_torque=1.0, min_stiffness=1.0, max_lost_motion=1.0))
+    assert (found.rows, set(found.silent)) == ((), {"rated torque", "stiffness", "lost motion"})
+
+
+def test_an_unknown_maker_is_told():
+    """With the nearest."""
+    with pytest.raises(InputError, match="Nabtesco"):
+        search(gearboxes(), Wanted(maker="Nabtasco"))
+
+
+ENTRIES = [*dict.fromkeys(row.models[-1] for row in gearboxes()), "RV-40E-121", "CSF-25-100", "steel", "PLA", "shaft", "deep-groove ball"]
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_every_entry_can_be_shown_whole(name: str):
+    """Each has a section with its source."""
+    sheet = catalogue_sheet(Wanted(), name=name)
+    assert sheet.sections
+    for section in sheet.sections:
+        told = " ".join(f"{row.label} {row.note}" for row in section.rows) + section.note
+        assert "[R" in told or "[M " in told
+    json.dumps(sheet.facts)
+
+
+def test_a_name_without_its_ratio_shows_all_its_rows():
+    """CSG-25 is three rows, with a ratio beside it or behind it one."""
+    assert len(catalogue_sheet(Wanted(), name="CSG-25").sections) == 3
+    (section,) = catalogue_sheet(Wanted(ratio=30), name="CSF-25").sections
+    assert {row.label: row.note for row in section.rows}["in an arm file"] == 'gearbox = "CSF-25-30"'
+    with pytest.raises(InputError, match="30, 50 or above 50"):
+        catalogue_sheet(Wanted(ratio=40), name="CSG-25")
+
+
+def test_the_whole_catalogue_is_shown_without_a_question():
+    """Reducers by source, bearing tables, fits, materials; with a kind, that kind alone."""
+    keys = [section.key for section in catalogue_sheet(Wanted()).sections]
+    assert keys == ["gearboxes"] * 3 + ["bearings"] * 2 + ["materials"]
+    assert {section.key for section in catalogue_sheet(Wanted(), "bearing").sections} == {"bearings"}
+    assert {section.key for section in catalogue_sheet(Wanted(min_torque=1.0)).sections} == {"gearboxes"}
+    with pytest.raises(InputError, match="figures of gearboxes"):
+        catalogue_sheet(Wanted(min_torque=1.0), "material")
+    with pytest.raises(InputError, match="not both"):
+        catalogue_sheet(Wanted(min_torque=1.0), name="RV-40E")
+
+
+def test_the_command_searches_and_says_who_is_silent():
+    """A table with source and confidence, and a note on the rows that do not state what was asked for."""
+    done = catalog("--min-torque", "300 N m", "--max-lost-motion", "1 arcmin")
+    assert done.returncode == 0, done.stderr
+    for words in ("7 reducers", "RV-450E", "4410 N m", "from memory, 95 % sure", "read there", "21 more rows do not state rated torque"):
+        assert words in " ".join(done.stdout.split())
+    assert "RV-20E" not in done.stdout
+
+
+def test_the_command_gives_data():
+    """The same as JSON, figures with their units."""
+    data = json.loads(catalog("--min-torque", "4000 N m", "--json").stdout)
+    assert [row["models"] for row in data["gearboxes"]] == [["RV-450E"]]
+    assert data["gearboxes"][0]["figures"]["rated torque"] == {"value": 4410.0, "unit": "N m"}
+    assert data["gearboxes"][0]["confidence"] == "M 95"
+    assert len(data["not_stated"]["rated torque"]) == 21
+    assert json.loads(catalog("aluminium", "--json").stdout)["entries"][0]["young"] == "70 GPa"
+
+
+def test_the_command_looks_through_own_rows(tmp_path):
+    """A file of rows stands before the package's, brackets in its words are no markup; a slip in it is told."""
+    (tmp_path / "my.toml").write_text(ROW.replace("measured", "[/bold] measured [red]"), encoding="utf-8")
+    done = catalog("--file", "my.toml", "--min-torque", "50 N m", cwd=tmp_path)
+    assert done.stdout.index("X-10") < done.stdout.index("RV-42N")
+    assert "[/bold] measured [red] on 5 pieces" in done.stdout
+    assert "[/bold] measured" in catalog("X-10", "--file", "my.toml", cwd=tmp_path).stdout
+    (tmp_path / "arm.toml").write_text(HEAD + USE + ROW, encoding="utf-8")
+    assert "X-10" in catalog("--file", "arm.toml", "--maker", "x", cwd=tmp_path).stdout
+    (tmp_path / "my.toml").write_text(ROW.replace("maker", "makr"), encoding="utf-8")
+    wrong = catalog("--file", "my.toml", cwd=tmp_path)
+    assert wrong.returncode == 2
+    assert "reducers[0].makr" in wrong.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--min-torque", "300"), "--min-torque"),
+        (("--min-torque", "3 kg"), "is not a unit of torque"),
+        (("--max-lost-motion", "0 arcmin"), "above zero"),
+        (("--min-stiffness", "50 N m"), "angular stiffness"),
+        (("--ratio", "100 ± 1"), "a tolerance is not used here"),
+        (("--ratio", "x"), "--ratio"),
+        (("--maker", "Nabtasco"), "Nabtesco"),
+        (("--kind", "gear"), "gearbox"),
+        (("aluminum",), "did you mean 'aluminium'"),
+        (("RV-41E",), "did you mean 'RV-40E'"),
+        (("--kind", "gearbox", "aluminium"), "a reducer of the catalogue"),
+        (("--file", "nowhere.toml"), "no such file"),
+    ],
+)
+def test_a_question_that_cannot_be_is_refused(words: tuple[str, ...], said: str, tmp_path):
+    """Exit code 2, one clear message, no traceback."""
+    done = catalog(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
