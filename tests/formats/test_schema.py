@@ -28,9 +28,13 @@ def test_every_name_in_the_schema_can_be_read():
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.rglob("*.toml")), ids=lambda path: path.stem)
 def test_every_example_fits_the_schema(path):
-    """An editor that knows the schema finds nothing wrong in an example; sidecars, keyed by joint, are no arms by themselves."""
+    """An editor that knows the schema finds nothing wrong in an example; sidecars, keyed by joint, and parts by themselves are put into an arm."""
     tree = tomllib.loads(path.read_text(encoding="utf-8"))
-    if isinstance(tree["joints"], dict):
+    if "joints" not in tree:
+        parts = {key: tree.pop(key) for key in ("gearbox", "bearing") if key in tree}
+        assert parts
+        tree = {"name": "x", **tree, "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **parts}]}
+    elif isinstance(tree["joints"], dict):
         assert path.with_suffix(".urdf").exists()
         tree = {
             "name": "x",

@@ -24,7 +24,7 @@ Ratio = Annotated[float, Quantity("", "100", above=0)]
 
 _NONE: Final[Rows] = {}
 # However many rows a user has, so many of their names are looked through for the nearest.
-_NEAR_OWN: Final = 200
+_NEAR_OWN: Final = 100
 _MOST_MAKERS: Final = 4
 
 # Who states one of these fields says in other words what the row says in those: they go.

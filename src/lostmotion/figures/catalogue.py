@@ -42,22 +42,23 @@ def catalogue_sheet(wanted: Wanted, kind: Kind | None = None, name: str | None =
         return _one(name, wanted.ratio, kind, own)
     with_gearboxes = kind in (None, "gearbox")
     found = search([*own, *gearboxes()], wanted) if with_gearboxes else Found((), {})
-    sections = [*_gearbox_sections(found.rows)]
+    others: list[Section] = []
     if kind == "bearing" or (kind is None and wanted.anything):
-        sections += _table_sections()
+        others += _table_sections()
     if kind == "material" or (kind is None and wanted.anything):
-        sections.append(_material_section())
+        others.append(_material_section())
     unstated = {figure: [_label(row) for row in rows] for figure, rows in found.silent.items()}
     facts: dict[str, Any] = {"not_stated": unstated}
     if with_gearboxes:
         facts["gearboxes"] = [_plain(row) for row in found.rows]
-    facts |= {section.key: [row.label for row in section.rows] for section in sections if section.key in ("bearings", "materials")}
+    for section in others:
+        facts[section.key] = [*facts.get(section.key, []), *(row.label for row in section.rows)]
     return Sheet(
         name="Catalogue",
         subject="reducers, bearings, materials",
         verdict="",
         cards=(),
-        sections=tuple(sections),
+        sections=(*_gearbox_sections(found.rows), *others),
         source="",
         counts=_count(found.rows) if with_gearboxes else "",
         notes=tuple(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.silent.items()),

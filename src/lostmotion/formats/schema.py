@@ -12,12 +12,12 @@ from lostmotion.formats.dh import DH_KEYS, Row
 from lostmotion.formats.draft import MATERIALS_OF_GEARBOXES, SHARED
 from lostmotion.formats.own_reducers import FILE, ROWS
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
-from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
 
 if TYPE_CHECKING:
     from pydantic_core import core_schema
 
 _JOINTS: Final = ("RevoluteJoint", "PrismaticJoint", "FixedJoint")
+_TURNING_GEARBOX: Final = "GearboxOfRevoluteJoint"
 _DESCRIPTION: Final = (
     "An arm for lostmotion: joints from base to tool with their gearboxes, bearings, encoders and links. Quantities are text with a unit, "
     '"400 mm ± 50 µm"; parts that joints share stand in tables and are named where they are used.'
@@ -48,7 +48,7 @@ def json_schema() -> Schema:
     for joint in _JOINTS[:2]:
         _name_readably(kinds, joint, kinds[joint])
     _require_tags(schema)
-    gearbox = next(name for name, kind in kinds.items() if kind["title"] == "GearboxOfRevoluteJoint")
+    gearbox = next(name for name, kind in kinds.items() if kind["title"] == _TURNING_GEARBOX)
     kinds[gearbox]["properties"][CATALOGUE_KEY] = {"type": "string", "description": _REDUCER, "examples": ["RV-40E-121"]}
     row = CheckedRow.model_json_schema(schema_generator=_ForToml)
     row["properties"]["part"] = {"$ref": f"#/$defs/{gearbox}"}
@@ -96,10 +96,10 @@ def _require_tags(schema: Schema) -> None:
     while waiting:
         piece = waiting.pop()
         if isinstance(piece, dict):
-            for tag, reference in piece.get("discriminator", {}).get("mapping", {}).items():
-                if tag == DEFAULT_KIND:
-                    continue
+            for reference in piece.get("discriminator", {}).get("mapping", {}).values():
                 kind = schema["$defs"][reference.removeprefix("#/$defs/")]
+                if kind["title"] == _TURNING_GEARBOX:
+                    continue
                 kind["required"] = sorted({*kind.get("required", ()), piece["discriminator"]["propertyName"]})
             waiting += piece.values()
         elif isinstance(piece, list):
