@@ -139,9 +139,10 @@ def test_the_command_gives_data():
 
 def test_the_command_looks_through_own_rows(tmp_path):
     """A file of rows stands before the package's, brackets in its words are no markup; a slip in it is told."""
-    (tmp_path / "my.toml").write_text(ROW.replace("measured", "[/bold] measured [red]"), encoding="utf-8")
+    (tmp_path / "my.toml").write_text(ROW.replace("measured", "[/bold] measured [red]").replace('"X"', '"[/b] X"'), encoding="utf-8")
     done = catalog("--file", "my.toml", "--min-torque", "50 N m", cwd=tmp_path)
     assert done.stdout.index("X-10") < done.stdout.index("RV-42N")
+    assert "[/b] X" in done.stdout
     assert "[/bold] measured [red] on 5 pieces" in done.stdout
     assert "[/bold] measured" in catalog("X-10", "--file", "my.toml", cwd=tmp_path).stdout
     (tmp_path / "arm.toml").write_text(HEAD + USE + ROW, encoding="utf-8")
