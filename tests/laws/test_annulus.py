@@ -147,10 +147,10 @@ def test_finite_elements_agree(body: Annulus):
 @pytest.mark.parametrize("exponent", [ELLIPTIC, 0.0, CORNERED])
 @pytest.mark.parametrize("body", BODIES)
 def test_more_harmonics_change_nothing(body: Annulus, exponent: float):
-    """The default number of harmonics, against forty times as many: to 1e-4 of the largest entry."""
+    """The default of 200 harmonics here against 24 000: to 3e-4 of the largest entry, for Hertz's half-ellipse to 3e-6."""
     angles = np.array([0.0, 0.3, 1.2, 2.9])
     few, many = (both_ways(body, angles, 0.1, exponent, count) for count in (None, 24000))
-    assert np.abs(few - many).max() < 1e-4 * np.abs(many).max()
+    assert np.abs(few - many).max() < (3e-6 if exponent == ELLIPTIC else 3e-4) * np.abs(many).max()
 
 
 @pytest.mark.parametrize("exponent", [ELLIPTIC, 0.0, CORNERED])

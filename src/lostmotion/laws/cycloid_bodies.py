@@ -73,12 +73,12 @@ def disc_flexibility(stage: Stage, hub_radius: float, width: float, young: float
 
     It is what each contact's approach by Johnson's law leaves out. Of a hollow flank that law counts too much: its diagonal can be below zero.
     """
-    return _flexibility(stage, "planet", Annulus(_rim(stage, "planet"), hub_radius, width, young, nu, plane), crank)
+    return _flexibility(stage, "planet", Annulus(_rim(stage, "planet"), _held_at(stage, "planet", hub_radius), width, young, nu, plane), crank)
 
 
 def ring_flexibility(stage: Stage, outer_radius: float, width: float, young: float, nu: float, crank: float = 0.0, plane: Plane = "strain") -> Floats:
     """How far (m/N) do the ring's body and lobes give way along contact i under a unit force at contact j? (N, N), as `disc_flexibility`."""
-    return _flexibility(stage, "ring", Annulus(_rim(stage, "ring"), outer_radius, width, young, nu, plane), crank)
+    return _flexibility(stage, "ring", Annulus(_rim(stage, "ring"), _held_at(stage, "ring", outer_radius), width, young, nu, plane), crank)
 
 
 def _pinned(stage: Stage, part: Literal["planet", "ring"]) -> bool:
@@ -97,7 +97,6 @@ def _rim(stage: Stage, part: Literal["planet", "ring"]) -> float:
 
 def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, crank: float) -> Floats:
     pinned = _pinned(stage, part)
-    _refuse_no_body(stage, part, body)
     theta = pin_angles(stage, np.array([crank]))[0]
     along = normals(stage, theta) @ np.array([1, 1j])
     # the planet's centre is e along the line of centres, seen from the ring's; pins are counted about their own circle's centre
@@ -120,18 +119,17 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
     return flexibility(body, np.angle(place), slant, half, shape) + np.diag(rest)
 
 
-def _refuse_no_body(stage: Stage, part: Literal["planet", "ring"], body: Annulus) -> None:
-    """Refuse a held edge that cuts the profile, or the seats of pins."""
+def _held_at(stage: Stage, part: Literal["planet", "ring"], radius: float) -> float:
+    """Give the held edge's radius (m) back; refuse one that cuts the profile, or the seats of pins."""
     if part == "planet":
-        end = body.loaded - (stage.pin_radius if stage.twin else stage.eccentricity)
-        if body.held >= end:
-            raise ValueError(f"the hub's radius is {body.held * 1e3:g} mm, but teeth or seats reach in to {end * 1e3:g} mm: take a smaller hub")
+        end = _rim(stage, part) - (stage.pin_radius if stage.twin else stage.eccentricity)
+        if radius >= end:
+            raise ValueError(f"the hub's radius is {radius * 1e3:g} mm, but teeth or seats reach in to {end * 1e3:g} mm: take a smaller hub")
     else:
-        end = body.loaded + {"ring pins": stage.pin_radius, "lobe arcs": 0.0}.get(stage.kind, stage.eccentricity)
-        if body.held <= end:
-            raise ValueError(
-                f"the ring's outer radius is {body.held * 1e3:g} mm, but teeth or seats reach out to {end * 1e3:g} mm: take a larger one"
-            )
+        end = _rim(stage, part) + {"ring pins": stage.pin_radius, "lobe arcs": 0.0}.get(stage.kind, stage.eccentricity)
+        if radius <= end:
+            raise ValueError(f"the ring's outer radius is {radius * 1e3:g} mm, but teeth or seats reach out to {end * 1e3:g} mm: take a larger one")
+    return radius
 
 
 def _turn_per_torque(stage: Stage, flexible: Floats, forces: Floats | None, crank: float) -> float:

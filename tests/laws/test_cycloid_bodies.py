@@ -1,0 +1,175 @@
+"""The bodies of a cycloidal stage: limits with closed forms, the local shares of the contact, and what must hold for every stage."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from lostmotion.laws.annulus import ELLIPTIC, Annulus, flexibility, spectrum
+from lostmotion.laws.contact import approach
+from lostmotion.laws.cycloid import Stage, arms, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid_bodies import _rim, disc_body, disc_flexibility, ring_body, ring_flexibility
+from lostmotion.laws.cycloid_contact import Flanks, loaded
+
+YOUNG, NU, WIDTH = 210e9, 0.3, 0.012
+SHEAR = YOUNG / (2 + 2 * NU)
+PLANE = YOUNG / (1 - NU**2)
+STAGES = [
+    Stage(0.05, 0.003, 0.0012, 20, "lobe arcs"),
+    Stage(0.0775, 0.004, 0.0015, 40),
+    Stage(0.0775, 0.004, 0.0015, 40, "lobe envelope"),
+    Stage(0.0775, 0.002, 0.0012, 30, "planet pins"),
+]
+
+
+@st.composite
+def stages(draw: st.DrawFn) -> Stage:
+    """Stages that can exist, of every kind."""
+    pins, shortening, share = draw(st.integers(8, 40)), draw(st.floats(0.2, 0.9)), draw(st.floats(0.3, 0.8))
+    kind = draw(st.sampled_from(["ring pins", "lobe arcs", "lobe envelope", "planet pins"]))
+    try:
+        return Stage(0.1, share * 0.1 * math.sin(math.pi / pins), shortening * 0.1 / pins, pins, kind)
+    except ValueError:
+        assume(False)
+        raise
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_thin_hub_leaves_torsion_alone(stage: Stage):
+    """Towards a hub of no radius the torsion T/(4 pi G b a^2) is all: so the forces' moment is exact, for every kind."""
+    hub = 1e-4
+    torsion = (hub**-2 - _rim(stage, "planet") ** -2) / (4 * math.pi * SHEAR * WIDTH)
+    assert disc_body(stage, hub, WIDTH, YOUNG, NU, crank=0.1) == pytest.approx(torsion, rel=1e-3)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_thick_ring_moves_as_a_whole(stage: Stage):
+    """Far out, ten times the outer radius adds k P^2 ln(10)/(2 pi G b (1 + k)) of the forces' resultant P: a force in an endless plane."""
+    forces = np.maximum(arms(stage, pin_angles(stage, np.array([0.1]))[0]), 0)
+    force = np.linalg.norm(forces @ normals(stage, pin_angles(stage, np.array([0.1]))[0]))
+    torque = forces @ arms(stage, pin_angles(stage, np.array([0.1]))[0])
+    k = 3 - 4 * NU
+    expected = k * (force / torque) ** 2 * math.log(10) / (2 * math.pi * SHEAR * WIDTH * (1 + k))
+    far, near = (ring_body(stage, outer, WIDTH, YOUNG, NU, crank=0.1) for outer in (1000.0, 100.0))
+    # what a spread load's resultant lacks: the first harmonic of its arc
+    pinned = stage.kind in {"ring pins", "lobe arcs"}
+    waves = stage.pins if stage.kind == "lobe envelope" else stage.lobes
+    lacks = 1 - float(spectrum(np.array(math.pi / (2 * waves)), ELLIPTIC)) if not pinned else (stage.pin_radius / stage.ring_radius) ** 2
+    assert lacks < 0.004
+    assert far - near == pytest.approx(expected, rel=max(2 * lacks, 1e-4))
+
+
+@pytest.mark.parametrize("slant", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("nu_plane", [0.3, 3 / 7])
+def test_a_slanted_half_ellipse_on_a_half_plane(slant: float, nu_plane: float):
+    """From the middle of the load down its direction to D: p/(pi E') [2 ln(2 D/w) + 1 - (1 + nu') cos^2 s], the mean 1/2 less.
+
+    Flamant's strains of point loads along the surface, integrated over the load and down the line of the force.
+    """
+    depth, count = 300.0, 400
+    steps = np.arange(1, count + 1) * math.pi / (count + 1)
+    share = 2 / (count + 1) * np.sin(steps) ** 2
+    offset = np.cos(steps)  # w = 1
+    force = np.array([math.sin(slant), math.cos(slant)])  # the surface is y = 0, the body lies at y > 0
+    logs, weights = np.polynomial.legendre.leggauss(600)
+    down = np.exp((logs + 1) / 2 * math.log(depth / 1e-2) + math.log(1e-2))
+    from_load = down[:, None, None] * force - np.stack([offset, 0 * offset], axis=-1)
+    distance = np.linalg.norm(from_load, axis=-1)
+    cosine = from_load @ force / distance
+    # one stress only, along the radius: -2 cos/(pi r); its strain along the force
+    strain = 2 * cosine / distance * (cosine**2 - nu_plane * (1 - cosine**2))
+    moved = float((strain @ share * down) @ weights) * math.log(depth / 1e-2) / 2
+    # the first hundredth of w, left out, is worth about as much
+    assert moved == pytest.approx(2 * math.log(2 * depth) + 1 - (1 + nu_plane) * math.cos(slant) ** 2, abs=0.03)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
+def test_the_arc_of_the_spread_hardly_matters(share: float):
+    """At a wavy rim another arc than the quarter wave, with its own local rest, gives the same disc: to 2 %, so nothing is counted twice.
+
+    Assembled here anew from `annulus.flexibility`.
+    """
+    stage, hub = STAGES[0], 0.02
+    theta = pin_angles(stage, np.array([0.1]))[0]
+    arm, radius = arms(stage, theta), _rim(stage, "planet")
+    along = np.arctan2(*normals(stage, theta).T[::-1])
+    slant = np.arcsin(arm / radius)
+    reach = share * radius * math.pi / (2 * stage.lobes)
+    body = Annulus(radius, hub, WIDTH, YOUNG, NU)
+    matched = 4 * contact_radius(stage, theta) * np.exp(-0.75 + np.sin(slant) ** 2 / (2 * (1 - NU)))
+    anew = flexibility(body, along - slant, slant, reach / radius) + np.diag(2 * np.log(reach / matched) / (math.pi * PLANE * WIDTH))
+    forces = np.maximum(arm, 0)
+    ours = disc_body(stage, hub, WIDTH, YOUNG, NU, forces, 0.1)
+    assert forces @ anew @ forces / (forces @ arm) ** 2 == pytest.approx(ours, rel=0.02 if share < 1 else 1e-9)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_contact_and_bodies_together_store_energy(stage: Stage):
+    """The body alone may give less than nothing where Johnson's law counts too deep; the loaded contacts on it never do."""
+    answer = loaded(stage, Flanks(WIDTH, PLANE / 2), [200.0], [0.05]).checked()
+    forces = answer.forces[0, 0, 0]
+    on = forces > 0
+    step = 1e-6 * forces.max()
+    law = lambda f: approach("johnson", f, WIDTH, contact_radius(stage, pin_angles(stage, np.array([0.05]))[0]), PLANE / 2)  # noqa: E731
+    slope = (law(forces + step) - law(np.maximum(forces - step, 0))) / (forces + step - np.maximum(forces - step, 0))
+    bodies = disc_flexibility(stage, 0.02, WIDTH, YOUNG, NU, 0.05) + ring_flexibility(stage, 0.12, WIDTH, YOUNG, NU, 0.05)
+    assert np.linalg.eigvalsh((bodies + np.diag(slope))[np.ix_(on, on)]).min() > 0
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_one_pin_on_all_is_as_before(stage: Stage):
+    """The crank turned by one pin's share shifts the forces by one pin, and nothing else; the other sense of torque mirrors the drive."""
+    pitch = 2 * math.pi / stage.pins / (stage.lobes / stage.pins if stage.twin else 1)
+    for body, edge in ((disc_body, 0.02), (ring_body, 0.12)):
+        here = body(stage, edge, WIDTH, YOUNG, NU, crank=0.03)
+        assert body(stage, edge, WIDTH, YOUNG, NU, crank=0.03 + pitch) == pytest.approx(here, rel=1e-9)
+        back = np.maximum(-arms(stage, pin_angles(stage, np.array([-0.03]))[0]), 0)
+        assert body(stage, edge, WIDTH, YOUNG, NU, 3 * back, -0.03) == pytest.approx(here, rel=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(stages(), st.floats(0.05, 0.6), st.floats(1.05, 1.5), st.floats(1.02, 2.0), st.floats(0, 6.3))
+def test_what_softens_a_body(stage: Stage, hub: float, larger: float, outer: float, crank: float):
+    """A larger hub and a ring held nearer its teeth are stiffer, for they leave less to give way; modulus and width act in proportion."""
+    smaller = hub * 0.1
+    assert disc_body(stage, smaller * larger, WIDTH, YOUNG, NU, crank=crank) < disc_body(stage, smaller, WIDTH, YOUNG, NU, crank=crank)
+    near = 0.13 * outer
+    assert ring_body(stage, near, WIDTH, YOUNG, NU, crank=crank) < ring_body(stage, near * larger, WIDTH, YOUNG, NU, crank=crank)
+    for body, edge in ((disc_body, smaller), (ring_body, near)):
+        before = body(stage, edge, WIDTH, YOUNG, NU, crank=crank)
+        assert body(stage, edge, WIDTH, YOUNG / 2, NU, crank=crank) == pytest.approx(2 * before, rel=1e-9)
+        assert body(stage, edge, WIDTH / 3, YOUNG, NU, crank=crank) == pytest.approx(3 * before, rel=1e-9)
+        flexible = (disc_flexibility if body is disc_body else ring_flexibility)(stage, edge, WIDTH, YOUNG, NU, crank)
+        np.testing.assert_array_equal(flexible, flexible.T)
+
+
+def test_plane_stress_is_softer():
+    """A thin disc can spread sideways: it gives more than a wide one, by less than 1/(1 - nu^2) where shear does most."""
+    for body, edge in ((disc_body, 0.02), (ring_body, 0.06)):
+        wide, thin = (body(STAGES[0], edge, WIDTH, YOUNG, NU, plane=plane) for plane in ("strain", "stress"))
+        assert 1 < thin / wide < 1.15
+
+
+def test_bodies_that_cannot_be_are_refused():
+    """Too large a hub, too small a ring, forces that do not fit, pull, or turn nothing."""
+    stage = STAGES[0]
+    with pytest.raises(ValueError, match=r"hub's radius is 46 mm, but teeth or seats reach in to 45\.8 mm"):
+        disc_body(stage, 0.046, WIDTH, YOUNG, NU)
+    with pytest.raises(ValueError, match=r"outer radius is 50 mm, but teeth or seats reach out to 50 mm"):
+        ring_body(stage, 0.05, WIDTH, YOUNG, NU)
+    with pytest.raises(ValueError, match="reach out to 53 mm"):
+        ring_body(replace(stage, kind="ring pins"), 0.052, WIDTH, YOUNG, NU)
+    with pytest.raises(ValueError, match=r"each of the 20 pins.*\(3,\)"):
+        disc_body(stage, 0.02, WIDTH, YOUNG, NU, np.ones(3))
+    with pytest.raises(ValueError, match="zero or more"):
+        disc_body(stage, 0.02, WIDTH, YOUNG, NU, -np.ones(20))
+    with pytest.raises(ValueError, match="zero or more"):
+        disc_body(stage, 0.02, WIDTH, YOUNG, NU, np.full(20, np.nan))
+    for nothing in (np.zeros(20), np.ones(20)):
+        with pytest.raises(ValueError, match="turn nothing"):
+            disc_body(stage, 0.02, WIDTH, YOUNG, NU, nothing)
