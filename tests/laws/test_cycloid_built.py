@@ -11,7 +11,7 @@ from scipy.optimize import brentq, linprog
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
-from lostmotion.laws.cycloid_built import Scatter, built, clearance_angle, drawn_gaps
+from lostmotion.laws.cycloid_built import LEAST_ARM, Scatter, built, clearance_angle, drawn_gaps
 from lostmotion.laws.cycloid_contact import Flanks
 from lostmotion.laws.cycloid_drive import Drive, Eccentric, OutputPins, loaded_disc, members
 from lostmotion.units import Toleranced
@@ -163,5 +163,5 @@ def test_first_contact_counts_both_discs():
     """The free way ahead is the shorter one of the two discs'."""
     crank = CRANK[:3]
     gap = drawn_gaps(DRIVE, SCATTER, crank, 6, 2)
-    each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc]) for disc in (0, 1)]
+    each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
     np.testing.assert_array_equal(built(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))

@@ -314,10 +314,13 @@ def averaged_error(stage: Stage, theta: Floats, gap: Floats) -> Floats:
     return np.asarray((arm * gap).sum(axis=-1) / (arm**2).sum(axis=-1))
 
 
-def first_contact_error(stage: Stage, theta: Floats, gap: Floats) -> Floats:
-    """By which angle (rad) does the planet turn, its centre held, until a flank with l > 0 touches? min(g/l): unloaded, the extreme decides."""
+def first_contact_error(stage: Stage, theta: Floats, gap: Floats, least: float = 1e-9) -> Floats:
+    """By which angle (rad) does the planet turn, its centre held, until a flank with l > 0 touches? min(g/l): unloaded, the extreme decides.
+
+    Flanks with arms below `least` of the largest are not looked at: where they interfere they wedge the planet aside rather than stop it.
+    """
     arm = arms(stage, theta)
-    driving = arm > 1e-9 * stage.planet_pitch_radius
+    driving = arm > least * stage.planet_pitch_radius
     return np.asarray(np.where(driving, gap / np.where(driving, arm, 1.0), np.inf).min(axis=-1))
 
 

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _NONE: Final = Toleranced(0.0)
+# Of the largest arm. A flank nearer to the line of centres that interferes by a micrometre would stop a rigid disc on a rigid eccentric; a real one
+# gives way sideways.
+LEAST_ARM: Final = 0.1
 # Halvings of the bracket in which the discs' common angle is sought: to the last bits.
 _HALVINGS: Final = 60
 
@@ -127,8 +130,8 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
         raise ValueError("under no torque the output lies anywhere in its play: see `ahead` and `behind`")
     gap = drawn_gaps(drive, scatter, crank, gearboxes, seed)
     angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
-    ahead = np.stack([first_contact_error(drive.stage, theta, each) for theta, each in zip(angles, gap, strict=True)])
-    behind = np.stack([first_contact_error(drive.stage, -theta, each) for theta, each in zip(angles, gap, strict=True)])
+    ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     rotation = np.empty((len(torque), len(crank), gearboxes))
     for sign, start in ((1.0, ahead), (-1.0, behind)):

@@ -122,18 +122,25 @@ def crank_play(drive: Drive) -> float:
     return crank_lever(drive) * drive.eccentric.cranks
 
 
+def crank_force(drive: Drive, torque: float) -> float:
+    """Which force (N) does each crank's bearing carry under a torque (N m) on one disc as drawn, on average over a pitch?
+
+    Above `crank_lever` times the torque, for lobes press a little along the line of centres too.
+    """
+    force = abs(torque) * crank_lever(drive)
+    crank = pitch_of_crank(drive)
+    answer = loaded(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), _supports(drive, force, rigid=False)).checked()
+    return float(answer.bearing_force.mean()) * crank_lever(drive) * drive.stage.planet_pitch_radius
+
+
 def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> Loaded:
     """How does one disc lie under its torque (N m, not zero) at crank angles (crank,) with gaps (crank, draw, N)? As `loaded`, bodies counted in.
 
-    The eccentric's bearing is taken at the secant of the force that comes out, found in two rounds.
+    The eccentric's bearing is taken at the secant of the force that it carries in a stage as drawn. Raises DidNotConvergeError.
     """
-    force = abs(torque) * crank_lever(drive)
-    answer: Loaded | None = None
-    for _ in range(1 if rigid_eccentric or not drive.eccentric.elements else 2):
-        answer = loaded(drive.stage, drive.flanks, [torque], crank, gap, _supports(drive, force, rigid=rigid_eccentric), threads=threads).checked()
-        force = float(answer.bearing_force.mean()) * crank_lever(drive) * drive.stage.planet_pitch_radius
-    assert answer is not None  # noqa: S101 - the loop runs at least once
-    return answer
+    force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_lever(drive)
+    supports = _supports(drive, force, rigid=rigid_eccentric)
+    return loaded(drive.stage, drive.flanks, [torque], crank, gap, supports, threads=threads).checked()
 
 
 def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
@@ -175,14 +182,13 @@ def members(drive: Drive, torque: Floats) -> dict[str, Floats]:
     for k, each in enumerate(torque / drive.discs):
         contact = float(loaded_disc(bare, each, crank, gap, rigid_eccentric=True).rotation.mean())
         bending = float(loaded_disc(bent, each, crank, gap, rigid_eccentric=True).rotation.mean()) if drive.flanks.bending else contact
-        whole = loaded_disc(bent, each, crank, gap)
-        force = float(whole.bearing_force.mean()) * crank_lever(drive) * drive.stage.planet_pitch_radius
+        eccentric = float(loaded_disc(bent, each, crank, gap).rotation.mean()) - bending
         out["lobe contacts"][k] = contact - start
         out[lobes][k] = bending - contact
-        soft = 1 / drive.eccentric.bearing_stiffness(force)
+        soft = 1 / drive.eccentric.bearing_stiffness(crank_force(bent, each))
         share = soft / (soft + 1 / drive.eccentric.shaft) if soft else 0.0
-        out["eccentric bearing"][k] = (float(whole.rotation.mean()) - bending) * share
-        out["eccentric shaft"][k] = (float(whole.rotation.mean()) - bending) * (1 - share)
+        out["eccentric bearing"][k] = eccentric * share
+        out["eccentric shaft"][k] = eccentric * (1 - share)
     out["disc body"] = drive.disc_body * torque / drive.discs
     out["ring body"] = drive.ring_body * torque / drive.discs
     if drive.output is not None:

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from lostmotion.laws import beam, cycloid_drive
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
 from lostmotion.laws.cycloid import Modification, Stage
+from lostmotion.laws.cycloid_bodies import disc_body, ring_body
 from lostmotion.laws.cycloid_built import Scatter
 from lostmotion.laws.cycloid_contact import Flanks
 from lostmotion.laws.rolling import roller_stiffness
@@ -27,6 +28,7 @@ from lostmotion.units import Quantity, Toleranced
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
+_LOBES = ("lobe arcs", "lobe envelope")
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
 
 
@@ -120,7 +122,7 @@ class CycloidalStage(Part):
     pin_position   ± of each pin or lobe by itself, radially and tangentially; pin_size ± of its radius; flank_form ± of each disc's flank
     width          of one disc; discs how many
     disc_bore_radius   the disc's body gives around it; left out: a rigid disc
-    ring_outer_radius  the ring's body gives inside it; left out: a rigid ring
+    ring_outer_radius  the ring's body, with its lobes, gives inside it; left out: a rigid ring, on which lobes bend
     pin_span       free length of a ring pin held at both ends; left out: pins in full-length seats, which do not bend
     """
 
@@ -164,6 +166,11 @@ class CycloidalStage(Part):
         if self.output_pins is not None and self.eccentric.cranks > 1:
             expected = "output pins behind one eccentric, or crankshafts, which carry the output themselves"
             raise refuse("both output pins and several cranks", expected, 'eccentric = { cranks = 3, circle_radius = "36 mm" }')
+        if self.contact_law != "johnson" and (self.disc_bore_radius is not None or self.ring_outer_radius is not None):
+            # what is left for the bodies follows from the depth to which Johnson's law counts them
+            raise refuse(
+                f'bodies of disc or ring beside contact_law = "{self.contact_law}"', "Johnson's law of contact with them", 'contact_law = "johnson"'
+            )
         if self.pin_span is not None and self.form != "ring pins":
             raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
         return self
@@ -231,7 +238,7 @@ class CycloidalStage(Part):
         material = self.ring_material
         if self.pin_span is not None:
             return round_bar_compliance(self.pin_span, 2 * self.pin_radius.nominal, material.young, material.poisson)
-        if self.form in ("lobe arcs", "lobe envelope"):
+        if self.form in _LOBES and self.ring_outer_radius is None:  # the ring's body counts its lobes in
             # From the root, where the disc's tips reach, to the crest, on half of which the forces work; as thick as the arc is wide there.
             height, rr = 2 * self.eccentricity.nominal, self.pin_radius.nominal
             root = 2 * rr if height >= rr else 2 * math.sqrt(rr**2 - (rr - height) ** 2)

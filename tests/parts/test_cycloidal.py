@@ -1,0 +1,257 @@
+"""The cycloidal gearbox from its drawing: what it makes of the laws, what it lists as rigid, what it refuses."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from lostmotion.formats.part_file import read_gearbox
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.cycloidal_behaviour import LOST_MOTION, gearboxes, wind_up
+from lostmotion.parts.joint import RevoluteJoint
+from tests.parts.conditions import ARCMIN, condition
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "gearbox"
+NAMES = ("rv-like", "two-stage-lobes", "printed")
+
+DRAWING: dict[str, Any] = {
+    "kind": "cycloidal",
+    "rated_torque": "400 N m",
+    "pins": 40,
+    "ring_radius": "64 mm",
+    "pin_radius": "3 mm",
+    "eccentricity": "1.3 mm",
+    "width": "12 mm",
+    "discs": 2,
+}
+# One field each that gives the member a spring, and the same spring half as stiff or softer.
+SPRINGS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "lobe contacts": ({}, {"disc_material": {"young": "100 GPa", "poisson": 0.3, "density": "7850 kg/m^3"}}),
+    "ring pins": ({"pin_span": "14 mm"}, {"pin_span": "28 mm"}),
+    "disc body": ({"disc_bore_radius": "20 mm"}, {"disc_bore_radius": "12 mm"}),
+    "ring body": ({"ring_outer_radius": "75 mm"}, {"ring_outer_radius": "90 mm"}),
+    "eccentric bearing": ({"eccentric": {"rollers": 18, "roller_length": "12 mm"}}, {"eccentric": {"rollers": 18, "roller_length": "6 mm"}}),
+    "eccentric shaft": ({"eccentric": {"shaft": "800 N/µm"}}, {"eccentric": {"shaft": "400 N/µm"}}),
+    "output pins": (
+        {"output_pins": {"count": 8, "circle_radius": "40 mm", "diameter": "14 mm", "free_length": "14 mm"}},
+        {"output_pins": {"count": 8, "circle_radius": "40 mm", "diameter": "10 mm", "free_length": "14 mm"}},
+    ),
+    "first stage": (
+        {"first_stage": {"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1.25 mm", "mesh_stiffness": "140 N/µm"}},
+        {"first_stage": {"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1.25 mm", "mesh_stiffness": "70 N/µm"}},
+    ),
+    "frame": ({"frame": "800 N m/arcmin"}, {"frame": "400 N m/arcmin"}),
+    "input shaft": ({"input_shaft": "1 N m/arcmin"}, {"input_shaft": "0.5 N m/arcmin"}),
+}
+
+
+def drawing(**more: Any) -> CycloidalGearbox:
+    """Give a steel gearbox with these fields besides."""
+    return CycloidalGearbox.model_validate({**DRAWING, **more}, context={"text": True})
+
+
+def example(name: str) -> CycloidalGearbox:
+    """Read one of the examples."""
+    part = read_gearbox(EXAMPLES / f"{name}.toml").part
+    assert isinstance(part, CycloidalGearbox)
+    return part
+
+
+@pytest.mark.parametrize("name", SPRINGS)
+def test_every_spring_is_given_or_listed_as_rigid_and_softening_it_softens_the_gearbox(name):
+    """Nothing said: in the list, with no wind-up. Stated: not in the list, with a wind-up of its own name. Softer: the whole winds up more."""
+    plain, (stiff, soft) = drawing(), SPRINGS[name]
+    torque = np.array([40.0, 400.0])
+    stated, softer = drawing(**stiff), drawing(**{**stiff, **soft})
+    if stiff:
+        assert name in plain.rigid or (name == "first stage" and plain.first_stage is None)
+        assert not wind_up(plain, torque).get(name, np.zeros(2)).any()
+        assert (sum(wind_up(stated, torque).values()) > sum(wind_up(plain, torque).values())).all()
+    assert name not in stated.rigid
+    assert (wind_up(stated, torque)[name] > 0).all()
+    assert (sum(wind_up(softer, torque).values()) > sum(wind_up(stated, torque).values())).all()
+    silent = [member for member, angle in wind_up(stated, torque).items() if not angle.any()]
+    assert set(silent) <= set(stated.rigid)
+
+
+def test_the_list_of_rigid_members_is_whole():
+    """A drawing that states no spring lists every one that it could state, its first stage's too."""
+    first = {"kind": "cycloidal", "pins": 12, "ring_radius": "32 mm", "pin_radius": "4 mm", "eccentricity": "1.6 mm", "width": "8 mm"}
+    stage = {"ring pins", "disc body", "ring body", "eccentric bearing", "eccentric shaft", "output pins"}
+    assert set(drawing(first_stage=first).rigid) == {*stage, *(f"first stage, {name}" for name in stage), "frame", "input shaft"}
+    assert "output pins" not in drawing(eccentric={"cranks": 2, "circle_radius": "36 mm"}).rigid  # there are none
+    assert "first stage" in drawing(first_stage={"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1.25 mm"}).rigid
+
+
+def test_ratios():
+    """RV-80E: 10/38 teeth and 40 pins make 153. Stages multiply; each cycloidal one turns its output the other way round, the ring as output not."""
+    planetary = {"kind": "planetary", "sun_teeth": 10, "planet_teeth": 38, "module": "1 mm"}
+    large = {"ring_radius": "77.5 mm", "pin_radius": "4 mm", "eccentricity": "1.5 mm"}
+    assert drawing(**large, first_stage=planetary).ratio == pytest.approx(153)
+    assert drawing(**large, first_stage=planetary, fixed="carrier").ratio == pytest.approx(-152)
+    assert drawing().ratio == -39
+    assert drawing(fixed="carrier").ratio == 40
+    assert example("two-stage-lobes").ratio == 11 * 23
+    twin = drawing(form="planet pins", pins=39, eccentricity="1.2 mm")
+    assert (twin.ratio, twin.model_copy(update={"fixed": "carrier"}).ratio) == (-39, 40)
+
+
+def test_a_steel_drive_of_the_rv_kind_winds_up_as_such_drives_do():
+    """2.5' to 6' at its rated torque, of which the mesh is a few per cent; lost motion of the size that makers print, up to 1'."""
+    found = example("rv-like").behaviour
+    whole = found.wind_up_at(412.0) / ARCMIN
+    assert 2.5 < whole < 6
+    assert found.wind_up["lobe contacts"][6] / ARCMIN < 0.08 * whole
+    assert max(found.wind_up, key=lambda name: found.wind_up[name][6]).startswith("eccentric")
+    assert 0.3 < found.lost_motion.mean() / ARCMIN < 1.0
+
+
+def test_more_than_five_lobes_share_the_load_of_the_drive_without_rolling_bodies():
+    """As built, at its rated torque."""
+    from lostmotion.laws.cycloid_built import drawn_gaps
+    from lostmotion.laws.cycloid_drive import loaded_disc
+
+    gearbox = example("two-stage-lobes")
+    crank = np.linspace(0, 2 * math.pi, 9)
+    gap = drawn_gaps(gearbox.drive, gearbox.scatter, crank, 100, 1)
+    lobes = [loaded_disc(gearbox.drive, 167.0 / 2, crank + math.pi * disc, gap[disc]).lobes for disc in (0, 1)]
+    assert (lobes[0] + lobes[1] > 5).all()
+    assert (lobes[0] > 5).mean() > 0.9  # of one disc by itself
+
+
+def test_lost_motion_is_play_and_the_wind_up_both_ways_at_3_per_cent():
+    """Without scatter by the drawing's own figures; a first stage's play reaches the output divided by the ratio."""
+    planetary = {"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1.25 mm", "play": "20 µm"}
+    gearbox = drawing(relief={"roller": "5 µm"}, eccentric={"shaft": "300 N/µm"}, frame="500 N m/arcmin", first_stage=planetary)
+    found = gearbox.behaviour
+    lever = gearbox.stage.planet_pitch_radius
+    # between pin positions the free play is up to 3.5 % larger than the formula's
+    assert found.play.mean() == pytest.approx(2 * 5e-6 / lever + 20e-6 / (0.010 * gearbox.ratio), rel=0.01)
+    np.testing.assert_allclose(found.lost_motion - found.play, 2 * found.wind_up_at(LOST_MOTION * 400), rtol=0.02)
+    assert found.play.std() < 1e-12
+    first = {"kind": "cycloidal", "pins": 12, "ring_radius": "32 mm", "pin_radius": "4 mm", "eccentricity": "1.6 mm", "width": "8 mm"}
+    first["relief"] = {"roller": "10 µm"}
+    assert drawing(first_stage=first).behaviour.play.mean() == pytest.approx(2 * 10e-6 / (1.6e-3 * 11) / 39, rel=0.06)
+
+
+def test_the_ring_as_output_turns_less_under_a_larger_torque():
+    """The same stage with its carrier held: torque and angle of the ring are z/N of the disc's, per turn of the same mesh."""
+    torque = np.array([390.0])
+    ring_out = wind_up(drawing(fixed="carrier", eccentric={"shaft": "300 N/µm"}), torque * 40 / 39)
+    disc_out = wind_up(drawing(eccentric={"shaft": "300 N/µm"}), torque)
+    for name in ("lobe contacts", "eccentric shaft"):
+        np.testing.assert_allclose(ring_out[name] * 40 / 39, disc_out[name])
+
+
+def test_terms_fall_as_the_built_gearboxes_do():
+    """Mean and deviation of the output's angle over robots, from the terms, against as many gearboxes solved one by one, at three loads."""
+    gearbox = example("rv-like")
+    joint = RevoluteJoint(name="A", limits=(-1.0, 1.0), gearbox=gearbox)
+    count = 400
+    for torque in (20.0, 140.0, 400.0):
+        at = condition((0, 0, torque, 0, 0, 0))
+        mean = variance = 0.0
+        for source in joint.sources.values():
+            for term in source.terms(at):
+                angle = float(np.atleast_2d(term.screw)[0, 2])
+                if term.level == "design":
+                    mean += angle
+                elif term.level == "robot" and "per turn" not in term.name:
+                    variance += angle**2
+        built = gearboxes(gearbox, np.array([torque]), 6, count, seed=5)
+        rest = sum(angle for name, angle in wind_up(gearbox, np.array([torque])).items() if name in ("first stage", "frame", "input shaft"))
+        whole = built.play / 2 + built.wind_up[0] + rest
+        assert mean == pytest.approx(whole.mean(), rel=0.03)
+        assert math.sqrt(variance) == pytest.approx(_deviation(built), rel=0.25)
+
+
+def _deviation(built: Any) -> float:
+    """Give the deviation of half the play and of the wind-up, each by itself, for the terms draw them apart."""
+    return math.hypot((built.play / 2).std(), built.wind_up[0].std())
+
+
+def test_sources_carry_the_names_of_parts():
+    """So that a budget can say 'eccentric bearing'; without load no spring is wound up, and the play is anywhere."""
+    joint = RevoluteJoint(name="A", limits=(-1.0, 1.0), gearbox=example("rv-like"))
+    names = set(joint.sources)
+    assert {"gearbox play", "gearbox eccentric bearing", "gearbox eccentric shaft", "gearbox disc body", "gearbox transmission error"} <= names
+    for name, source in joint.sources.items():
+        for term in source.terms(condition()):
+            if term.name == "wind-up" or "side held" in term.name:
+                assert not np.any(term.screw), name
+        for term in source.terms(condition((0, 0, -300.0, 0, 0, 0))):
+            if term.name == "wind-up" or "side held" in term.name:
+                assert np.atleast_2d(term.screw)[0, 2] < 0, name
+
+
+def test_an_output_encoder_sees_what_the_gearbox_does():
+    """Then no source of it is left."""
+    joint = RevoluteJoint(name="A", limits=(-1.0, 1.0), gearbox=example("rv-like"), encoder={"side": "output"})
+    assert set(joint.sources) == {"encoder"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_transmission_error_keeps_its_mean_square(name):
+    """The few waves kept have the mean square of all, over gearboxes and angles; printed drives err by minutes, ground ones by seconds."""
+    gearbox = example(name)
+    found = gearbox.behaviour
+    assert 0 <= found.waves_left_out < 0.2
+    whole = math.sqrt(sum(float(wave.size[-1]) ** 2 for wave in found.waves))
+    assert all(wave.cycles % abs(gearbox.steps) == 0 for wave in found.waves)
+    assert (0.5 * ARCMIN < whole < 10 * ARCMIN) if name == "printed" else (whole < 0.2 * ARCMIN)
+
+
+def test_friction_makes_a_loop_by_the_way_of_arriving():
+    """Its side is the approach's, its half width friction times softness; without coefficients there is none."""
+    gearbox = example("two-stage-lobes")
+    source = gearbox.members["friction"]
+    held = next(term for term in source.terms(condition((0, 0, 100.0, 0, 0, 0), approach=1.0)) if term.level == "design")
+    found = gearbox.behaviour
+    level = found.friction * found.softness
+    assert held.screw[0, 2] == pytest.approx(-np.interp(100.0, found.torque, level))
+    assert "friction" not in drawing().members
+
+
+def test_a_material_that_scatters_makes_the_wind_up_scatter():
+    """By its share of the contacts and the body."""
+    soft = {"young": "2.1 GPa", "poisson": 0.38, "density": "1270 kg/m^3", "scatter": "20 %"}
+    source = drawing(rated_torque="2 N m", disc_material=soft, disc_bore_radius="20 mm").members["disc body"]
+    terms = {term.name: term for term in source.terms(condition((0, 0, 2.0, 0, 0, 0)))}
+    scatter = terms["material scatter"]
+    assert scatter.screw[0, 2] * scatter.bound == pytest.approx(0.2 * terms["wind-up"].screw[0, 2])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"eccentricity": "1.7 mm"}, "loops"),
+        ({"pin_radius": "6 mm"}, "largest possible"),
+        ({"disc_bore_radius": "62 mm"}, "bore"),
+        ({"ring_outer_radius": "66 mm"}, "ring of outer radius"),
+        ({"eccentric": {"rollers": 16}}, "halves"),
+        ({"eccentric": {"cranks": 2}}, "without circle_radius"),
+        ({"eccentric": {"cranks": 2, "circle_radius": "30 mm"}, "output_pins": {"count": 6, "circle_radius": "30 mm"}}, "both output pins"),
+        ({"output_pins": {"count": 6, "circle_radius": "30 mm", "diameter": "8 mm"}}, "halves"),
+        ({"form": "lobe arcs", "pin_span": "10 mm"}, "pin_span"),
+        ({"contact_law": "palmgren", "disc_bore_radius": "20 mm"}, "bodies"),
+        (
+            {
+                "eccentric": {"cranks": 2, "circle_radius": "30 mm"},
+                "first_stage": {"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1 mm", "planets": 3},
+            },
+            "3 planets on 2 cranks",
+        ),
+    ],
+)
+def test_impossible_drawings_are_refused_with_their_reason(wrong, said):
+    """One message that says why, and shows what passes."""
+    with pytest.raises(ValidationError, match=said) as caught:
+        drawing(**wrong)
+    (detail,) = caught.value.errors()
+    assert detail["ctx"]["expected"]
+    assert "=" in detail["ctx"]["example"]
