@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.formats.part_file import read_gearbox
 from lostmotion.studies import kernel
 from lostmotion.studies.intervals import quantile
 from lostmotion.studies.montecarlo import run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("*/*.toml")) if path.name != "ur5e.toml")
+FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("paper/*.toml")) if path.name != "ur5e.toml")
 
 
 @pytest.fixture(scope="module", params=FILES, ids=lambda path: path.name)
@@ -55,3 +56,14 @@ def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(found):
                 assert figure["samples"], row["label"]
                 assert figure["value"] is not None, row["label"]
                 assert figure["seed"] == 1
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("gearbox/*.toml")), ids=lambda path: path.stem)
+def test_every_gearbox_is_read_and_behaves(path):
+    """Each has play, and a wind-up that grows with the torque."""
+    gearbox = read_gearbox(path).part
+    found = gearbox.behaviour
+    assert (found.play >= 0).all()
+    assert found.play.mean() > 0
+    assert (np.diff(found.total) > 0).all()
+    assert found.jammed < 0.02
