@@ -118,6 +118,7 @@ _SPOKEN: Final = {
     "N m/rad": "angular stiffness (N m/arcmin, N m/rad)",
     "N/m": "linear stiffness (N/µm, N/m)",
     "Pa": "pressure (GPa, MPa)",
+    "K": "temperature difference (K)",
     "kg/m^3": "density (kg/m^3)",
     "m/s^2": "acceleration (m/s^2)",
 }

@@ -64,7 +64,7 @@ def test_a_bearing_is_found_by_its_bore(bearing, bore, group, limits):
         (lambda: delivered_clearance("cylindrical roller", 45.0), "over 80 to 100 mm"),
         (lambda: delivered_clearance("cylindrical roller", 0.045, "C5"), "C2, CN, C3, C4"),
         (lambda: delivered_clearance("cylindrical rolle", 0.045), "did you mean 'cylindrical roller'"),
-        (lambda: deviation("shaft", 0.060, "k5"), "over 30 to 50 mm"),
+        (lambda: deviation("shaft", 0.090, "k5"), "over 50 to 80 mm"),
         (lambda: deviation("housing", 0.060, "k7"), "K7"),
     ],
 )

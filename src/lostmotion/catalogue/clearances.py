@@ -8,6 +8,8 @@ from typing import Any, Final, Literal, NoReturn
 
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.laws.fits import interference
+from lostmotion.units import Toleranced
 
 Bearing = Literal["deep-groove ball", "cylindrical roller"]
 Surface = Literal["shaft", "bearing bore", "housing", "bearing outside"]
@@ -62,9 +64,30 @@ def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[
     """Between which deviations (m, lower and upper) from its nominal diameter (m) lies a shaft, a housing bore, or a bearing's ring?
 
     `zone` as k5 of a shaft or J7 of a housing (ISO 286-2), "normal" of a bearing's ring (ISO 492). The tables hold what bearings of robot
-    joints sit on, shafts of 30-50 mm in housings of 50-80 mm. Raises InputError for what they do not hold, with the nearest there is.
+    joints sit on, shafts of 30-80 mm in housings of 50-120 mm. Raises InputError for what they do not hold, with the nearest there is.
     """
     return _limits("fits", surface, diameter, zone)
+
+
+def clearance_of_group(bearing: Bearing, bore: float, group: str = "CN") -> Toleranced:
+    """Which clearance has a bearing of this group as delivered, as a dimension: the middle of its band, any value of it alike?
+
+    Arguments, source and errors as `delivered_clearance`.
+    """
+    low, high = delivered_clearance(bearing, bore, group)
+    return Toleranced((low + high) / 2, (high - low) / 2, "uniform")
+
+
+def interference_of_zone(seat: Literal["shaft", "housing"], diameter: float, zone: str) -> Toleranced:
+    """Which interference (m, on the diameter) has a ring of the normal class with a shaft or housing of this zone? Its middle and its limits.
+
+    `diameter` m of the seat, `zone` as k5 of a shaft or H7 of a housing. Below zero they sit loose. Source and errors as `deviation`.
+    """
+    if seat == "shaft":
+        low, high = interference(deviation("shaft", diameter, zone), deviation("bearing bore", diameter))
+    else:
+        low, high = interference(deviation("bearing outside", diameter), deviation("housing", diameter, zone))
+    return Toleranced((low + high) / 2, (high - low) / 2)
 
 
 def doubt_of_clearance(bearing: Bearing, bore: float, group: str = "CN", assumed: float = PAPERS_CLEARANCE) -> str:

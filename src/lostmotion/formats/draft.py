@@ -11,9 +11,12 @@ from lostmotion.arm import LONGEST_NOTE, MOST_NOTES, Arm
 from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import MOST_MISTAKES, cut, listed, nearest, refuse_all
+from lostmotion.formats.clearances import ALSO as IN_BEARINGS
+from lostmotion.formats.clearances import place_clearances
 from lostmotion.formats.mistakes import problems
 from lostmotion.formats.own_reducers import OWN_EXAMPLES
-from lostmotion.formats.reducers import ALSO, place_reducers
+from lostmotion.formats.reducers import ALSO as IN_GEARBOXES
+from lostmotion.formats.reducers import place_reducers
 from lostmotion.formats.text import refuse
 from lostmotion.parts.link import Material, Rod
 
@@ -89,6 +92,7 @@ class Draft:
     def fill_in_shared_parts(self) -> None:
         """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
         place_reducers(self)
+        place_clearances(self)
         of_gearboxes = self._fill_in_materials_of_gearboxes()
         unused = []
         for table, steps in SHARED.items():
@@ -167,7 +171,7 @@ class Draft:
             try:
                 Arm.model_validate(trial.tree, context={"text": True})
             except ValidationError as error:
-                found = found or problems(error, Arm, self.file, trial.key, {**ALSO, **self.also})
+                found = found or problems(error, Arm, self.file, trial.key, {**IN_GEARBOXES, **IN_BEARINGS, **self.also})
             else:
                 return
         if not self.full:
@@ -180,7 +184,7 @@ class Draft:
         try:
             arm = Arm.model_validate(self.tree, context={"text": True})
         except ValidationError as error:
-            self.mistakes += problems(error, Arm, self.file, self.key, {**ALSO, **self.also})
+            self.mistakes += problems(error, Arm, self.file, self.key, {**IN_GEARBOXES, **IN_BEARINGS, **self.also})
         if self.mistakes:
             refuse_all(self.mistakes)
         return arm

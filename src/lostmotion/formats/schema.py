@@ -8,6 +8,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from lostmotion.arm import Arm
 from lostmotion.catalogue.gearboxes import CheckedRow
+from lostmotion.formats.clearances import ALSO as IN_BEARINGS
 from lostmotion.formats.dh import DH_KEYS, Row
 from lostmotion.formats.draft import MATERIALS_OF_GEARBOXES, SHARED
 from lostmotion.formats.own_reducers import FILE, ROWS
@@ -53,6 +54,9 @@ def json_schema() -> Schema:
     row = CheckedRow.model_json_schema(schema_generator=_ForToml)
     row["properties"]["part"] = {"$ref": f"#/$defs/{gearbox}"}
     kinds["ReducerRow"] = {**{key: value for key, value in row.items() if key != "$defs"}, "title": "ReducerRow"}
+    for model, examples in IN_BEARINGS.items():
+        fits = {key: {"type": "string", "description": _FIT, "examples": [_value(text)]} for key, text in examples.items()}
+        kinds[model.__name__]["properties"] |= fits
     stock = _take_parts_by_name(kinds)
     for joint in _JOINTS:
         kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
@@ -70,10 +74,16 @@ def json_schema() -> Schema:
 
 _ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
 _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
+_FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
 _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
     "mdh": "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) Rz(theta + q) Tz(d)",
 }
+
+
+def _value(assignment: str) -> str:
+    """Give what stands behind the key of an example."""
+    return assignment.partition(" = ")[2].strip('"')
 
 
 def _name_readably(kinds: dict[str, Schema], joint: str, schema: Any) -> None:  # noqa: ANN401 - any piece of a schema

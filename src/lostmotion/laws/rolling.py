@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws.contact import PALMGREN_EXPONENT, palmgren_factor
+from lostmotion.laws.contact import PALMGREN_EXPONENT, palmgren_factor, peak_pressure
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -61,6 +61,41 @@ def _ellipse(difference: float) -> tuple[float, float, float]:
         low = 1 + 0.5 * difference  # the ratio starts as 1 + 2/3 F and rises faster
         ratio = float(brentq(excess, low, high, xtol=1e-13, rtol=1e-13))
     return ratio, float(ellipk(1 - ratio**-2)), float(ellipe(1 - ratio**-2))
+
+
+def point_pressure(load: Floats | float, curvature: float, difference: float, modulus: float) -> Floats:
+    """How large is the pressure (Pa) in the middle of an elliptic point contact under these loads (any shape, N)? 3 Q/(2 pi a b).
+
+    Arguments and validity as `point_stiffness`, with b the shorter half axis, a = ratio b and a^3 = 3 ratio^2 E(ratio) Q/(pi E* sum).
+    Source: H. Hertz, as in K. Johnson, Contact Mechanics, chapter 4; a ball on a plane gives (6 Q E*^2/(pi^3 R^2))^(1/3).
+    """
+    ratio, _, second = _ellipse(difference)
+    force = np.asarray(load, dtype=float)
+    longer = np.cbrt(3 * ratio**2 * second * force / (math.pi * modulus * curvature))
+    return np.asarray(np.divide(1.5 * force * ratio, math.pi * longer**2, out=np.zeros_like(force), where=longer > 0))
+
+
+def ball_pressure(
+    load: Floats | float, ball: float, pitch: float, inner_groove: float = 0.52, angle: float = 0.0, material: tuple[float, float] = BEARING_STEEL
+) -> Floats:
+    """How hard (Pa) do balls under these loads (N) press on the inner race, where it is hardest? Arguments as `ball_stiffness`."""
+    gamma = ball * math.cos(angle) / pitch
+    across = 2 * gamma / (1 - gamma)
+    total = 4 - 1 / inner_groove + across
+    young, poisson = material
+    return point_pressure(load, total / ball, abs(1 / inner_groove + across) / total, young / (2 * (1 - poisson**2)))
+
+
+def roller_pressure(
+    load: Floats | float, length: float, roller: float, pitch: float, angle: float = 0.0, material: tuple[float, float] = BEARING_STEEL
+) -> Floats:
+    """How hard (Pa) do rollers under these loads (N) press on the inner race, spread evenly over their effective length (m)?
+
+    Without the peaks at the ends of a roller that tilts. `roller` and `pitch` diameter m, `angle` of contact rad.
+    """
+    gamma = roller * math.cos(angle) / pitch
+    young, poisson = material
+    return peak_pressure(np.asarray(load, dtype=float) / length, np.asarray(roller * (1 - gamma) / 2), young / (2 * (1 - poisson**2)))
 
 
 def ball_stiffness(

@@ -25,7 +25,7 @@ from lostmotion.laws.rolling import BALL_EXPONENT, BEARING_STEEL, ROLLER_EXPONEN
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from lostmotion.spatial import Floats
 
@@ -314,7 +314,7 @@ class _Balance:
         return np.asarray(_CONVERGED * np.linalg.norm(wanted, axis=1) + _ROUNDING * rounding)
 
 
-def settle(seats: Sequence[Seat], load: Floats, clearance: Floats | float = 0.0) -> Settled:
+def settle(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0) -> Settled:
     """Where does a shaft on these rows settle under loads (case, 5), and what does each element carry?
 
     `clearance` (case,) or one for all: radial internal clearance of every row, m, diametral; below zero preload. Where loads leave a direction

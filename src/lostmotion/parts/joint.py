@@ -12,6 +12,9 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.chance import Normal
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
+from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
+from lostmotion.parts.bearing.drawn import DrawnBearing
+from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.gearbox.gearbox import AmountT
@@ -36,7 +39,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
-Bearing = Annotated[RollingPair | CrossedRoller, Field(discriminator="kind")]
+Bearing = Annotated[RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing, Field(discriminator="kind")]
 
 
 # What a bearing has only where something turns in it, and where it is not the drive that holds the axis.
@@ -179,6 +182,8 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
     @field_validator("bearing")
     @classmethod
     def _only_guides(cls, bearing: Bearing | None) -> Bearing | None:
+        if isinstance(bearing, DrawnBearing):
+            raise _refuse(f"a {bearing.kind} on a sliding joint", "a guide: nothing turns there", 'bearing = { kind = "rolling", span = "80 mm" }')
         fields = type(bearing).model_fields if bearing is not None else {}
         nowhere = [name for name in _TURNING_ONLY if name in fields and getattr(bearing, name) != fields[name].default]
         if nowhere:

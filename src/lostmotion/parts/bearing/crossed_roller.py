@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-from lostmotion.laws.chance import Cosine, Sine
+from lostmotion.parts.bearing.runout import runout_terms
 from lostmotion.parts.source import (
     AngularStiffness,
     Condition,
-    Draw,
     ErrorSource,
     LengthAmount,
+    LengthPlus,
     LinearStiffness,
     Part,
     Term,
-    wave_terms,
 )
-from lostmotion.spatial import across
-
-if TYPE_CHECKING:
-    from lostmotion.spatial import Floats
 
 
 class CrossedRoller(Part, ErrorSource):
     """A preloaded bearing by catalogue stiffness; every value left out is taken as rigid or exact.
 
-    moment_stiffness  against tilting across the axis
+    moment_stiffness  against tilting across the axis; left out: k D^2/8 per radian of axial_stiffness k and pitch_diameter D, where both are stated
     radial_stiffness, axial_stiffness  against shifting
     axial_runout, radial_runout  full indicator reading over a turn, with a phase that differs from robot to robot
 
@@ -38,8 +33,16 @@ class CrossedRoller(Part, ErrorSource):
     moment_stiffness: AngularStiffness | None = None
     radial_stiffness: LinearStiffness | None = None
     axial_stiffness: LinearStiffness | None = None
+    pitch_diameter: LengthPlus | None = None
     radial_runout: LengthAmount = 0.0
     axial_runout: LengthAmount = 0.0
+
+    @property
+    def tilt_stiffness(self) -> float | None:
+        """Give the stiffness against tilting (N m/rad): the maker's own, or that of a ring of axial springs; None where neither is known."""
+        if self.moment_stiffness is None and self.axial_stiffness is not None and self.pitch_diameter is not None:
+            return self.axial_stiffness * self.pitch_diameter**2 / 8
+        return self.moment_stiffness
 
     def terms(self, at: Condition) -> list[Term]:
         """Elastic give in tilt, across and along the axis, and runout."""
@@ -50,24 +53,12 @@ class CrossedRoller(Part, ErrorSource):
         zero = np.zeros((len(at.angle), 3))
         moment, force = at.wrench[:, :3], at.wrench[:, 3:]
         out: list[Term] = []
-        if self.moment_stiffness is not None:
-            out.append(Term("tilt", np.hstack([moment @ radially / self.moment_stiffness, zero])))
+        if self.tilt_stiffness is not None:
+            out.append(Term("tilt", np.hstack([moment @ radially / self.tilt_stiffness, zero])))
         if self.radial_stiffness is not None:
             out.append(Term("radial give", np.hstack([zero, force @ radially / self.radial_stiffness])))
         if self.axial_stiffness is not None and turning:
             out.append(Term("axial give", np.hstack([zero, force @ along / self.axial_stiffness])))
         if turning:
-            out += self._runout(at, axis)
-        return out
-
-    def _runout(self, at: Condition, axis: Floats) -> list[Term]:
-        """Give what a high spot on the turning ring does: across the axis it turns with this frame, along it it rises and falls."""
-        out: list[Term] = []
-        if self.radial_runout:
-            size = self.radial_runout / 2 / np.sqrt(2)
-            for k, (direction, law) in enumerate(zip(across(axis), (Cosine(), Sine()), strict=True), 1):
-                out.append(Term(f"radial runout {k}", np.concatenate([np.zeros(3), direction * size]), robot=Draw("radial runout", law)))
-        if self.axial_runout:
-            along = np.concatenate([np.zeros(3), axis])
-            out += wave_terms("axial runout", along, at.angle, self.axial_runout / 2, ("1", "2"))
+            out += runout_terms(at, axis, self.radial_runout, self.axial_runout)
         return out

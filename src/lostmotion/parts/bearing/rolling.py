@@ -57,10 +57,10 @@ class RollingPair(Part, ErrorSource):
         out: list[Term] = []
         for name, side in _SIDES:
             reaction = self._reaction(at.wrench, axis, side)
-            out += self._in_clearance(name, _per_shift(axis, side, self.span), reaction, axis, at.scale / min(self.span, 1.0))
+            out += self._in_clearance(name, per_shift(axis, side, self.span), reaction, axis, at.scale / min(self.span, 1.0))
             if self.radial_stiffness is not None:
                 give = reaction / self.radial_stiffness
-                out.append(Term(f"{name} radial give", give @ _per_shift(axis, side, self.span)))
+                out.append(Term(f"{name} radial give", give @ per_shift(axis, side, self.span)))
         return [*out, *self._axial(at, axis)]
 
     def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
@@ -102,7 +102,7 @@ class RollingPair(Part, ErrorSource):
         return out
 
 
-def _per_shift(axis: Floats, side: float, span: float) -> Floats:
+def per_shift(axis: Floats, side: float, span: float) -> Floats:
     """Which twist (3, 6) follows per radial shift of one bearing while the other stays? Half shift, and a tilt of 1/span."""
     out = np.zeros((3, 6))
     for k in range(3):

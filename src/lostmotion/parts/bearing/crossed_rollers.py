@@ -1,0 +1,62 @@
+"""One crossed-roller bearing by its drawing: every other roller leans the other way, so that one pair of rings carries every load."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import model_validator
+
+from lostmotion.laws.rolling import roller_pressure
+from lostmotion.laws.rolling_space import CrossedRow, Seat
+from lostmotion.laws.rolling_table import Pair
+from lostmotion.parts.bearing.drawn import DrawnBearing
+from lostmotion.parts.bearing.pair import Count, check_sizes, refuse_drawing
+from lostmotion.parts.source import LengthPlus
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+_LEAN = math.pi / 4
+# Neither family of rollers may lean so far that it holds nothing across, or nothing along.
+Lean = Annotated[float, Quantity("rad", "45 deg", low=0.3, high=1.3)]
+
+
+class CrossedRollerBearing(DrawnBearing):
+    """A crossed-roller bearing from the number and the size of its rollers.
+
+    rollers         both ways together, an even number
+    roller_length   effective length of the contact
+    lean            of the contacts from the bearing's plane
+    clearance       below zero preload, its usual state: "-5 µm ± 3 µm"
+    """
+
+    kind: Literal["crossed roller bearing"] = "crossed roller bearing"
+    rollers: Count
+    roller_diameter: LengthPlus
+    roller_length: LengthPlus
+    pitch_diameter: LengthPlus
+    lean: Lean = _LEAN
+
+    @model_validator(mode="after")
+    def _is_a_bearing(self) -> Self:
+        check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
+        if self.rollers % 2:
+            raise refuse_drawing(f"{self.rollers} crossed rollers", "an even number: they lean this way and that by turns", "rollers = 48")
+        return self
+
+    @property
+    def bearings(self) -> int:
+        """Say that it is one."""
+        return 1
+
+    @property
+    def rows(self) -> Pair:
+        """Give the row, and how far apart its two families of rollers act on the axis."""
+        row = CrossedRow(count=self.rollers, length=self.roller_length, pitch=self.pitch_diameter, lean=self.lean)
+        return Pair((Seat(row),), self.pitch_diameter * math.tan(self.lean), axial=True)
+
+    def pressure(self, load: Floats) -> Floats:
+        """Take Hertz's line contact at the inner race."""
+        return roller_pressure(load, self.roller_length, self.roller_diameter, self.pitch_diameter, self.lean)

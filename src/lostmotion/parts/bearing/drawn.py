@@ -1,0 +1,137 @@
+"""Bearings by their drawing: rolling elements that only push, behind the clearance that mounting left, so a dead band and then a hardening spring."""
+
+from __future__ import annotations
+
+import functools
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws.chance import Amount, Cosine, Law, Sine, TwoSided, of_tolerance
+from lostmotion.laws.clearance import seated, seated_across
+from lostmotion.laws.rolling_table import Pair, ShiftTable, shift_table
+from lostmotion.parts.bearing.mounted import MountedBearing
+from lostmotion.parts.bearing.rolling import per_shift
+from lostmotion.parts.bearing.runout import runout_terms
+from lostmotion.parts.source import Condition, Draw, ErrorSource, ForceAmount, LengthAmount, Term
+from lostmotion.spatial import across, cross
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+_SIDES: Final = (("inboard", -1.0), ("outboard", 1.0))
+# By how much the clearance is changed to see what follows from it, m.
+_STEP: Final = 1e-6
+
+
+class DrawnBearing(MountedBearing, ErrorSource):
+    """What every bearing by its drawing has besides its mounting.
+
+    closing_force  a load below it on one bearing cannot hold its clearance closed; default 0: any load does
+    radial_runout, axial_runout  full indicator reading over a turn
+
+    Rings, shaft and housing are rigid, friction none. Loads on the elements and the shaft's stand are `laws.rolling_space`'s, for a pose read
+    from `laws.rolling_table`.
+    """
+
+    closing_force: ForceAmount = 0.0
+    radial_runout: LengthAmount = 0.0
+    axial_runout: LengthAmount = 0.0
+
+    @property
+    @abstractmethod
+    def rows(self) -> Pair:
+        """Give its rows on the shaft, z along the joint's axis, and where their forces meet the axis."""
+
+    @property
+    @abstractmethod
+    def bearings(self) -> int:
+        """Give how many bearings there are: each has a clearance of its own."""
+
+    @abstractmethod
+    def pressure(self, load: Floats) -> Floats:
+        """How hard do elements under these loads (N) press on the inner race, Pa?"""
+
+    @functools.cached_property
+    def static_load(self) -> float:
+        """Give the load (N) that presses an element as hard as static ratings allow: 4 200 MPa for balls, 4 000 MPa for rollers (ISO 76)."""
+        limit, power = (4200e6, 3) if self.elements == "ball" else (4000e6, 2)
+        return float((limit / self.pressure(np.ones(1))[0]) ** power)
+
+    @property
+    def top(self) -> float:
+        """Give the load (N) at the top of the table: all elements of a third of the ring at their static limit."""
+        return sum(self.static_load * int(seat.row.element[-1] + 1) / 3 for seat in self.rows.seats)
+
+    def table(self, clearance: float) -> ShiftTable:
+        """Give the shifts under load at one clearance (m)."""
+        return shift_table(self.rows, clearance, self.top)
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Where the load holds the shaft in the clearance, what is left to chance, how the elements give, how bearings differ, and runout."""
+        turning = bool(at.axis[:3].any())
+        axis = at.axis[:3] if turning else at.axis[3:]
+        rows, play = self.rows, self.working
+        reactions = [self._reaction(at.wrench, axis, side) for _, side in _SIDES]
+        sizes = tuple(np.linalg.norm(each, axis=-1) for each in reactions)
+        force = at.wrench[:, 3:] @ axis if turning and rows.axial else np.zeros(len(at.angle))
+        loads = sizes[0], sizes[1], force
+        table = self.table(play.nominal)
+        whole, edge = table.shifts(*loads), table.edges(*loads)
+        grows = (self.table(play.nominal + _STEP).shifts(*loads) - whole) / _STEP if play.tolerance else np.zeros_like(whole)
+        law = of_tolerance(play.law)
+        spread = play.tolerance / law.bound
+        scale = at.scale / min(rows.span, 1.0)
+        out: list[Term] = []
+        left = np.ones(len(at.angle))
+        streams = [f"{name} amount" if self.bearings > 1 else "amount" for name, _ in _SIDES]
+        moved = dict.fromkeys(streams, np.zeros((len(at.angle), 6)))
+        for k, (name, side) in enumerate(_SIDES):
+            way = per_shift(axis, side, rows.span)
+            unit = reactions[k] / np.where(sizes[k] > 0, sizes[k], 1.0)[:, None]
+            sitting, free = seated_across(reactions[k], self.closing_force, scale)
+            left = np.minimum(left, free)
+            out.append(Term(f"{name} give", (unit * (whole - edge)[:, k, None]) @ way))
+            if play.nominal > 0:
+                out.append(Term(f"{name} clearance side held by load", (sitting * edge[:, k, None]) @ way))
+                out += _circle(f"{name} clearance", free * play.nominal / 2, way, axis, _amount(streams[k], spread / play.nominal, law))
+            share = np.linalg.norm(sitting, axis=-1)[:, None]
+            moved[streams[k]] = moved[streams[k]] + (unit * share * grows[:, k, None]) @ way
+        if turning and rows.axial:
+            closed, twist = seated(force, self.closing_force, at.scale), np.concatenate([np.zeros(3), axis])
+            out += self._along(twist, closed, left, edge[:, 2], whole[:, 2])
+            for stream in moved:
+                moved[stream] = moved[stream] + (np.abs(closed) * grows[:, 2] / len(moved))[:, None] * twist
+        if spread:
+            out += [Term(stream, by * spread, robot=Draw(stream, law)) for stream, by in moved.items()]
+        return out + (runout_terms(at, axis, self.radial_runout, self.axial_runout) if turning else [])
+
+    def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
+        """Give the radial load (pose, 3) on one row: half of the force, and its part of the moment."""
+        force, moment = wrench[:, 3:], wrench[:, :3]
+        return (force - np.outer(force @ axis, axis)) / 2 + side * cross(moment, axis) / self.rows.span
+
+    def _along(self, twist: Floats, closed: Floats, left: Floats, edge: Floats, whole: Floats) -> list[Term]:
+        """Give the axial give and play from how far the axial load closes the play (-1..1) and what the radial loads leave free (0..1)."""
+        out = [Term("axial give", (whole - edge)[:, None] * twist)]
+        play = self.working.nominal
+        if play > 0:
+            half = float(self.table(play).edges(*np.array([[0.0], [0.0], [1.0]]))[0, 2])
+            out.append(Term("axial play side held by load", (np.abs(closed) * edge)[:, None] * twist))
+            out.append(Term("axial play", ((1 - np.abs(closed)) * left * half)[:, None] * twist, visit=Draw("axial side", TwoSided())))
+        return out
+
+
+def _amount(stream: str, scatter: float, law: Law) -> Draw | None:
+    return Draw(stream, Amount(scatter, law)) if scatter else None
+
+
+def _circle(name: str, radius: Floats, way: Floats, axis: Floats, amount: Draw | None) -> list[Term]:
+    """Give where an unloaded row rests: somewhere on the circle (radius (pose,), m) that its clearance leaves it, larger for some robots."""
+    grown = np.hypot(1, amount.law.scatter) if amount is not None and isinstance(amount.law, Amount) else 1.0
+    size = radius[:, None] * (grown / np.sqrt(2))
+    return [
+        Term(f"{name} position {k}", size * (direction @ way), robot=amount, visit=Draw(f"{name} position", law))
+        for k, (direction, law) in enumerate(zip(across(axis), (Cosine(), Sine()), strict=True), 1)
+    ]
