@@ -53,8 +53,8 @@ class Behaviour:
 
     torque (level,) from zero on; wind_up (level,) of each member that is not rigid, play not counted, the contacts' on average over gearboxes;
     scatter (level,) one standard deviation over gearboxes of the whole wind-up; play and lost_motion (gearbox,), the latter between + and - 3 % of
-    the rated torque; wave_torque (wave level,) with `waves`; waves_left_out: share of the transmission error's mean square that smaller waves had, before
-    it was put on these; friction (level,) N m; jammed: share of the gearboxes in which flanks interfere.
+    the rated torque; wave_torque (wave level,) with `waves`; waves_left_out: share of the transmission error's mean square that smaller waves had,
+    before it was put on these; friction (level,) N m; jammed: share of the gearboxes in which flanks interfere.
     """
 
     torque: Floats
