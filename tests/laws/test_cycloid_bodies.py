@@ -132,13 +132,13 @@ def test_one_pin_on_all_is_as_before(stage: Stage):
         assert body(stage, edge, WIDTH, YOUNG, NU, 3 * back, -0.03) == pytest.approx(here, rel=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
-@given(stages(), st.floats(0.05, 0.6), st.floats(1.05, 1.5), st.floats(1.02, 2.0), st.floats(0, 6.3))
+@settings(max_examples=15, deadline=None)
+@given(stages(), st.floats(0.05, 0.35), st.floats(1.05, 1.5), st.floats(1.02, 2.0), st.floats(0, 6.3))
 def test_what_softens_a_body(stage: Stage, hub: float, larger: float, outer: float, crank: float):
     """A larger hub and a ring held nearer its teeth are stiffer, for they leave less to give way; modulus and width act in proportion."""
     smaller = hub * 0.1
     assert disc_body(stage, smaller * larger, WIDTH, YOUNG, NU, crank=crank) < disc_body(stage, smaller, WIDTH, YOUNG, NU, crank=crank)
-    near = 0.13 * outer
+    near = 0.15 * outer
     assert ring_body(stage, near, WIDTH, YOUNG, NU, crank=crank) < ring_body(stage, near * larger, WIDTH, YOUNG, NU, crank=crank)
     for body, edge in ((disc_body, smaller), (ring_body, near)):
         before = body(stage, edge, WIDTH, YOUNG, NU, crank=crank)
