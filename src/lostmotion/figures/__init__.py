@@ -27,6 +27,8 @@ class Figure:
 
     def __str__(self) -> str:
         """Say the value with its unit, to the digits that its interval or its size deserves."""
+        if isinstance(self.value, int):  # counted, not measured
+            return f"{self.value} {self.unit}".strip()
         if self.unit == "%":
             return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
         close = self.high - self.low
