@@ -110,7 +110,7 @@ def _tilt(found: Examined) -> np.ndarray:
 
 
 def _clearance(found: Examined) -> Section:
-    exact = "limits of the dimensions"
+    exact = "the limits of the dimensions"
     rows = []
     for step in STEPS:
         spread = found.bearing.spreads[step]
@@ -146,7 +146,7 @@ def _share_interval(hits: int, count: int) -> tuple[float, float]:
 
 def _play(found: Examined) -> Section:
     pair = found.bearing.rows
-    exact = "law of the play's edge"
+    exact = "the geometry of the play"
     values = np.maximum(found.clearances, 0.0)
     rows = [Row("across, either way", tuple(_micro(value / 2, exact) for value in values))]
     if pair.axial:
@@ -160,7 +160,7 @@ _CASES: Final = ("lowest clearance", "middle", "highest")
 
 
 def _shifts(found: Examined) -> Section:
-    solved = "solved in five freedoms"
+    solved = "a solution in five freedoms"
     stand = found.settled.stand
     rows = [Row("shift across", tuple(_micro(float(value), solved) for value in _across(found)))]
     if found.bearing.rows.axial:
@@ -170,7 +170,7 @@ def _shifts(found: Examined) -> Section:
 
 
 def _elements(found: Examined) -> Section:
-    solved = "solved in five freedoms"
+    solved = "a solution in five freedoms"
     rows = []
     for name, loads in zip(row_names(found), found.settled.loads, strict=True):
         rows.append(Row(f"{name}: largest", tuple(Figure(float(value), "N", samples=solved) for value in loads.max(axis=1))))
@@ -188,7 +188,7 @@ def row_names(found: Examined) -> tuple[str, ...]:
 
 
 def _stiffness(found: Examined) -> Section:
-    solved = "solved in five freedoms"
+    solved = "a solution in five freedoms"
     units = ((1e-6, "N/µm"),) * 3 + ((ARCMIN, "N m/arcmin"),) * 2
     names = ("across, along the load", "across, beside it", "along the axis", "tilt beside the load's plane", "tilt in the load's plane")
     rows = tuple(
@@ -211,7 +211,7 @@ def _doubts(found: Examined) -> tuple[str, ...]:
 
 
 def _stated(bearing: Bearing) -> Section:
-    stated = "as stated"
+    stated = "the values stated"
     rows: list[Row] = []
     if isinstance(bearing, CrossedRoller):
         for label, value, factor, unit in (
@@ -241,7 +241,7 @@ def _terms(bearing: Bearing, load: BearingLoad) -> Section:
         screw = np.broadcast_to(term.screw, (1, 6))[0] * term.bound
         tilt, shift = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
         if tilt or shift:
-            exact = "law of the part"
+            exact = "the part's own law"
             rows.append(Row(term.name, (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)), term.level))
     note = "largest draw of each at this load, midway between the bearings; the last column says what differs from draw to draw"
     return Section("terms", "What it adds to an arm's error", ("shift", "tilt"), tuple(rows), note)

@@ -78,7 +78,9 @@ def element_loads(found: Examined) -> go.Figure:
 
     names, rows = row_names(found), found.settled.loads
     largest = max(float(np.nanmax(each[1])) for each in rows) or 1.0
-    figure = styled(make_subplots(rows=1, cols=len(rows), specs=[[{"type": "polar"}] * len(rows)]), "Load of each element", height=400)
+    figure = styled(
+        make_subplots(rows=1, cols=len(rows), specs=[[{"type": "polar"}] * len(rows)], horizontal_spacing=0.2), "Load of each element", height=400
+    )
     for column, (name, loads) in enumerate(zip(names, rows, strict=True), start=1):
         count = loads.shape[1]
         bars = go.Barpolar(
@@ -92,12 +94,19 @@ def element_loads(found: Examined) -> go.Figure:
         figure.add_trace(bars, row=1, col=column)
     figure.update_polars(
         radialaxis={"range": [0, 1.05 * largest], "ticksuffix": " N", "angle": 90, "tickangle": 90, "nticks": 4, "gridcolor": "#dddddd"},
-        angularaxis={"rotation": -90, "direction": "counterclockwise", "ticksuffix": "°", "gridcolor": "#dddddd"},
+        angularaxis={"rotation": -90, "direction": "counterclockwise", "ticksuffix": "°", "dtick": 45, "gridcolor": "#dddddd"},
         domain_y=[0, 0.9],
     )
     for column, name in enumerate(names):
         figure.add_annotation(
-            x=(column + 0.5) / len(names), y=1.0, xref="paper", yref="paper", yanchor="bottom", text=name, showarrow=False, font={"size": 13}
+            x=0.5 if len(names) == 1 else 0.2 + 0.6 * column,
+            y=1.0,
+            xref="paper",
+            yref="paper",
+            yanchor="bottom",
+            text=name,
+            showarrow=False,
+            font={"size": 13},
         )
     figure.update_layout(margin={"l": 40, "r": 40, "t": 70, "b": 30})
     return figure

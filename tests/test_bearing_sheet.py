@@ -1,0 +1,171 @@
+"""The sheet of one bearing: what is found, printed, drawn and written."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lostmotion import InputError
+from lostmotion.figures import find_row
+from lostmotion.figures.bearing import bearing_sheet
+from lostmotion.formats.part_file import read_bearing
+from lostmotion.laws.rolling import ball_pressure
+from lostmotion.laws.rolling_space import settle
+from lostmotion.parts.bearing.crossed_roller import CrossedRoller
+from lostmotion.parts.bearing.examined import BearingLoad, examine
+from lostmotion.parts.bearing.pair import BallPair
+from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.plots.bearing import bearing_plots
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "bearing"
+OF_209 = {"bore": "45 mm", "outside_diameter": "85 mm", "balls": 9, "ball_diameter": "12.7 mm", "pitch_diameter": "65 mm", "span": "60 mm"}
+LOAD = BearingLoad(3000.0, 300.0, 60.0)
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "bearing", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Look at the 6209 pair once."""
+    return examine(read_bearing(EXAMPLES / "6209-pair.toml").part, LOAD)
+
+
+def test_the_209_through_the_sheet():
+    """Under twice 8 900 N the sheet says the published 4 336 N and 51.5 µm of a 209 without clearance, to 2 %."""
+    of_209 = examine(BallPair(**OF_209), BearingLoad(2 * 8900.0))
+    assert of_209.settled.loads[0][1].max() == pytest.approx(4336, rel=0.02)
+    assert of_209.settled.stand[1, 0] == pytest.approx(51.5e-6, rel=0.02)
+    assert of_209.pressure[1] == pytest.approx(float(ball_pressure(4336.0, 12.7e-3, 65e-3)), rel=0.01)
+    sheet = bearing_sheet("209", of_209.bearing, of_209.load, of_209)
+    assert find_row(sheet.sections, "shift", "shift across").figures[1].value == pytest.approx(51.5, rel=0.02)
+
+
+def test_loads_of_the_elements_hold_the_shaft(found):
+    """At each clearance the balls' loads add up to what is put on the shaft, to the rounding of the sum."""
+    assert found.settled.converged.all()
+    assert found.settled.residual.max() < 1e-9
+
+
+def test_stiffness_is_what_a_little_more_load_meets(found):
+    """By differences: a little more load one way, all ways free to follow, moves the shaft by the load over the stiffness."""
+    clearance = float(found.clearances[1])
+    for way, step in ((0, 1.0), (1, 1.0), (2, 0.2), (3, 0.02), (4, 0.02)):
+        loads = np.tile(LOAD.row, (2, 1))
+        loads[:, way] += [-step, step]
+        stand = settle(found.bearing.rows.seats, loads, clearance).stand
+        assert 2 * step / (stand[1, way] - stand[0, way]) == pytest.approx(found.stiffness[way], rel=0.01)
+
+
+def test_curves_begin_at_the_edge_of_the_play_and_stiffen(found):
+    """Each curve starts where the play ends, rises with the load and bends down."""
+    for curve, edge in ((found.radial, found.clearances / 2), (found.axial, None)):
+        assert (np.diff(curve.shifts, axis=1) > 0).all()
+        if edge is not None:
+            np.testing.assert_allclose(curve.shifts[2, 0], edge[2], rtol=0.07)
+        slope = np.diff(curve.shifts[2]) / np.diff(curve.loads)
+        assert (np.diff(slope) < 0).all()
+
+
+def test_rollers_hold_nothing_along_the_axis():
+    """A thrust on cylindrical rollers is refused; without it their sheet has no axial figure that is made up."""
+    part = read_bearing(EXAMPLES / "nu212-pair.toml").part
+    with pytest.raises(InputError, match="nothing along the axis"):
+        examine(part, BearingLoad(1000.0, 10.0))
+    found = examine(part, BearingLoad(1000.0))
+    assert found.axial is None
+    assert found.stiffness[2] == 0
+    sheet = bearing_sheet("x", part, found.load, found)
+    assert find_row(sheet.sections, "stiffness", "along the axis").note == "nothing holds here"
+
+
+def test_an_overloaded_element_is_told():
+    """Beyond the pressure of a static rating the sheet warns."""
+    heavy = examine(BallPair(**OF_209), BearingLoad(100e3))
+    assert any("4.2 GPa" in note for note in bearing_sheet("x", heavy.bearing, heavy.load, heavy).notes)
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_has_its_sheet(path):
+    """Every example is read and looked at; no figure lacks its unit or sample, each section's plots have titled axes."""
+    read = read_bearing(path)
+    found = examine(read.part, BearingLoad(1000.0, 0.0, 30.0))
+    sheet = bearing_sheet(read.name, read.part, found.load, found, read.notes)
+    for section in sheet.sections:
+        assert section.rows, section.key
+        for row in section.rows:
+            assert len(row.figures) == len(section.columns)
+            assert all(figure.unit and figure.samples and math.isfinite(figure.value) for figure in row.figures), row.label
+    keys = {section.key for section in sheet.sections}
+    for plot in bearing_plots(found):
+        assert plot.section in keys
+        layout = plot.figure.to_plotly_json()["layout"]
+        if plot.key == "element-loads":  # no x and y, but angles in degrees and loads in newtons
+            assert layout["polar"]["radialaxis"]["ticksuffix"] == " N"
+        else:
+            assert all("[" in axis["title"]["text"] for name, axis in layout.items() if "axis" in name), plot.key
+
+
+def test_catalogue_bearings_have_a_sheet_too():
+    """A bearing described by its clearance or its stiffness shows what is stated and what it adds to the error."""
+    for part in (RollingPair(clearance=6e-5, span=0.05, radial_stiffness=1e8), CrossedRoller(axial_stiffness=1e9, pitch_diameter=0.1)):
+        sheet = bearing_sheet("x", part, LOAD, None)
+        assert [section.key for section in sheet.sections] == ["stated", "terms"]
+        assert all(section.rows for section in sheet.sections)
+    tilt = bearing_sheet("x", RollingPair(clearance=6e-5, span=0.05), LOAD, None)
+    assert find_row(tilt.sections, "stated", "tilt in it, either way").figures[0].value == pytest.approx(4.1, rel=0.01)
+
+
+def test_the_command_writes_the_sheet(tmp_path):
+    """It prints every section, writes report.html and result.json, the same bytes twice, and leaves an existing folder alone without --force."""
+    words = (EXAMPLES / "nu212-pair.toml", "--force-radial", "6 kN")
+    done = ran(*words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for title in ("delivered to working", "as built", "Load of the elements", "Stiffness", "60 µm does not hold"):
+        assert title in done.stdout
+    folder = tmp_path / "nu212-pair-bearing"
+    assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    result = json.loads(before["result.json"])
+    assert result["load"]["radial_N"] == 6000
+    assert result["built"] == 1000
+    assert b"arrays.nc" not in before["report.html"]
+    again = ran(*words, cwd=tmp_path)
+    assert again.returncode == 2
+    assert "--force" in again.stderr
+    assert ran(*words, "--force", cwd=tmp_path).returncode == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("nothing.toml",), "no such file"),
+        ((EXAMPLES / "6209-pair.toml", "--force-radial", "2 mm"), "--force-radial"),
+        ((EXAMPLES / "nu212-pair.toml", "--force-axial", "200 N"), "nothing along the axis"),
+        ((EXAMPLES.parent / "z-arm.toml",), "one of its joints with a bearing"),
+        ((EXAMPLES / "6209-pair.toml", "--joint", "A"), "no joints"),
+    ],
+)
+def test_what_cannot_be_is_one_message(tmp_path, words, said):
+    """A mistake is one message with exit code 2, no traceback, and nothing is written."""
+    done = ran(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_bearing_out_of_an_arm(tmp_path):
+    """An arm's file and a joint: the sheet of that joint's bearing."""
+    done = ran(EXAMPLES.parent / "z-arm.toml", "--joint", "A", "--moment", "20 N m", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "bearing of joint A" in done.stdout
