@@ -32,22 +32,24 @@ class Tally:
     @classmethod
     def of(cls, matrix: Screws) -> Self:
         """Sum up one block of poses."""
-        shift = matrix.tool[:, 3:]
-        bias = matrix.bias[:, 3:]
+        shift = matrix.along_poses[3:]
+        bias = matrix.bias[:, 3:].T
         owners = matrix.owners
         variance, own, shared = np.zeros(len(owners)), np.zeros(len(owners)), np.zeros(len(owners))
-        squares = np.einsum("pct,pct->t", shift, shift)
+        squares = matrix.squares.sum(axis=1)
         for k, owner in enumerate(owners):
-            drawn = [c for c, info in enumerate(matrix.infos) if info.owner == owner and info.level != "design"]
-            design = [c for c, info in enumerate(matrix.infos) if info.owner == owner and info.level == "design"]
-            variance[k] = squares[drawn].sum()
-            part = shift[:, :, design].sum(axis=2)
-            own[k] = np.sum(part * part)
-            shared[k] = np.sum(part * bias)
+            part = np.zeros_like(bias)
+            for c, info in enumerate(matrix.infos):
+                if info.owner == owner and info.level == "design":
+                    part += shift[:, c]
+                elif info.owner == owner:
+                    variance[k] += squares[c]
+            own[k] = np.vdot(part, part)
+            shared[k] = np.vdot(part, bias)
         whole = float(np.sum(bias * bias))
         robot = float(squares[matrix.columns("robot")].sum())
         visit = float(squares[matrix.columns("visit", "robot x visit")].sum())
-        return cls(owners, len(shift), whole + robot + visit, variance, own, shared, np.array([whole, robot, visit]))
+        return cls(owners, len(matrix.tool), whole + robot + visit, variance, own, shared, np.array([whole, robot, visit]))
 
     def __add__(self, other: Tally) -> Tally:
         """Put two blocks together."""

@@ -22,11 +22,11 @@ _LOWEST_EXPONENT: Final = -64
 _HIGHEST_EXPONENT: Final = 8
 _MANTISSA_BITS: Final = 7
 BINS: Final = (_HIGHEST_EXPONENT - _LOWEST_EXPONENT) << _MANTISSA_BITS
+# Rows of BINS alone would begin at the same place of every page, and throw each other out of the first cache.
+ROW_OF_BINS: Final = BINS + 24
 _SHIFT: Final = 52 - _MANTISSA_BITS
 _FIRST: Final = (1023 + _LOWEST_EXPONENT) << _MANTISSA_BITS
 _BASE_BITS: Final = _FIRST << _SHIFT
-_SMALLEST: Final = 2.0**_LOWEST_EXPONENT
-_LARGEST: Final = 2.0**_HIGHEST_EXPONENT * (1 - 2.0**-53)
 
 # Bins of a pose's own histogram, from its smallest to its largest error.
 _FINE: Final = 1024
@@ -37,6 +37,7 @@ QUANTILES: Final = (0.5, 0.95, 0.99)
 FIRST_QUANTILE: Final = 6  # value, low end, high end of each quantile
 COLUMNS: Final = FIRST_QUANTILE + 3 * len(QUANTILES)
 _LEVELS: Final = np.array(QUANTILES)
+_MOST: Final = np.iinfo(np.int64).max
 
 _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
 
@@ -56,17 +57,109 @@ def mix(x):
 
 
 @_jit
-def _add_four(out, screws, t, d0, d1, d2, d3):
-    """Add four terms, in their order, to the three components of LANES errors; draws are loaded once."""
-    x0, x1, x2, x3 = screws[0, t], screws[0, t + 1], screws[0, t + 2], screws[0, t + 3]
-    y0, y1, y2, y3 = screws[1, t], screws[1, t + 1], screws[1, t + 2], screws[1, t + 3]
-    z0, z1, z2, z3 = screws[2, t], screws[2, t + 1], screws[2, t + 2], screws[2, t + 3]
+def carry_to_tool(at, place, local):
+    """Which twist of the tool, about the tool point in the base's axes, follows from a twist at its own place? (6, term, pose).
+
+    at (place, pose, 4, 4) the arm's frames, the tool's last; place (term,) where each twist is; local (6, term, pose) in that place's frame.
+    """
+    terms, poses = local.shape[1], local.shape[2]
+    out = np.empty((6, terms, poses))
+    frame = np.empty((3, 4, poses))  # axes of a place, and the way from it to the tool point
+    known = np.int64(-1)
+    for t in range(terms):
+        if place[t] != known:
+            known = place[t]
+            for p in range(poses):
+                for i in range(3):
+                    for j in range(3):
+                        frame[i, j, p] = at[known, p, i, j]
+                    frame[i, 3, p] = at[-1, p, i, 3] - at[known, p, i, 3]
+        for i in range(3):
+            _turn(frame[i], local[:3, t], out[i, t])
+            _turn(frame[i], local[3:, t], out[i + 3, t])
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            _add_swing(out[j, t], frame[k, 3], out[k, t], frame[j, 3], out[i + 3, t])
+    return out
+
+
+@_jit
+def _turn(axes, vector, out):
+    a, b, c = axes[0], axes[1], axes[2]
+    x, y, z = vector[0], vector[1], vector[2]
+    for p in range(len(out)):
+        out[p] = a[p] * x[p] + b[p] * y[p] + c[p] * z[p]
+
+
+@_jit
+def _add_swing(a, b, c, d, out):
+    for p in range(len(out)):
+        out[p] += a[p] * b[p] - c[p] * d[p]
+
+
+@_jit
+def _take(shift, columns, p, out):
+    """Take one pose's screws (3, term) of these columns out of the matrix; a column below zero does nothing."""
+    for t in range(len(columns)):
+        for c in range(3):
+            out[c, t] = shift[c, columns[t], p] if columns[t] >= 0 else 0.0
+
+
+@_jit
+def _add_terms(width, out, screws, draws, starts):
+    """Add terms, in their order, to the three components of `width` errors: four at a time, so that draws are loaded once.
+
+    draws holds what is drawn for each term from its place in `starts` on.
+    """
     x, y, z = out[0], out[1], out[2]
-    for i in range(LANES):
-        a, b, c, d = d0[i], d1[i], d2[i], d3[i]
-        x[i] = x[i] + x0 * a + x1 * b + x2 * c + x3 * d
-        y[i] = y[i] + y0 * a + y1 * b + y2 * c + y3 * d
-        z[i] = z[i] + z0 * a + z1 * b + z2 * c + z3 * d
+    for t in range(0, len(starts), 4):
+        x0, x1, x2, x3 = screws[0, t], screws[0, t + 1], screws[0, t + 2], screws[0, t + 3]
+        y0, y1, y2, y3 = screws[1, t], screws[1, t + 1], screws[1, t + 2], screws[1, t + 3]
+        z0, z1, z2, z3 = screws[2, t], screws[2, t + 1], screws[2, t + 2], screws[2, t + 3]
+        d0, d1, d2, d3 = draws[starts[t] :], draws[starts[t + 1] :], draws[starts[t + 2] :], draws[starts[t + 3] :]
+        for i in range(width):
+            a, b, c, d = d0[i], d1[i], d2[i], d3[i]
+            x[i] = x[i] + x0 * a + x1 * b + x2 * c + x3 * d
+            y[i] = y[i] + y0 * a + y1 * b + y2 * c + y3 * d
+            z[i] = z[i] + z0 * a + z1 * b + z2 * c + z3 * d
+
+
+@_jit
+def _sum_up_visit(width, e, sums, squares, sizes):
+    """Add one visit's errors (3, LANES) to the sums of each lane: of sizes, their squares, and the three components."""
+    for i in range(width):
+        x, y, z = e[0, i], e[1, i], e[2, i]
+        square = x * x + y * y + z * z
+        size = np.sqrt(square)
+        squares[i] = square
+        sizes[i] = size
+        sums[0, i] += size
+        sums[1, i] += square
+        sums[2, i] += x
+        sums[3, i] += y
+        sums[4, i] += z
+
+
+@_jit
+def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
+    """Put each lane's AP and RP into ap_rp (2, lane): from its errors at every visit, kept (visit, 3, LANES), and their sums."""
+    visits = len(kept)
+    length, centre = sums[:2], sums[2:]
+    length[:] = 0.0
+    for c in range(3):
+        for i in range(width):
+            centre[c, i] /= visits
+    for v in range(visits):
+        for i in range(width):
+            x, y, z = kept[v, 0, i] - centre[0, i], kept[v, 1, i] - centre[1, i], kept[v, 2, i] - centre[2, i]
+            square = x * x + y * y + z * z
+            length[0, i] += np.sqrt(square)
+            length[1, i] += square
+    for i in range(count):
+        mean = length[0, i] / visits
+        spread = max(length[1, i] - visits * mean * mean, 0.0) / (visits - 1)
+        ap_rp[0, i] = np.sqrt(centre[0, i] ** 2 + centre[1, i] ** 2 + centre[2, i] ** 2)
+        ap_rp[1, i] = mean + 3 * np.sqrt(spread)
 
 
 @_jit
@@ -104,16 +197,17 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, ou
         below = ladder[at] / samples
         spread2 = below
         if visits > 1:
-            spread2 = 0.0
+            counted2 = 0
             limit = np.uint16(at)
             for tile in range(tiles):
                 shares[:] = 0
+                count = min(LANES, robots - tile * LANES)
                 for v in range(visits):
                     for i in range(LANES):
                         shares[i] += bins[tile, v, i] <= limit
-                for i in range(min(LANES, robots - tile * LANES)):
-                    spread2 += (shares[i] / visits) ** 2
-            spread2 /= robots
+                for i in range(count):
+                    counted2 += np.int64(shares[i]) * np.int64(shares[i])
+            spread2 = counted2 / (float(visits) * visits * robots)
         clusters = max(spread2 - below * below, 0.0) / max(robots - 1, 1)
         at_least = level * (1 - level) * (1 + (visits - 1) * between) / samples
         error = z * np.sqrt(max(clusters, at_least))
@@ -126,12 +220,13 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, ou
 def run_block(
     first_pose,  # index of the first pose in the whole study
     bias,  # (pose, 3)
-    robot_screws,  # (pose, 3, term), count of terms a multiple of four
+    shift,  # (3, column, pose) what every term does to the tool point per unit drawn
+    robot_columns,  # (term,) columns of `shift`, a multiple of four; -1 for a term that does nothing
     robot_draws,  # (tile, term, LANES)
-    visit_screws,  # (pose, 3, term), count a multiple of four
+    visit_columns,  # (term,) likewise
     visit_tables,  # (term,) row in `tables`
     visit_keys,  # (term,) key of the stream
-    product_screws,  # (pose, 3, term)
+    product_columns,  # (term,)
     product_tables,
     product_keys,
     product_factors,  # (tile, term, LANES)
@@ -143,47 +238,42 @@ def run_block(
     per_pose,  # out (pose, COLUMNS)
     ap_rp,  # out (pose, 2, robot), used where visits > 1
     robot_sums,  # out (robot,) sum over poses of the robot's mean error
-    group_hist,  # out (group, BINS) of all poses in this block
+    group_hist,  # out (group, ROW_OF_BINS) of all poses in this block
 ):
     """Form the errors of every pose, robot and visit of one block of poses, and reduce them."""
     tiles = robot_draws.shape[0]
-    n_robot, n_visit, n_product = robot_screws.shape[2], visit_screws.shape[2], product_screws.shape[2]
+    n_robot, n_visit, n_product = len(robot_columns), len(visit_columns), len(product_columns)
+    robot_screws, visit_screws, product_screws = np.empty((3, n_robot)), np.empty((3, n_visit)), np.empty((3, n_product))
+    at_robot, at_visit, at_product = np.arange(n_robot) * LANES, np.empty(n_visit, np.int64), np.empty(n_product, np.int64)
     fixed = np.empty((3, LANES))
-    e = np.empty((3, LANES))
     weight = np.empty(LANES)
     kept = np.empty((visits, 3, LANES))
-    centre = np.empty((3, LANES))
-    length, length2 = np.empty(LANES), np.empty(LANES)
-    squares = np.empty(LANES)
-    clamped = np.empty(LANES)
-    words = clamped.view(np.int64)
-    robot_sum, robot_sum2, smallest = np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    total, total2, between2, record_low = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    sums = np.empty((5, LANES))  # one array, so that the compiler knows its rows do not overlap
+    words = np.empty(LANES, np.int64)
+    squares = words.view(np.float64)
+    places = np.empty((visits, LANES), np.uint16)
+    total, total2, between2 = np.empty(LANES), np.empty(LANES), np.empty(LANES)
     group_of = np.arange(robots) * groups // robots
     per_visit = 1.0 / visits
-    at_visit = np.empty(max(n_visit, 1), np.int64)
-    at_product = np.empty(max(n_product, 1), np.int64)
     sizes = np.empty((tiles, visits, LANES), np.float32)
     bins = np.empty((tiles, visits, LANES), np.uint16)
     hist = np.empty(_FINE, np.int64)
     shares = np.empty(LANES, np.int32)
     for p in range(bias.shape[0]):
+        _take(shift, robot_columns, p, robot_screws)
+        _take(shift, visit_columns, p, visit_screws)
+        _take(shift, product_columns, p, product_screws)
         total[:] = total2[:] = between2[:] = 0.0
-        record_low[:] = np.inf
-        record = -1.0
+        # Squares are not negative, so their bits are in the order of their values.
+        least, largest = _MOST, np.int64(-1)
         for tile in range(tiles):
             first = tile * LANES
             count = min(LANES, robots - first)
+            width = (count + 15) & ~15
             for c in range(3):
-                for i in range(LANES):
-                    fixed[c, i] = bias[p, c]
-            for t in range(0, n_robot, 4):
-                _add_four(
-                    fixed, robot_screws[p], t, robot_draws[tile, t], robot_draws[tile, t + 1], robot_draws[tile, t + 2], robot_draws[tile, t + 3]
-                )
-            robot_sum[:] = robot_sum2[:] = 0.0
-            smallest[:] = np.inf
-            centre[:, :] = 0.0
+                fixed[c] = bias[p, c]
+            _add_terms(width, fixed, robot_screws, robot_draws[tile].ravel(), at_robot)
+            sums[:, :] = 0.0
             counter = np.uint64(first_pose + p) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(tile) * np.uint64(0xD1B54A32D192ED03)
             for v in range(visits):
                 here = counter + np.uint64(v) * np.uint64(0xABC98388FB8FAC03)
@@ -191,79 +281,52 @@ def run_block(
                     at_visit[t] = visit_tables[t] * ROW + np.int64(mix(here ^ visit_keys[t]) >> np.uint64(51))
                 for t in range(n_product):
                     at_product[t] = product_tables[t] * ROW + np.int64(mix(here ^ product_keys[t]) >> np.uint64(51))
-                for c in range(3):
-                    for i in range(LANES):
-                        e[c, i] = fixed[c, i]
-                for t in range(0, n_visit, 4):
-                    a0, a1, a2, a3 = at_visit[t], at_visit[t + 1], at_visit[t + 2], at_visit[t + 3]
-                    d0, d1, d2, d3 = tables[a0 : a0 + LANES], tables[a1 : a1 + LANES], tables[a2 : a2 + LANES], tables[a3 : a3 + LANES]
-                    _add_four(e, visit_screws[p], t, d0, d1, d2, d3)
+                e = kept[v]
+                e[:, :] = fixed
+                _add_terms(width, e, visit_screws, tables, at_visit)
                 for t in range(n_product):
                     a0 = at_product[t]
                     d0 = tables[a0 : a0 + LANES]
-                    for i in range(LANES):
+                    for i in range(width):
                         weight[i] = product_factors[tile, t, i] * d0[i]
                     for c in range(3):
-                        s0 = product_screws[p, c, t]
-                        for i in range(LANES):
+                        s0 = product_screws[c, t]
+                        for i in range(width):
                             e[c, i] = e[c, i] + s0 * weight[i]
-                for i in range(LANES):
-                    squares[i] = e[0, i] * e[0, i] + e[1, i] * e[1, i] + e[2, i] * e[2, i]
-                for i in range(LANES):
-                    size = np.sqrt(squares[i])
-                    sizes[tile, v, i] = size
-                    robot_sum[i] += size
-                    robot_sum2[i] += squares[i]
-                    smallest[i] = min(smallest[i], squares[i])
-                if visits > 1:
-                    for c in range(3):
-                        for i in range(LANES):
-                            kept[v, c, i] = e[c, i]
-                            centre[c, i] += e[c, i]
-                for i in range(LANES):
-                    clamped[i] = min(max(squares[i], _SMALLEST), _LARGEST)
+                _sum_up_visit(width, e, sums, squares, sizes[tile, v])
+                for i in range(width):
+                    places[v, i] = np.uint16(min(max(int(words[i] >> _SHIFT) - _FIRST, 0), BINS - 1))
+                top = largest
                 for i in range(count):
-                    group_hist[group_of[first + i], (words[i] >> _SHIFT) - _FIRST] += 1
-                    if squares[i] > record:
-                        record = squares[i]
-                        per_pose[p, LARGEST_ROBOT] = first + i
-                        per_pose[p, LARGEST_VISIT] = v
+                    top = max(top, words[i])
+                    least = min(least, words[i])
+                if top > largest:
+                    for i in range(count):
+                        if words[i] > largest:
+                            largest = words[i]
+                            per_pose[p, LARGEST_ROBOT] = first + i
+                            per_pose[p, LARGEST_VISIT] = v
             for i in range(count):
-                robot_sum[i] *= per_visit
-                robot_sums[first + i] += robot_sum[i]
-            for i in range(count, LANES):
-                robot_sum[i] = robot_sum2[i] = 0.0
-                smallest[i] = np.inf
-            for i in range(LANES):
-                total[i] += robot_sum[i]
-                total2[i] += robot_sum2[i]
-                between2[i] += robot_sum[i] * robot_sum[i]
-                record_low[i] = min(record_low[i], smallest[i])
-            if visits > 1:
-                for i in range(LANES):
-                    length[i] = length2[i] = 0.0
-                    for c in range(3):
-                        centre[c, i] /= visits
+                group = group_hist[group_of[first + i]]
                 for v in range(visits):
-                    for i in range(LANES):
-                        x, y, w = kept[v, 0, i] - centre[0, i], kept[v, 1, i] - centre[1, i], kept[v, 2, i] - centre[2, i]
-                        square = x * x + y * y + w * w
-                        length[i] += np.sqrt(square)
-                        length2[i] += square
-                for i in range(count):
-                    mean = length[i] / visits
-                    spread = max(length2[i] - visits * mean * mean, 0.0) / (visits - 1)
-                    ap_rp[p, 0, first + i] = np.sqrt(centre[0, i] ** 2 + centre[1, i] ** 2 + centre[2, i] ** 2)
-                    ap_rp[p, 1, first + i] = mean + 3 * np.sqrt(spread)
+                    group[places[v, i]] += 1
+                mean = sums[0, i] * per_visit
+                robot_sums[first + i] += mean
+                total[i] += mean
+                total2[i] += sums[1, i]
+                between2[i] += mean * mean
+            if visits > 1:
+                _accuracy_and_repeatability(width, count, kept, sums, ap_rp[p, :, first:])
+        words[0], words[1] = least, largest
+        low, high = np.sqrt(squares[0]), np.sqrt(squares[1])
         samples = robots * visits
         mean = total.sum() / robots
         per_pose[p, MEAN] = mean
         per_pose[p, MEAN_ERROR] = z * np.sqrt(max(between2.sum() / robots - mean * mean, 0.0) / max(robots - 1, 1))
         per_pose[p, MEAN_SQUARE] = total2.sum() / samples
-        per_pose[p, LARGEST] = np.sqrt(record)
+        per_pose[p, LARGEST] = high
         # Sums of squares and of squared robot means give the variance of all sizes and of the robots' means.
         variance = total2.sum() / samples - mean * mean
         of_means = between2.sum() / robots - mean * mean
         between = min(max(of_means / variance, 0.0), 1.0) if variance > 0 else 0.0
-        low, high = np.sqrt(record_low.min()), np.sqrt(record)
         _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, per_pose[p, FIRST_QUANTILE:])

@@ -243,10 +243,18 @@ def _block(plan: Plan, first: int, last: int) -> _Block:
         worst_case(matrix),
         root_sum_square(matrix),
         matrix.bias,
-        (matrix.bias[:, :3] ** 2).sum(axis=1) + (matrix.tool[:, :3, matrix.columns("robot", "visit", "robot x visit")] ** 2).sum(axis=(1, 2)),
+        _rotation_ms(matrix),
         Tally.of(matrix),
         exact.check(matrix, first, rows, plan.seed, min(plan.robots, _CHECKED_ROBOTS), min(plan.visits, _CHECKED_VISITS)),
     )
+
+
+def _rotation_ms(matrix: Screws) -> Floats:
+    """Give the mean square of the tool's rotation (pose,), rad^2: of the bias, and the variances of all that is drawn."""
+    turn = matrix.along_poses[:3]
+    drawn = np.ones(len(matrix.infos))
+    drawn[matrix.columns("design")] = 0
+    return np.asarray((matrix.bias[:, :3] ** 2).sum(axis=1) + drawn @ np.einsum("ctp,ctp->tp", turn, turn))
 
 
 def _over_robots(values: Floats) -> Floats:
@@ -263,20 +271,22 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
     tables: dict[Stream, int] = {}
     for k in (*visit, *both):
         tables.setdefault(_known(matrix.infos[k].visit), len(tables))
+    counts = np.zeros((plan.groups, kernel.ROW_OF_BINS), np.int64)
     out = BlockSample(
         np.zeros((poses, kernel.COLUMNS)),
         np.zeros((poses, 2, plan.robots if plan.visits > 1 else 0)),
         np.zeros(plan.robots),
-        np.zeros((plan.groups, kernel.BINS), np.int64),
+        counts[:, : kernel.BINS],
     )
     kernel.run_block(
         first,
         np.ascontiguousarray(matrix.bias[:, 3:]),
-        _padded(matrix.tool[:, 3:, robot]),
+        matrix.along_poses[3:],
+        _padded(robot),
         _drawn(plan, [_known(matrix.infos[k].robot) for k in robot], pad=True),
-        _padded(matrix.tool[:, 3:, visit]),
+        _padded(visit),
         *_reading(plan.seed, matrix, visit, tables),
-        np.ascontiguousarray(matrix.tool[:, 3:, both]),
+        both,
         *_reading(plan.seed, matrix, both, tables),
         _drawn(plan, [_known(matrix.infos[k].robot) for k in both]),
         np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
@@ -287,7 +297,7 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         out.per_pose,
         out.ap_rp,
         out.robot_sums,
-        out.group_hist,
+        counts,
     )
     return out
 
@@ -295,7 +305,7 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
 def _alive(matrix: Screws, level: str) -> np.ndarray:
     """Give the terms of a level that move the tool at some pose of the block; leaving out the others changes no bit."""
     columns = matrix.columns(level)  # type: ignore[arg-type]
-    return columns[np.any(matrix.tool[:, 3:, columns] != 0, axis=(0, 1))]
+    return columns[np.any(matrix.squares[columns] != 0, axis=1)]
 
 
 def _known(stream: Stream | None) -> Stream:
@@ -314,10 +324,9 @@ def _drawn(plan: Plan, streams: list[Stream], *, pad: bool = False) -> Floats:
     return out
 
 
-def _padded(screws_of_terms: Floats) -> Floats:
-    """Fill the last axis up to a multiple of four with terms that do nothing."""
-    short = -screws_of_terms.shape[-1] % 4
-    return np.ascontiguousarray(np.pad(screws_of_terms, [(0, 0)] * (screws_of_terms.ndim - 1) + [(0, short)]))
+def _padded(columns: np.ndarray) -> np.ndarray:
+    """Fill up to a multiple of four terms; -1 stands for one that does nothing."""
+    return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
 
 
 def _reading(seed: int, matrix: Screws, columns: np.ndarray, tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:

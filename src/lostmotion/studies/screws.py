@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.arm import frames, terms
 from lostmotion.laws.chance import Cosine, Sine
+from lostmotion.studies import kernel
 from lostmotion.studies.draws import Stream
 
 if TYPE_CHECKING:
@@ -59,9 +60,20 @@ class Screws:
         return np.array([k for k, info in enumerate(self.infos) if info.level in levels], dtype=int)
 
     @functools.cached_property
+    def along_poses(self) -> Floats:
+        """Give `tool` as (6, term, pose), contiguous."""
+        return np.ascontiguousarray(self.tool.transpose(1, 2, 0))
+
+    @functools.cached_property
     def bias(self) -> Floats:
         """Give the sum of the design terms (pose, 6): what every robot does at every visit."""
-        return np.asarray(self.tool[:, :, self.columns("design")].sum(axis=2))
+        return np.asarray(self.along_poses[:, self.columns("design")].sum(axis=1).T)
+
+    @functools.cached_property
+    def squares(self) -> Floats:
+        """Give the squared displacement of the tool point by each term (term, pose), m^2."""
+        shift = self.along_poses[3:]
+        return np.asarray(np.einsum("ctp,ctp->tp", shift, shift))
 
     @functools.cached_property
     def at_bounds(self) -> Floats:
@@ -69,11 +81,13 @@ class Screws:
         drawn = self.columns("robot", "visit", "robot x visit")
         if not len(drawn):
             return np.zeros((len(self.tool), 1))
-        size = np.linalg.norm(self.tool[:, 3:, drawn], axis=1) * np.array([self.infos[k].bound for k in drawn])
         waves: dict[str, list[int]] = {}
-        for column, k in enumerate(drawn):
-            waves.setdefault(self.infos[k].phase or f"\0{k}", []).append(column)
-        return np.column_stack([np.linalg.norm(size[:, group], axis=1) if len(group) > 1 else size[:, group[0]] for group in waves.values()])
+        for k in drawn:
+            waves.setdefault(self.infos[k].phase or f"\0{k}", []).append(k)
+        out = np.empty((len(waves), len(self.tool)))
+        for row, members in enumerate(waves.values()):
+            np.sqrt(sum(self.squares[k] * self.infos[k].bound ** 2 for k in members), out=out[row])
+        return out.T
 
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:
@@ -89,26 +103,12 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
     """
     at = frames(arm, q)
     placed = terms(arm, q, approach=approach, at=at)
-    poses = at.shape[1]
     place = np.array([item.place for item in placed], dtype=int)
-    # Poses lie innermost in memory: every step below runs along them.
-    local, tool = np.empty((6, len(placed), poses)), np.empty((6, len(placed), poses))
+    # Poses lie innermost in memory: every step from here on runs along them.
+    local = np.empty((6, len(placed), len(at[0])))
     for k, item in enumerate(placed):
         local[:, k] = np.atleast_2d(item.term.screw).T
-    point = at[-1, :, :3, 3].T
-    for where in np.unique(place):
-        here = np.flatnonzero(place == where)
-        span = slice(here[0], here[-1] + 1)
-        if len(here) != span.stop - span.start:
-            raise ValueError("terms of one place do not stand together")
-        rotation = np.ascontiguousarray(at[where, :, :3, :3].transpose(1, 2, 0))
-        x, y, z = point - at[where, :, :3, 3].T
-        for half in (0, 3):
-            np.einsum("ijp,jkp->ikp", rotation, local[half : half + 3, span], out=tool[half : half + 3, span])
-        turned = tool[:3, span]
-        tool[3, span] += turned[1] * z - turned[2] * y
-        tool[4, span] += turned[2] * x - turned[0] * z
-        tool[5, span] += turned[0] * y - turned[1] * x
+    tool = kernel.carry_to_tool(at, place, local)
     infos = tuple(
         TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
         for item in placed
