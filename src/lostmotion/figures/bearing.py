@@ -243,5 +243,5 @@ def _terms(bearing: Bearing, load: BearingLoad) -> Section:
         if tilt or shift:
             exact = "the part's own law"
             rows.append(Row(term.name, (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)), term.level))
-    note = "largest draw of each at this load, midway between the bearings; the last column says what differs from draw to draw"
+    note = "largest draw of each at this load, midway between the bearings; design, robot, visit: what it differs with"
     return Section("terms", "What it adds to an arm's error", ("shift", "tilt"), tuple(rows), note)

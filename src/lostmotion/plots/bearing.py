@@ -105,6 +105,7 @@ def element_loads(found: Examined) -> go.Figure:
             yref="paper",
             yanchor="bottom",
             text=name,
+            xanchor="center",
             showarrow=False,
             font={"size": 13},
         )
