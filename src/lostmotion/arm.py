@@ -151,7 +151,7 @@ def frames(arm: Arm, q: Floats) -> Floats:
     Source: product of exponentials, Lynch and Park 2017, ch. 4; equal to Pinocchio's frames (tests/validation).
     """
     values = as_poses(arm, q)
-    out = np.empty((len(arm.places), len(values), 4, 4))
+    out = np.empty((len(arm.places), 4, 4, len(values))).transpose(0, 3, 1, 2)  # poses lie innermost in memory: all steps run along them
     out[0] = np.eye(4)
     column = iter(values.T)
     for k, joint in enumerate(arm.joints):
@@ -163,8 +163,18 @@ def frames(arm: Arm, q: Floats) -> Floats:
 
 
 def _step(here: Floats, pose: Floats) -> Floats:
-    """Go from frames (pose, 4, 4) on by one fixed pose (4, 4): a single matrix product over all rows."""
-    return (here.reshape(-1, 4) @ pose).reshape(here.shape)
+    """Go from frames (pose, 4, 4) on by one fixed pose (4, 4)."""
+    return np.asarray((pose.T @ here.transpose(1, 2, 0)).transpose(2, 0, 1))
+
+
+def _out_of(frame: Floats, vector: Floats) -> Floats:
+    """Give in the base's axes (pose, 3) what is one vector (3,) in the axes of each of the frames (pose, 4, 4)."""
+    return np.asarray((vector @ frame.transpose(1, 2, 0)[:3, :3]).T)
+
+
+def _into(frame: Floats, vector: Floats) -> Floats:
+    """Give in the axes of each of the frames (pose, 4, 4) what is one vector (3,) in the base's axes."""
+    return np.asarray((vector @ frame.transpose(2, 1, 0)[:3, :3]).T)
 
 
 def tool_points(arm: Arm, q: Floats) -> Floats:
@@ -207,13 +217,13 @@ class _Carried:
     """Force and moment about the base's origin of all that was met on the way back from the tool."""
 
     def __init__(self, poses: int, gravity: Floats) -> None:
-        self.force = np.zeros((poses, 3))
-        self.moment = np.zeros((poses, 3))
+        self.force = np.zeros((3, poses)).T
+        self.moment = np.zeros((3, poses)).T
         self.gravity = gravity
 
     def weigh(self, frame: Floats, mass: float, centre: Floats) -> None:
         if mass:
-            self.push(frame[:, :3, 3] + frame[:, :3, :3] @ np.asarray(centre, dtype=float), np.broadcast_to(mass * self.gravity, self.force.shape))
+            self.push(frame[:, :3, 3] + _out_of(frame, np.asarray(centre, dtype=float)), mass * self.gravity)
 
     def push(self, point: Floats, force: Floats) -> None:
         self.force = self.force + force
@@ -222,7 +232,7 @@ class _Carried:
 
 def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats:
     carried = _Carried(at.shape[1], gravity)
-    forces, moments = np.empty((2, len(at), at.shape[1], 3))
+    forces, moments = np.empty((2, len(at), 3, at.shape[1])).transpose(0, 1, 3, 2)
 
     def note(place: int) -> None:
         forces[place], moments[place] = carried.force, carried.moment
@@ -231,9 +241,9 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
     carried.weigh(tool, payload.mass, np.array(payload.centre_of_mass))
     carried.weigh(tool, arm.tool.mass, np.array(arm.tool.centre_of_mass))
     if any(payload.force):
-        carried.push(tool[:, :3, 3], tool[:, :3, :3] @ np.array(payload.force))
+        carried.push(tool[:, :3, 3], _out_of(tool, np.array(payload.force)))
     if any(payload.moment):
-        carried.moment = carried.moment + tool[:, :3, :3] @ np.array(payload.moment)
+        carried.moment = carried.moment + _out_of(tool, np.array(payload.moment))
     note(len(at) - 1)
     for k, joint in reversed(list(enumerate(arm.joints))):
         note(3 * k + 3)
@@ -247,7 +257,7 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
 
 def _seen_from(at: Floats, forces: Floats, moments: Floats) -> Floats:
     """Give wrenches (place, pose, 6) about each place's origin, in its axes, for forces and moments about the base's origin in its axes."""
-    out = np.empty((*forces.shape[:2], 6))
+    out = np.empty((len(at), 6, at.shape[1])).transpose(0, 2, 1)
     for vector, here in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
         for j in range(3):
             here[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
@@ -291,14 +301,15 @@ def terms(arm: Arm, q: Floats, *, approach: float = 0.0, at: Floats | None = Non
     """
     values = as_poses(arm, q)
     here = frames(arm, values) if at is None else at
-    carried = _wrenches(arm, here, arm.payload, arm.gravity_in_base)
-    return [
-        PlacedTerm(owner, place, term)
-        for owner, place, angle, axis, source in _sources(arm, values)
-        for term in source.terms(
-            Condition(angle, axis, carried[place], arm.gravity_in_base @ here[place, :, :3, :3], np.full(len(values), float(approach))),
-        )
-    ]
+    return [PlacedTerm(owner, place, term) for owner, place, source, felt in conditions(arm, values, here, approach) for term in source.terms(felt)]
+
+
+def conditions(arm: Arm, q: Floats, at: Floats, approach: float = 0.0) -> Iterator[tuple[str, int, ErrorSource, Condition]]:
+    """What does every part feel at these poses? Its owner's name, the index of its place, the part, the condition there; `at` are the frames at q."""
+    carried = _wrenches(arm, at, arm.payload, arm.gravity_in_base)
+    for owner, place, angle, axis, source in _sources(arm, q):
+        gravity = _into(at[place], arm.gravity_in_base)
+        yield owner, place, source, Condition(angle, axis, carried[place], gravity, np.full(len(q), float(approach)))
 
 
 def _sources(arm: Arm, q: Floats) -> Iterator[tuple[str, int, Floats, Floats, ErrorSource]]:

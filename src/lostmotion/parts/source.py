@@ -122,13 +122,15 @@ class Term:
 
     Neither draw: it follows from the pose (design). `robot`: drawn once per robot built. `visit`: drawn every time a
     pose is reached. Both: a product, for example the amount of play times its side. Terms of one part that name the same stream
-    share the draw.
+    share the draw. `seated`: it rests within a play, or a loop of friction, on the side where load or way of arriving hold it, and so is no
+    spring; every other design term that follows the load is one.
     """
 
     name: str
     screw: Floats
     robot: Draw | None = None
     visit: Draw | None = None
+    seated: bool = False
 
     @property
     def level(self) -> Level:
@@ -189,7 +191,7 @@ def play_terms(name: str, play: Toleranced, known: Floats, free: Sequence[Term],
     `known` (pose, 6) is the nominal play's part that the load or the way of arriving holds; `free` are visit terms of the nominal play for the
     rest. `amount` names the stream that says how much play this robot has.
     """
-    held = Term(f"{name} side held by load", known)
+    held = Term(f"{name} side held by load", known, seated=True)
     if not play.tolerance:
         return [held, *free]
     law = of_tolerance(play.law)

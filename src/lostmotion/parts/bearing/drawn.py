@@ -94,7 +94,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
             left = np.minimum(left, free)
             out.append(Term(f"{name} give", (unit * (whole - edge)[:, k, None]) @ way))
             if play.nominal > 0:
-                out.append(Term(f"{name} clearance side held by load", (sitting * edge[:, k, None]) @ way))
+                out.append(Term(f"{name} clearance side held by load", (sitting * edge[:, k, None]) @ way, seated=True))
                 out += _circle(f"{name} clearance", free * play.nominal / 2, way, axis, _amount(streams[k], spread / play.nominal, law))
             share = np.linalg.norm(sitting, axis=-1)[:, None]
             moved[streams[k]] = moved[streams[k]] + (unit * share * grows[:, k, None]) @ way
@@ -118,7 +118,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
         play = self.working.nominal
         if play > 0:
             half = float(self.table(play).edges(*np.array([[0.0], [0.0], [1.0]]))[0, 2])
-            out.append(Term("axial play side held by load", (np.abs(closed) * edge)[:, None] * twist))
+            out.append(Term("axial play side held by load", (np.abs(closed) * edge)[:, None] * twist, seated=True))
             out.append(Term("axial play", ((1 - np.abs(closed)) * left * half)[:, None] * twist, visit=Draw("axial side", TwoSided())))
         return out
 

@@ -220,7 +220,7 @@ def hysteresis_terms(at: Condition, half: Floats) -> list[Term]:
     """Which terms does friction's loop make, of half its width (pose,), rad or m? Its side follows the way of arriving."""
     known = (-at.approach * half)[:, None] * at.axis
     either = ((at.approach == 0) * half)[:, None] * at.axis
-    return [Term("hysteresis by approach", known), Term("hysteresis", either, visit=Draw("loop", TwoSided()))]
+    return [Term("hysteresis by approach", known, seated=True), Term("hysteresis", either, visit=Draw("loop", TwoSided()))]
 
 
 # What of a kind that only turns is built on.
