@@ -33,7 +33,8 @@ def skew(vector: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """What is a x b for vectors (..., 3)? np.cross without its search for axes, which costs more than the product on short arrays."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    shape = np.broadcast_shapes(a.shape, b.shape)
+    out = np.moveaxis(np.empty((3, *shape[:-1])), 0, -1)  # one component after the other in memory, so that steps run along the vectors
     out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
     out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
@@ -52,16 +53,15 @@ def moved(here: Floats, twist: Floats, amount: Floats) -> Floats:
 
     The same as here @ exp(amount twist), for the one motion that joints make.
     """
-    out = here.copy()
+    along = here.transpose(1, 2, 0)  # frames lie innermost in memory where the arm made them
     if twist[:3].any():
         axis = np.zeros((4, 4))
         axis[:3, :3] = skew(twist[:3])
-        rows = here.reshape(-1, 4)  # one product over all rows of all frames
-        out += np.sin(amount)[:, None, None] * (rows @ axis).reshape(out.shape)
-        out += (1 - np.cos(amount))[:, None, None] * (rows @ (axis @ axis)).reshape(out.shape)
+        out = along + np.sin(amount) * (axis.T @ along) + (1 - np.cos(amount)) * ((axis @ axis).T @ along)
     else:
-        out[:, :3, 3] += amount[:, None] * (here[:, :3, :3] @ twist[3:])
-    return out
+        out = along.copy()
+        out[:3, 3] += amount * (twist[3:] @ along[:3, :3])
+    return np.asarray(out.transpose(2, 0, 1))
 
 
 def exp(twist: Floats) -> Floats:

@@ -60,33 +60,28 @@ def mix(x):
 def carry_to_tool(at, place, local):
     """Which twist of the tool, about the tool point in the base's axes, follows from a twist at its own place? (6, term, pose).
 
-    at (place, pose, 4, 4) the arm's frames, the tool's last; place (term,) where each twist is; local (6, term, pose) in that place's frame.
+    at (place, 4, 4, pose) the arm's frames, the tool's last; place (term,) where each twist is; local (6, term, pose) in that place's frame.
     """
     terms, poses = local.shape[1], local.shape[2]
     out = np.empty((6, terms, poses))
-    frame = np.empty((3, 4, poses))  # axes of a place, and the way from it to the tool point
-    known = np.int64(-1)
+    way = np.empty((3, poses))  # from the place to the tool point
     for t in range(terms):
-        if place[t] != known:
-            known = place[t]
-            for p in range(poses):
-                for i in range(3):
-                    for j in range(3):
-                        frame[i, j, p] = at[known, p, i, j]
-                    frame[i, 3, p] = at[-1, p, i, 3] - at[known, p, i, 3]
+        frame = at[place[t]]
+        if t == 0 or place[t] != place[t - 1]:
+            for i in range(3):
+                way[i] = at[-1, i, 3] - frame[i, 3]
         for i in range(3):
-            _turn(frame[i], local[:3, t], out[i, t])
-            _turn(frame[i], local[3:, t], out[i + 3, t])
+            _turn(frame[i], local[0, t], local[1, t], local[2, t], out[i, t])
+            _turn(frame[i], local[3, t], local[4, t], local[5, t], out[i + 3, t])
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            _add_swing(out[j, t], frame[k, 3], out[k, t], frame[j, 3], out[i + 3, t])
+            _add_swing(out[j, t], way[k], out[k, t], way[j], out[i + 3, t])
     return out
 
 
 @_jit
-def _turn(axes, vector, out):
+def _turn(axes, x, y, z, out):
     a, b, c = axes[0], axes[1], axes[2]
-    x, y, z = vector[0], vector[1], vector[2]
     for p in range(len(out)):
         out[p] = a[p] * x[p] + b[p] * y[p] + c[p] * z[p]
 
@@ -197,7 +192,7 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, ou
         below = ladder[at] / samples
         spread2 = below
         if visits > 1:
-            counted2 = 0
+            counted2 = np.int64(0)
             limit = np.uint16(at)
             for tile in range(tiles):
                 shares[:] = 0

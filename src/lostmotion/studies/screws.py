@@ -108,7 +108,7 @@ def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
     local = np.empty((6, len(placed), len(at[0])))
     for k, item in enumerate(placed):
         local[:, k] = np.atleast_2d(item.term.screw).T
-    tool = kernel.carry_to_tool(at, place, local)
+    tool = kernel.carry_to_tool(np.ascontiguousarray(at.transpose(0, 2, 3, 1)), place, local)
     infos = tuple(
         TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
         for item in placed
