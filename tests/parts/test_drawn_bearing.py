@@ -151,6 +151,10 @@ def test_more_clearance_moves_the_shaft_by_what_the_amount_says():
         {"contact_angle": "25 deg", "clearance": "10 µm"},
         {"contact_angle": "60 deg", "arrangement": "face-to-face"},
         {"clearance": "10 deg"},
+        {"clearance": "1 mm"},
+        {"clearance": "-1 mm"},
+        {"shaft_interference": "2 mm"},
+        {"contact_angle": "25 deg", "preload": "1000 kN"},
         {"bore": "90 mm"},
     ],
 )

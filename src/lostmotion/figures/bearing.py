@@ -149,8 +149,8 @@ def _play(found: Examined) -> Section:
     exact = "the geometry of the play"
     values = np.maximum(found.clearances, 0.0)
     rows = [Row("across, either way", tuple(_micro(value / 2, exact) for value in values))]
-    if pair.axial:
-        along = [float(found.bearing.table(clearance).edges(*np.array([[0.0], [0.0], [1.0]]))[0, 2]) for clearance in found.clearances]
+    if found.axial is not None:
+        along = np.where(found.clearances > 0, found.axial.shifts[:, 0], 0.0)
         rows.append(Row("along the axis, either way", tuple(_micro(value, exact) for value in along)))
     rows.append(Row("tilt, either way", tuple(Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values)))
     return Section("play", "Play before anything gives", _CASES, tuple(rows), "at the lowest, middle and highest working clearance")

@@ -11,7 +11,7 @@ from lostmotion.laws.rolling import roller_pressure
 from lostmotion.laws.rolling_space import CrossedRow, Seat
 from lostmotion.laws.rolling_table import Pair
 from lostmotion.parts.bearing.drawn import DrawnBearing
-from lostmotion.parts.bearing.pair import Count, check_sizes, refuse_drawing
+from lostmotion.parts.bearing.pair import Count, check_clearance, check_sizes, refuse_drawing
 from lostmotion.parts.source import LengthPlus
 from lostmotion.units import Quantity
 
@@ -42,6 +42,8 @@ class CrossedRollerBearing(DrawnBearing):
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
         check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
+        spread = self.spreads["working"]
+        check_clearance(spread.lowest, spread.highest, 0.04 * self.roller_diameter)
         if self.rollers % 2:
             raise refuse_drawing(f"{self.rollers} crossed rollers", "an even number: they lean this way and that by turns", "rollers = 48")
         return self

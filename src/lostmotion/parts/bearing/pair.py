@@ -18,7 +18,7 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-Count = Annotated[int, Field(ge=3, le=400)]
+Count = Annotated[int, Field(ge=3, le=200)]
 Conformity = Annotated[float, Quantity("", "0.52", low=0.505, high=0.6)]
 ContactAngle = Annotated[float, Quantity("rad", "25 deg", low=0, high=1.1)]
 
@@ -35,6 +35,13 @@ def check_sizes(pitch: float, element: float, count: int, bore: float, outside: 
         raise refuse_drawing(found, "elements between bore and outside_diameter", 'pitch_diameter = "65 mm"')
     if count * math.asin(min(element / pitch, 1.0)) > math.pi:
         raise refuse_drawing(f"{count} elements of {element * 1e3:g} mm side by side", "no more than fit on the pitch circle", "balls = 9")
+
+
+def check_clearance(lowest: float, highest: float, most: float) -> None:
+    """Refuse a working clearance, or a preload, that is no bearing's any more: the laws hold while elements barely change their place."""
+    if max(highest, -lowest) > most:
+        found = f"a working clearance of {lowest * 1e6:.4g} to {highest * 1e6:.4g} µm"
+        raise refuse_drawing(found, f"one within ±{most * 1e6:.4g} µm for elements of this size", 'clearance = "15 µm ± 8 µm"')
 
 
 class BallPair(DrawnBearing):
@@ -64,6 +71,11 @@ class BallPair(DrawnBearing):
             raise refuse_drawing("a preload of deep-groove bearings", "a preload of angular-contact ones only", 'contact_angle = "25 deg"')
         if self.contact_angle and (self.clearance.nominal or self.clearance.tolerance):
             raise refuse_drawing("a clearance of angular-contact bearings", "their preload instead", 'preload = "200 N"')
+        spread = self.spreads["working"]
+        check_clearance(spread.lowest, spread.highest, 0.9 * (sum(self.groove_conformity) - 1) * self.ball_diameter)
+        if self.preload > self.balls * self.static_load:
+            found = f"a preload of {self.preload:.4g} N"
+            raise refuse_drawing(found, f"at most {self.balls * self.static_load:.4g} N, the balls' static limit", 'preload = "200 N"')
         if self.rows.span <= 0:
             raise refuse_drawing(
                 "face-to-face bearings so close that they hold the shaft at one point",
@@ -122,6 +134,8 @@ class RollerPair(DrawnBearing):
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
         check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
+        spread = self.spreads["working"]
+        check_clearance(spread.lowest, spread.highest, 0.04 * self.roller_diameter)
         return self
 
     @property
