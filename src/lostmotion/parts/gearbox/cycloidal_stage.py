@@ -124,6 +124,7 @@ class CycloidalStage(Part):
     disc_bore_radius   the disc's body gives around it; left out: a rigid disc
     ring_outer_radius  the ring's body, with its lobes, gives inside it; left out: a rigid ring, on which lobes bend
     pin_span       free length of a ring pin held at both ends; left out: pins in full-length seats, which do not bend
+                   (so the ring's body takes them in either case)
     """
 
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
