@@ -59,7 +59,7 @@ def planar(pair, clearance, top, count=200):
     [
         (DEEP, 15 * UM, 20e3, 0.005, 0.06),
         (DEEP, -5 * UM, 20e3, 0.003, 0.04),
-        (BACK_TO_BACK, 0.0, 20e3, 0.02, 0.1),
+        (BACK_TO_BACK, 0.0, 20e3, 0.01, 0.15),
         (ROLLERS, 50 * UM, 40e3, 0.005, 0.05),
         (CROSSED, -10 * UM, 30e3, 0.003, 0.03),
     ],

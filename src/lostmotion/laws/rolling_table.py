@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # Nodes over the size of the load, its split between the rows, and its part along the axis.
 _NODES: Final = (17, 11, 13)
+# A row with one shoulder leaves the other row alone with the load within a few degrees.
+_NODES_ANGULAR: Final = (17, 15, 17)
 # Crossed rollers go from one family to the other within a few degrees; their contacts are quicker to solve for.
 _NODES_CROSSED: Final = (17, 21, 21)
 _DENSER: Final = 1.5
@@ -72,6 +74,12 @@ def _turned(row: object, share: float) -> BallRow | RollerRow | CrossedRow:
     return replace(row, first=row.first + share * 2 * math.pi / row.count)
 
 
+def _nodes(row: object) -> tuple[int, int, int]:
+    if isinstance(row, CrossedRow):
+        return _NODES_CROSSED
+    return _NODES_ANGULAR if isinstance(row, BallRow) and row.contact_angle else _NODES
+
+
 class ShiftTable:
     """Shifts of a pair over its loads up to `top` (N, all reactions together) at one clearance (m); beyond the top each load is solved for."""
 
@@ -82,7 +90,7 @@ class ShiftTable:
         if not (math.isfinite(top) and top > 0):
             raise ValueError(f"a table needs a load above zero at its top, not {top}")
         self.pair, self.clearance, self.top = pair, clearance, top
-        nodes = _NODES_CROSSED if isinstance(pair.seats[0].row, CrossedRow) else _NODES
+        nodes = _nodes(pair.seats[0].row)
         axes = [np.linspace(0, 1, nodes[0]), np.linspace(_RIM, math.pi / 2 - _RIM, nodes[1])]
         if pair.axial:
             # Denser towards a load without axial part, about which the shaft moves along its axis most.
