@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.ask import Study, read, study
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
+    from lostmotion.studies.elastostatics import compliance, deflection, stiffness
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
     from lostmotion.studies.poses import Poses, sample_poses
     from lostmotion.studies.screws import root_sum_square, screws, worst_case
@@ -38,6 +39,9 @@ _HOME = {
     "wrenches": "arm",
     "joint_torques": "arm",
     "worst_torques_over_tilts": "arm",
+    "compliance": "studies.elastostatics",
+    "stiffness": "studies.elastostatics",
+    "deflection": "studies.elastostatics",
     "Poses": "studies.poses",
     "sample_poses": "studies.poses",
     "workspace": "studies.workspace",
@@ -64,6 +68,9 @@ __all__ = [  # noqa: RUF022 - reading order
     "wrenches",
     "joint_torques",
     "worst_torques_over_tilts",
+    "compliance",
+    "stiffness",
+    "deflection",
     "Poses",
     "sample_poses",
     "workspace",
