@@ -31,11 +31,12 @@ class ExactCheck:
 def draws_of(matrix: Screws, seed: int, pose: int, robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
     """What multiplies each term at these returns to pose number `pose` of the study? (term, sample); 1 for design terms."""
     out = np.ones((len(matrix.infos), len(robots)))
+    built = int(robots.max()) + 1
+    visiting = [(k, info.visit) for k, info in enumerate(matrix.infos) if info.visit is not None]
+    out[[k for k, _ in visiting]] = visit_draws(seed, [stream for _, stream in visiting], pose, robots, visits)
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
-            out[k] *= _first_robots(seed, info.robot, int(robots.max()) + 1)[robots]
-        if info.visit is not None:
-            out[k] *= visit_draws(seed, [info.visit], pose, robots, visits)[0]
+            out[k] *= _first_robots(seed, info.robot, built)[robots]
     return out
 
 
@@ -50,15 +51,17 @@ def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
     Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
     errors' geometry at any size.
     """
-    steps = steps_of(matrix.at[:, row : row + 1])[:, 0]
-    twists = np.zeros((len(steps), draws.shape[1], 6))
-    for place in np.unique(matrix.place):
+    places = np.unique(matrix.place)
+    # From each place that moves to the next, and at last to the tool.
+    *steps, last = steps_of(matrix.at[[*places, -1], row : row + 1])[:, 0]
+    twists = np.empty((len(places), draws.shape[1], 6))
+    for twist, place in zip(twists, places, strict=True):
         own = matrix.place == place
-        twists[place] = (matrix.local[row][:, own] @ draws[own]).T
+        twist[:] = (matrix.local[row][:, own] @ draws[own]).T
     here = np.broadcast_to(np.eye(4), (draws.shape[1], 4, 4))
     for step, moved in zip(steps, exp(twists), strict=True):
         here = here @ (step @ moved)
-    return here
+    return here @ last
 
 
 def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:

@@ -166,7 +166,7 @@ def _quantile(ladder, rank, low, width):
 
 
 @_jit
-def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, out):
+def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, out):
     """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end).
 
     sizes (tile, visit, LANES) hold the errors, between low and high; `between` is the share of their variance that lies between robots.
@@ -181,11 +181,14 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, ou
     for tile in range(tiles):
         count = min(LANES, robots - tile * LANES)
         for v in range(visits):
-            for i in range(LANES):
+            for i in range(count):
                 bins[tile, v, i] = np.uint16(min(max((sizes[tile, v, i] - low) * scale, 0.0), _FINE - 1.0))
             for i in range(count):
                 hist[bins[tile, v, i]] += 1
-    ladder = np.cumsum(hist)
+    counted = 0
+    for b in range(_FINE):
+        counted += hist[b]
+        ladder[b] = counted
     for k in range(len(_LEVELS)):
         level = _LEVELS[k]
         at = min(np.searchsorted(ladder, level * samples), _FINE - 1)
@@ -252,8 +255,8 @@ def run_block(
     per_visit = 1.0 / visits
     sizes = np.empty((tiles, visits, LANES), np.float32)
     bins = np.empty((tiles, visits, LANES), np.uint16)
-    hist = np.empty(_FINE, np.int64)
-    shares = np.empty(LANES, np.int32)
+    hist, ladder = np.empty(_FINE, np.int64), np.empty(_FINE, np.int64)
+    shares = np.empty(LANES, np.uint16)
     for p in range(bias.shape[0]):
         _take(shift, robot_columns, p, robot_screws)
         _take(shift, visit_columns, p, visit_screws)
@@ -324,4 +327,4 @@ def run_block(
         variance = total2.sum() / samples - mean * mean
         of_means = between2.sum() / robots - mean * mean
         between = min(max(of_means / variance, 0.0), 1.0) if variance > 0 else 0.0
-        _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, shares, per_pose[p, FIRST_QUANTILE:])
+        _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, per_pose[p, FIRST_QUANTILE:])
