@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import ellipe, ellipk
 
 from lostmotion.laws.rolling import (
     BALL_EXPONENT,
@@ -16,6 +17,7 @@ from lostmotion.laws.rolling import (
     element_angles,
     pair_pose,
     pair_reactions,
+    point_pressure,
     point_stiffness,
     radial_loads,
     radial_shift,
@@ -177,3 +179,23 @@ def test_what_cannot_be_is_refused(call):
     """Loads that pull, no element on the load's side, grooves tighter than their ball: there is no answer."""
     with pytest.raises(ValueError, match=r"needed|needs"):
         call()
+
+
+def test_pressure_of_a_ball_on_a_plane_is_hertzs_closed_form():
+    """A round contact: (6 Q E*²/(π³ R²))^(1/3), none without load."""
+    load, radius, modulus = np.array([0.0, 1.0, 100.0]), 5e-3, 114e9
+    found = point_pressure(load, 2 / radius, 0.0, modulus)
+    np.testing.assert_allclose(found, np.cbrt(6 * load * modulus**2 / (math.pi**3 * radius**2)), rtol=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1.2, 3.0, 10.0])
+def test_pressure_of_an_elliptic_contact_is_that_of_its_ellipse(ratio):
+    """From an ellipse and a peak pressure follow its curvatures (K. Johnson, Contact Mechanics, section 4.2) and its load: the law goes back."""
+    longer, peak, modulus = 1e-3, 2e9, 114e9
+    shorter, square = longer / ratio, 1 - ratio**-2
+    share = peak / modulus * shorter / (square * longer**2)
+    along = share * (ellipk(square) - ellipe(square))
+    across = share * (ratio**2 * ellipe(square) - ellipk(square))
+    load = 2 / 3 * peak * math.pi * longer * shorter
+    found = point_pressure(load, 2 * (along + across), (across - along) / (across + along), modulus)
+    assert float(found) == pytest.approx(peak, rel=1e-8)
