@@ -75,7 +75,7 @@ def test_folder_holds_three_files_and_its_parents_are_made(folder):
 def test_same_study_gives_the_same_bytes_on_any_threads(folder, tmp_path):
     """Run twice, on one thread and on two: every file is the same to the byte."""
     again = report.write_folder(small_study(threads=2), tmp_path / "again")
-    for name in places.FILES:
+    for name in left_in(folder):
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
 
 
@@ -250,7 +250,7 @@ def failing_at(name: str, error: BaseException):
     return written
 
 
-@pytest.mark.parametrize("name", places.FILES)
+@pytest.mark.parametrize("name", ["report.html", "result.json", "arrays.nc"])
 def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
     """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays behind."""
     monkeypatch.setattr(Path, "write_bytes", failing_at(name, OSError(28, "No space left on device")))

@@ -16,7 +16,7 @@ _NOTHING = 1e-7
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One number: value and ends of its 95 % interval in `unit` (NaN where there is none), and what it was counted from."""
+    """One number: value and ends of its 95 % interval in `unit` ("1" for a pure number; NaN where there is none), and what it was counted from."""
 
     value: float
     unit: str
@@ -27,12 +27,13 @@ class Figure:
 
     def __str__(self) -> str:
         """Say the value with its unit, to the digits that its interval or its size deserves."""
+        unit = "" if self.unit == "1" else self.unit
         if isinstance(self.value, int):  # counted, not measured
-            return f"{self.value} {self.unit}".strip()
+            return f"{self.value} {unit}".strip()
         if self.unit == "%":
             return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
         close = self.high - self.low
-        return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {self.unit}".strip()
+        return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {unit}".strip()
 
     @property
     def interval(self) -> str:
@@ -86,6 +87,7 @@ class Sheet:
     words          what the terms mean
     source         where it comes from, after the version: seed, counts, files
     arrays         what the NetCDF beside the page holds; empty where there is none
+    drawing        what the DXF beside the page holds; empty where there is none
     seed           of all that was drawn, None where nothing was
     facts          what result.json tells besides, at its top
     """
@@ -100,6 +102,7 @@ class Sheet:
     notes: tuple[str, ...] = ()
     words: tuple[tuple[str, str], ...] = ()
     arrays: str = ""
+    drawing: str = ""
     seed: int | None = None
     facts: dict[str, Any] = field(default_factory=dict)
 

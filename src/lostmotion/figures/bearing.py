@@ -12,6 +12,7 @@ from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.mounted import STEPS
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.source import Condition
+from lostmotion.studies.intervals import share_interval
 
 if TYPE_CHECKING:
     from lostmotion.parts.bearing.examined import BearingLoad, Examined
@@ -123,7 +124,7 @@ def _clearance(found: Examined) -> Section:
 def _built(found: Examined) -> Section:
     working = found.built["working"]
     counted = f"{found.count} bearings built"
-    low, high = _share_interval(int((working < 0).sum()), found.count)
+    low, high = share_interval(int((working < 0).sum()), found.count)
     half = 1.96 * float(working.std(ddof=1)) / math.sqrt(found.count) if found.count > 1 else math.nan
     mean = float(working.mean())
     rows = (
@@ -133,15 +134,6 @@ def _built(found: Examined) -> Section:
         Row("work under preload", (Figure(100 * float((working < 0).mean()), "%", 100 * low, 100 * high, counted),)),
     )
     return Section("built", "Bearings as built", ("value",), rows, "each dimension drawn by its own law")
-
-
-def _share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Give Wilson's 95 % interval of a share."""
-    z = 1.96
-    share, wide = hits / count, 1 + z * z / count
-    middle = (share + z * z / (2 * count)) / wide
-    half = z / wide * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
-    return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def _play(found: Examined) -> Section:

@@ -149,12 +149,9 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 
 def _beside(sheet: Sheet) -> str:
     """Name the files that lie beside the page."""
-    if not sheet.arrays:
-        return 'Beside this page lie the same figures as plain data, <a href="result.json">result.json</a>.'
-    return (
-        'Beside this page lie the same figures as plain data, <a href="result.json">result.json</a>,\n'
-        f'and {_text(sheet.arrays)}, <a href="arrays.nc">arrays.nc</a> (NetCDF).'
-    )
+    same = 'Beside this page lie the same figures as plain data, <a href="result.json">result.json</a>'
+    others = [(sheet.arrays, "arrays.nc", " (NetCDF)"), (sheet.drawing, "profile.dxf", "")]
+    return "".join([same, *(f',\nand {_text(what)}, <a href="{name}">{name}</a>{kind}' for what, name, kind in others if what), "."])
 
 
 def _card(card: Card) -> str:

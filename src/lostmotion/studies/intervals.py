@@ -107,6 +107,15 @@ def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate
     return Estimate(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
 
 
+def share_interval(hits: int, count: int) -> tuple[float, float]:
+    """Between which shares, 0..1, does the true one lie with 95 %, after so many hits among `count`? E. Wilson's interval (1927)."""
+    z = 1.959963984540054
+    share, wide = hits / count, 1 + z * z / count
+    middle = (share + z * z / (2 * count)) / wide
+    half = z / wide * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
 def _interval(value: float, families: list[Floats]) -> Estimate:
     """Add the variances of the mean of each family of independent replications (those of one member add none)."""
     if len(families[0]) < 2:  # noqa: PLR2004 - one robot says nothing of others

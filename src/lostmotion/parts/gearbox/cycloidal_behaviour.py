@@ -34,7 +34,7 @@ _WAVED: Final = (0.1, 1.0)
 _WAVING: Final = 48
 _MOST_WAVES: Final = 4
 # Members that are plain springs and the same in all gearboxes.
-_ALIKE: Final = ("output pins", "first stage", "frame", "input shaft")
+ALIKE: Final = ("output pins", "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the levels
 _ANGLES: Final = 4
 
@@ -99,7 +99,7 @@ def behaviour(gearbox: CycloidalGearbox) -> Behaviour:
     small = LEVELS.index(LOST_MOTION)
     both_ways = made.wind_up[1 + small] - made.wind_up[0]
     drawn = wind_up(gearbox, torque)
-    alike = sum((angle for name, angle in drawn.items() if name.removeprefix("first stage, ") in _ALIKE), np.zeros_like(torque))
+    alike = sum((angle for name, angle in drawn.items() if name.removeprefix("first stage, ") in ALIKE), np.zeros_like(torque))
     # Flanks that differ take the load one after the other: on average that winds up more than flanks as drawn.
     uneven = made.wind_up[1:].mean(axis=1) - (sum(drawn.values()) - alike)
     members = drawn | {"lobe contacts": drawn["lobe contacts"] + uneven}

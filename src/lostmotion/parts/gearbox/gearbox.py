@@ -183,17 +183,22 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
             out.append(Term("stiffness scatter", screw * (self.stiffness_scatter / law.bound), robot=Draw("stiffness", law)))
         return out
 
-    def _transmission(self, at: Condition) -> list[Term]:
+    @property
+    def waves(self) -> list[tuple[str, float, float]]:
+        """Give the waves of the transmission error: name, amplitude at the output (rad or m), cycles per turn of the output, or of the screw."""
         stated = self.transmission_error
         waves = self._own_waves()
         if isinstance(stated, list):
             waves += [(f"transmission error {index}", wave.amplitude, wave.cycles) for index, wave in enumerate(stated, 1)]
         elif stated is not None:
             waves.append(("transmission error 1", stated / 2, 1.0))
-        if not waves:
+        return [wave for wave in waves if wave[1]]
+
+    def _transmission(self, at: Condition) -> list[Term]:
+        if not self.waves:
             return []
         turned = self._turned(at)
-        return [term for name, size, cycles in waves if size for term in wave_terms(name, at.axis, cycles * turned, size)]
+        return [term for name, size, cycles in self.waves for term in wave_terms(name, at.axis, cycles * turned, size)]
 
     def _own_waves(self) -> list[tuple[str, float, float]]:
         """Give the waves that this kind knows by name: name, amplitude at the output (rad), cycles per turn of the output."""
