@@ -14,16 +14,18 @@ from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.gearbox.cycloidal_behaviour import Loop, Play, Wave, Waves, WindUp
 from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.source import ErrorSource
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.parts.source import ErrorSource
+    from lostmotion.parts.source import Condition, Term
 
 
 def elastic_link(s: float) -> ErrorSource:
@@ -99,7 +101,27 @@ def full_encoder(side: str) -> Callable[[float], ErrorSource]:
     return lambda s: encoder(side=side, ratio=50, **{name: s * size for name, size in fields.items()}).model_copy(update={"lead": 0.01})
 
 
+class DrawnGearbox(ErrorSource):
+    """Every source of error that a cycloidal gearbox can have, all s times as large, as one part."""
+
+    def __init__(self, s: float) -> None:
+        """Make them."""
+        torque = np.array([0.0, 1.0, 10.0, 100.0])
+        waves = (Wave(39.0, s * np.array([1e-5, 2e-5, 3e-5])), Wave(78.0, s * np.array([3e-6, 2e-6, 1e-6])))
+        self.sources = (
+            WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), 0.2),
+            Waves(torque[1:], waves),
+            Play(Toleranced(s * 2e-4, s * 1e-4), 3.0),
+            Loop(torque, s * 1e-6 * torque),
+        )
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Give all of them."""
+        return [term for source in self.sources for term in source.terms(at)]
+
+
 PARTS: dict[str, Callable[[float], ErrorSource]] = {
+    "cycloidal gearbox": DrawnGearbox,
     "gearbox": full_gearbox,
     "screw drive": full_screw_drive,
     "bearing pair": full_rolling,
