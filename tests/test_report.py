@@ -17,7 +17,6 @@ from lostmotion.figures import Figure
 from lostmotion.figures.arm import sections, sheet
 from lostmotion.plots.arm import plots
 from lostmotion.report import arm as report
-from lostmotion.report import folder as places
 from lostmotion.report import page as pages
 from lostmotion.screen import print_sheet
 from tests.test_plots import small_study
