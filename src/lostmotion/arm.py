@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Final, Self
@@ -273,12 +274,14 @@ def joint_torques(arm: Arm, q: Floats, payload: Payload | None = None, gravity: 
     return np.column_stack([-carried[3 * k + 2] @ joint.twist for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint)])
 
 
-def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None) -> Floats:
+def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None, within: float = math.pi) -> Floats:
     """Which holding torque could gravity ask of each joint, whichever way the base is tilted? (pose, joint), N m or N, not negative.
 
-    The paper's eq. (3), read as errata.md says, for any joint: on a turning joint the weight outboard times the distance of its centre of mass
-    from the axis, on a sliding one the whole weight; a process force on the tool turns with the arm and is added at its size.
-    Exact, no search over tilts: torque = gravity . v, whose largest value over directions of gravity is g |v|.
+    Eq. (3) of S. Strutynskyi, R. Semenchuk 2021 in its proper reading, for any joint: on a turning joint the weight outboard times the distance
+    of its centre of mass from the axis, on a sliding one the whole weight; a process force on the tool turns with the arm. `within` (rad): only
+    tilts of the base by at most so much from level, towards any side; left out, all of them.
+    Exact, no search over tilts: torque = gravity . v + what the process force asks, and a direction within a cone that is nearest to v is v itself
+    or lies on the cone's edge.
     """
     values = as_poses(arm, q)
     at = frames(arm, values)
@@ -289,7 +292,10 @@ def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None
     for k, joint in enumerate(arm.joints):
         if not isinstance(joint, FixedJoint):
             v = np.stack([w[3 * k + 2] @ joint.twist for w in by_axis], axis=-1)
-            out.append(np.linalg.norm(v, axis=-1) + np.abs(weightless[3 * k + 2] @ joint.twist))
+            away = np.arctan2(np.hypot(v[:, 0], v[:, 1]), -v[:, 2])  # from straight down
+            most, least = (np.linalg.norm(v, axis=-1) * np.cos(np.maximum(angle - within, 0.0)) for angle in (away, math.pi - away))
+            process = weightless[3 * k + 2] @ joint.twist
+            out.append(np.maximum(np.abs(process + most), np.abs(process - least)))
     return np.column_stack(out)
 
 

@@ -20,10 +20,8 @@ from lostmotion.arm import as_poses, conditions, frames
 from lostmotion.spatial import adjoint
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from lostmotion.arm import Arm
-    from lostmotion.parts.source import Condition, ErrorSource, Term
+    from lostmotion.parts.source import Condition, ErrorSource
     from lostmotion.spatial import Floats
 
 # Poses at a time: what parts work on then stays in the processor's cache.
@@ -87,7 +85,7 @@ def compliances(arm: Arm, q: Floats) -> Compliances:
         for number, (_, place, source, felt) in enumerate(conditions(arm, values[here], at)):
             if number in first:
                 owner, known = first[number]
-                carry = carries[place] = carries[place] if place in carries else _to_tool(at, place)
+                carry = carries[place] = carries[place] if place in carries else to_tool(at, place)
                 by_part[owners.index(owner), here] += carry @ _tangents(source, felt, known) @ carry.transpose(0, 2, 1)
     return Compliances(owners, by_part, tool)
 
@@ -125,19 +123,35 @@ def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
         for _, place, source, felt in conditions(arm, values[here], at):
-            carry = _to_tool(at, place)
+            carry = to_tool(at, place)
             more = replace(felt, wrench=felt.wrench + np.einsum("pji,pj->pi", carry, load[here]))
-            after, before = _given(source, more), _given(source, felt)
+            after, before = given(source, more), given(source, felt)
             if after is not None and before is not None:
                 out[here] += np.einsum("pij,pj->pi", carry, after - before)
     return out
+
+
+def given(source: ErrorSource, felt: Condition) -> Floats | None:
+    """By which twist (pose, 6) in its own frame does a part give way here, play not counted? None for a part that has no springs."""
+    out: Floats | None = None
+    for term in source.terms(felt):
+        if term.level == "design" and not term.seated:
+            out = term.screw if out is None else out + term.screw
+    return None if out is None else np.broadcast_to(out, felt.wrench.shape)
+
+
+def to_tool(at: Floats, place: int) -> Floats:
+    """Which matrix (pose, 6, 6) makes of a small twist at a place, in its axes, that of the tool point in the base's axes?"""
+    centred = at[place].copy()
+    centred[:, :3, 3] -= at[-1, :, :3, 3]
+    return adjoint(centred)
 
 
 def _first_tangents(arm: Arm, q: Floats) -> dict[int, tuple[str, Floats]]:
     """Which parts, by their number in walking order, have springs, who owns them, and what is their compliance (6, 6) at the first pose?"""
     out = {}
     for number, (owner, _, source, felt) in enumerate(conditions(arm, q, frames(arm, q))):
-        if _given(source, felt) is not None:
+        if given(source, felt) is not None:
             out[number] = owner, _tangents(source, felt, None)[0]
     return out
 
@@ -181,25 +195,6 @@ def _inverse(matrix: Floats) -> Floats:
     return out
 
 
-def _to_tool(at: Floats, place: int) -> Floats:
-    """Which matrix (pose, 6, 6) makes of a small twist at a place, in its axes, that of the tool point in the base's axes?"""
-    centred = at[place].copy()
-    centred[:, :3, 3] -= at[-1, :, :3, 3]
-    return adjoint(centred)
-
-
-def _springs(source: ErrorSource, felt: Condition) -> Iterator[Term]:
-    return (term for term in source.terms(felt) if term.level == "design" and not term.seated)
-
-
-def _given(source: ErrorSource, felt: Condition) -> Floats | None:
-    """Give the twist (pose, 6) that a part's springs make, or None where it has none."""
-    out: Floats | None = None
-    for term in _springs(source, felt):
-        out = term.screw if out is None else out + term.screw
-    return None if out is None else np.broadcast_to(out, felt.wrench.shape)
-
-
 def _tangents(source: ErrorSource, felt: Condition, known: Floats | None) -> Floats:
     """How does a part's twist follow the wrench on it (pose, 6, 6), both in the part's frame?
 
@@ -240,10 +235,10 @@ def _differences(source: ErrorSource, felt: Condition, changes: Floats) -> Float
     wrench = felt.wrench[:, None, None, :] + changes[:, :, None, :] * np.array([[1.0], [-1.0]])
     # All wrenches of all poses in one evaluation.
     every = _rows(felt, np.repeat(np.arange(poses), 2 * count))
-    given = _given(source, replace(every, wrench=wrench.reshape(-1, 6)))
-    if given is None:
+    moved = given(source, replace(every, wrench=wrench.reshape(-1, 6)))
+    if moved is None:
         return np.zeros((poses, 6, count))
-    pairs = given.reshape(poses, count, 2, 6)
+    pairs = moved.reshape(poses, count, 2, 6)
     return np.asarray((pairs[:, :, 0] - pairs[:, :, 1]).transpose(0, 2, 1))
 
 
