@@ -36,7 +36,7 @@ class Tally:
         bias = matrix.bias[:, 3:].T
         owners = matrix.owners
         variance, own, shared = np.zeros(len(owners)), np.zeros(len(owners)), np.zeros(len(owners))
-        squares = matrix.squares.sum(axis=1)
+        squares = matrix.square_sums
         for k, owner in enumerate(owners):
             part = np.zeros_like(bias)
             for c, info in enumerate(matrix.infos):

@@ -76,6 +76,11 @@ class Screws:
         return np.asarray(np.einsum("ctp,ctp->tp", shift, shift))
 
     @functools.cached_property
+    def square_sums(self) -> Floats:
+        """Give `squares` summed over the poses (term,), m^2."""
+        return np.asarray(self.squares.sum(axis=1))
+
+    @functools.cached_property
     def at_bounds(self) -> Floats:
         """Give the size of each independent error at its bound (pose, term or wave), m."""
         drawn = self.columns("robot", "visit", "robot x visit")
