@@ -124,6 +124,16 @@ def test_importing_the_package_loads_no_heavy_library():
     assert done.stdout.strip() == "[]"
 
 
+def test_reading_an_arm_compiles_nothing():
+    """A file's mistakes are told before Numba, plotly or xarray are loaded."""
+    code = (
+        f"import sys, lostmotion; lostmotion.read({str(EXAMPLES / 'z-arm.toml')!r}); "
+        "print([m for m in ('numba', 'plotly', 'xarray', 'scipy.stats') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_the_version_is_told(tmp_path):
     """`lostmotion --version` prints the package's version."""
     import lostmotion as package

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
-from scipy.special import gamma, jv
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -122,6 +121,8 @@ def spectrum(phase: Floats, exponent: float) -> Floats:
 
     The exponent above -0.75, where the give of the edge still has a limit: 0.5 Hertz's half-ellipse, 0 uniform.
     """
+    from scipy.special import gamma, jv
+
     order = exponent + 0.5
     safe = np.where(phase > 0, phase, 1.0)
     return np.asarray(np.where(phase > 0, gamma(order + 1) * (2 / safe) ** order * jv(order, safe), 1.0))
@@ -137,6 +138,8 @@ def flexibility(
     weighted as the load: so reciprocity holds, and F' A F is twice the energy. The resultant of a wide slanted arc is shorter than F by the
     first harmonic's `spectrum`; a moment is kept. Raises ValueError for shapes that do not fit.
     """
+    from scipy.special import gamma
+
     angles, slants = np.atleast_1d(np.asarray(angles, dtype=float)), np.atleast_1d(np.asarray(slants, dtype=float))
     if angles.ndim != 1 or angles.shape != slants.shape:
         raise ValueError(f"each force needs its angle and its slant, not angles of shape {angles.shape} and slants of shape {slants.shape}")

@@ -14,7 +14,6 @@ import math
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
-from scipy.special import lambertw
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -92,6 +91,8 @@ def approach(law: ApproachLaw, force: Floats, width: float, radius: Floats, modu
 
 def force_at(law: ApproachLaw, approach_: Floats, width: float, radius: Floats, modulus: float) -> Floats:
     """Which force (N) makes two cylinders approach by so much (any shape, m)? The inverse of `approach`; none where they stand apart (below 0)."""
+    from scipy.special import lambertw
+
     delta = np.maximum(np.asarray(approach_, dtype=float), 0.0)
     if _known(law) == "palmgren":
         return np.asarray((delta / palmgren_factor(width)) ** (1 / PALMGREN_EXPONENT))

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws import cycloid_kernel as kernel
 from lostmotion.laws.contact import LEAST_LOGARITHM, johnson_scale, palmgren_factor, peak_pressure
 from lostmotion.laws.cycloid import arms, contact_radius, normals, pin_angles, pitch_distance
 
@@ -129,6 +128,8 @@ def loaded(
     the case is marked: so is a torque that is less than a millionth of what interference presses with, where rounding hides it. The same bits for
     any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that are not positive.
     """
+    from lostmotion.laws import cycloid_kernel as kernel
+
     supports = supports or Supports()
     torque, crank = np.atleast_1d(np.asarray(torque, dtype=float)), np.atleast_1d(np.asarray(crank, dtype=float))
     gap = np.asarray(gaps, dtype=float)
@@ -163,6 +164,8 @@ def loaded(
 
 def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, Floats]:
     """What does the kernel need of a law: its number, two coefficients and the largest force it holds for, per contact?"""
+    from lostmotion.laws import cycloid_kernel as kernel
+
     one = np.ones_like(radius)
     if flanks.law == "linear":
         return kernel.LINEAR, (1 / flanks.stiffness + flanks.bending) * one, 0 * one, np.inf * one
@@ -175,6 +178,8 @@ def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, 
 
 
 def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: Floats, forces: Floats) -> Loaded:
+    from lostmotion.laws import cycloid_kernel as kernel
+
     converged = np.isfinite(out[..., kernel.ROTATION])
     with np.errstate(invalid="ignore"):
         pressures = peak_pressure(forces / flanks.width, radius[None, :, None, :], flanks.modulus)
