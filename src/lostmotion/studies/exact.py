@@ -61,7 +61,7 @@ def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
     here = np.broadcast_to(np.eye(4), (draws.shape[1], 4, 4))
     for step, moved in zip(steps, exp(twists), strict=True):
         here = here @ (step @ moved)
-    return here @ last
+    return np.asarray(here @ last)
 
 
 def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:

@@ -305,7 +305,7 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
 def _alive(matrix: Screws, level: str) -> np.ndarray:
     """Give the terms of a level that move the tool at some pose of the block; leaving out the others changes no bit."""
     columns = matrix.columns(level)  # type: ignore[arg-type]
-    return columns[matrix.square_sums[columns] != 0]
+    return np.asarray(columns[matrix.square_sums[columns] != 0])
 
 
 def _known(stream: Stream | None) -> Stream:
