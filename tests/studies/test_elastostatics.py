@@ -169,7 +169,7 @@ def test_the_arm_gives_as_one_structure_of_beams_and_springs(joints: int):
 
 @pytest.mark.parametrize("arms", [50, pytest.param(1000, marks=pytest.mark.slow)])
 def test_a_unit_load_here_shows_there_what_one_there_shows_here(arms: int):
-    """Reciprocity and energy on up to 1 000 arms: compliance is symmetric, no load gains energy, and the parts' shares are positive and add to one."""
+    """Reciprocity and energy on up to 1 000 arms: compliance is symmetric, no load gains energy, the parts' shares are positive and add to one."""
     rng = np.random.default_rng(5)
     for number in range(arms):
         joints = int(rng.integers(1, 7))

@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, digits, find_row, length
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
+from lostmotion.studies.causes import CAUSES, OWN_WEIGHT
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def sheet(answer: Answer) -> Sheet:
 
 def sections(answer: Answer) -> list[Section]:
     """Which figures answer the user's questions? In reading order."""
-    return [_workspace(answer), _error(answer), _iso(answer), _levels(answer), _budget(answer), _torques(answer), _check(answer)]
+    return [_workspace(answer), _error(answer), _iso(answer), _levels(answer), _budget(answer), *_bending(answer), _torques(answer), _check(answer)]
 
 
 def described_pose(answer: Answer, index: int) -> str:
@@ -223,6 +224,35 @@ def _budget(answer: Answer) -> Section:
         f"this part errs half as much, its interval counting robots; read on {read_on}"
     )
     return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
+
+
+def _bending(answer: Answer) -> list[Section]:
+    """Lay out how links bend, a row of three for each; no section for links that are rigid."""
+    if not answer.bending:
+        return []
+    counted, exact = f"the worst of {len(answer.poses)} poses", f"exact sum over {len(answer.poses)} poses"
+    met = [cause for cause in (OWN_WEIGHT, *CAUSES) if any(any(bent.by_cause.get(cause, ())) for bent in answer.bending)]
+    names = {"links": "next links", "joints and drives": "next joints and drives"}
+    rows = []
+    for bent in answer.bending:
+        parts = [bent.by_cause.get(cause, (0.0, 0.0, 0.0)) for cause in met]
+        deflections, slopes = [bent.deflection, *(part[0] for part in parts)], [bent.slope, *(part[1] for part in parts)]
+        shares = [part[2] for part in parts]
+        within = f" l/{bent.length / bent.deflection:.0f}" if bent.deflection else ""
+        rows += [
+            Row(
+                f"{bent.joint} deflection",
+                tuple(Figure(each * 1e6, "µm", samples=counted) for each in deflections),
+                f"pose {bent.deflection_index}{within}",
+            ),
+            Row(f"{bent.joint} slope", tuple(Figure(each / ARCMIN, "arcmin", samples=counted) for each in slopes), f"pose {bent.slope_index}"),
+            Row(f"{bent.joint} share", tuple(Figure(100 * each, "%", samples=exact) for each in (sum(shares), *shares))),
+        ]
+    note = (
+        "each link that gives, named after its joint, from there to its tip, l away; parts are along the whole, so that they add up; a minus sign "
+        "says that a weight bends it back. Share: of the tool's mean-square error over all poses"
+    )
+    return [Section("bending", "Bending by cause", ("whole", *(names.get(cause, cause) for cause in met)), tuple(rows), note)]
 
 
 def _torques(answer: Answer) -> Section:

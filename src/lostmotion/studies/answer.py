@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.arm import tool_points
+from lostmotion.studies.causes import LinkBending, bending
 from lostmotion.studies.halving import Halving, halving
 from lostmotion.studies.montecarlo import Sampled, run
 from lostmotion.studies.poses import POSE_LAWS
@@ -35,6 +36,7 @@ class Answer:
     tool: Floats
     torques: Floats
     worst_torques: list[HoldingTorque]
+    bending: list[LinkBending]
     workspace: Workspace
     halving: Halving
 
@@ -57,8 +59,9 @@ def answer(  # noqa: PLR0913 - a study is these numbers
     """
     sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=progress)
     torques, worst = holding_torques(arm, poses.q)
+    bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
     gains = halving(arm, poses, robots, visits, seed, approach=approach, progress=progress)
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
-    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, space, gains)
+    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, bent, space, gains)
