@@ -59,9 +59,13 @@ TURNING: Final = Units("arcmin", 1 / ARCMIN, "N m", "N m/arcmin", ARCMIN, "torqu
 SLIDING: Final = Units("µm", 1e6, "N", "N/µm", 1e-6, "force", "turn of the screw or pulley")
 
 
+# Of lengths and forces: a class of its own, though it shares its code with the turning one.
+_SLIDES: Final[type[Any]] = SlidingDrive
+
+
 def units_of(gearbox: AnyGearbox) -> Units:
     """In which units is this gearbox read?"""
-    return SLIDING if isinstance(gearbox, SlidingDrive) else TURNING
+    return SLIDING if isinstance(gearbox, _SLIDES) else TURNING
 
 
 def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> Sheet:
