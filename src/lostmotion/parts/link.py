@@ -3,170 +3,27 @@
 from __future__ import annotations
 
 import functools
-import math
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import model_validator
 
 from lostmotion.laws import beam
 from lostmotion.laws.chance import Normal
-from lostmotion.parts.source import (
-    Angle,
-    Condition,
-    ErrorSource,
-    Length,
-    LengthAmount,
-    LengthDim,
-    LengthPlus,
-    Line,
-    Mass,
-    Part,
-    Share,
-    Term,
-    limit_term,
-    toleranced_terms,
-)
+from lostmotion.parts.compliance import Compliance, Measured
+from lostmotion.parts.material import Material
+from lostmotion.parts.place import Direction, Place, Vector, unit
+from lostmotion.parts.profile import Section, beam_of, doubt_of_section
+from lostmotion.parts.section import Rod, refuse_section
+from lostmotion.parts.source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Part, Term, limit_term, toleranced_terms
 from lostmotion.spatial import pose_of, skew
-from lostmotion.units import Quantity, Toleranced
+from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from lostmotion.spatial import Floats
 
-Vector = Annotated[tuple[Length, Length, Length], Field(description="x, y, z, each with its unit")]
-
-
-def _is_direction(stated: str | tuple[float, float, float]) -> str | tuple[float, float, float]:
-    if isinstance(stated, tuple) and not (np.all(np.isfinite(stated)) and 0 < float(np.linalg.norm(stated)) < math.inf):
-        context = {"why": f"the direction {list(stated)}", "expected": "a finite direction that is not zero", "example": "[0, 0, 1]"}
-        raise PydanticCustomError("direction", "{why}", context)
-    return stated
-
-
-Direction = Annotated[Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float], AfterValidator(_is_direction)]
-
-
-class Place(Part):
-    """A frame seen from the frame before: xyz, then roll, pitch, yaw about the fixed x, y, z axes (as in URDF)."""
-
-    xyz: Vector = (0.0, 0.0, 0.0)
-    rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
-
-    @functools.cached_property
-    def pose(self) -> Floats:
-        """Give the frame as a pose (4, 4)."""
-        return pose_of(self.xyz, self.rpy)
-
-
-class Material(Part):
-    """What a link is made of: Young's modulus, Poisson's ratio, density."""
-
-    young: Annotated[float, Quantity("Pa", "70 GPa", above=0)]
-    poisson: Annotated[float, Quantity("", "0.33", low=0, high=0.499)]
-    density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0)]
-    scatter: Share = 0.0
-    source: Annotated[Line, Field(max_length=300)] = ""
-
-    @property
-    def shear(self) -> float:
-        """Give the shear modulus, isotropic."""
-        return self.young / (2 * (1 + self.poisson))
-
-
-def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
-    return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
-
-
-class Tube(Part):
-    """A round tube."""
-
-    kind: Literal["tube"] = "tube"
-    outer: LengthPlus
-    wall: LengthPlus
-
-    @model_validator(mode="after")
-    def _wall_fits(self) -> Self:
-        if self.wall > self.outer / 2:
-            raise _refuse(
-                f"wall {self.wall * 1e3:g} mm in a tube of {self.outer * 1e3:g} mm outside diameter",
-                f"a wall of at most half the outside diameter, {self.outer * 500:g} mm",
-                'outer = "60 mm", wall = "3 mm"',
-            )
-        return self
-
-    def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
-        return beam.round_section(self.outer, self.outer - 2 * self.wall, nu)
-
-
-class Rod(Part):
-    """A solid round bar."""
-
-    kind: Literal["rod"] = "rod"
-    diameter: LengthPlus
-
-    def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
-        return beam.round_section(self.diameter, 0.0, nu)
-
-
-class Rectangle(Part):
-    """A solid bar; width lies along the joint's axis, height across it."""
-
-    kind: Literal["rectangle"] = "rectangle"
-    width: LengthPlus
-    height: LengthPlus
-
-    def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
-        return beam.rectangle_section(self.width, self.height, nu)
-
-
-class Box(Part):
-    """A rectangular tube; width lies along the joint's axis, height across it."""
-
-    kind: Literal["box"] = "box"
-    width: LengthPlus
-    height: LengthPlus
-    wall: LengthPlus
-
-    @model_validator(mode="after")
-    def _wall_fits(self) -> Self:
-        least = min(self.width, self.height)
-        if self.wall >= least / 2:
-            raise _refuse(
-                f"wall {self.wall * 1e3:g} mm in a box {self.width * 1e3:g} x {self.height * 1e3:g} mm",
-                f"a wall below half of the smaller side, {least * 500:g} mm",
-                'width = "50 mm", height = "60 mm", wall = "3 mm"',
-            )
-        return self
-
-    def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
-        return beam.box_section(self.width, self.height, self.wall, nu)
-
-
-class CustomSection(Part):
-    """Any section by its figures; y lies along the joint's axis, z across it and the link."""
-
-    kind: Literal["custom"] = "custom"
-    area: Annotated[float, Quantity("m^2", "540 mm^2", above=0)]
-    i_y: Annotated[float, Quantity("m^4", "2.2e5 mm^4", above=0)]
-    i_z: Annotated[float, Quantity("m^4", "2.2e5 mm^4", above=0)]
-    torsion: Annotated[float, Quantity("m^4", "4.4e5 mm^4", above=0)]
-    shear_y: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
-    shear_z: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
-
-    def values(self, nu: float) -> beam.SectionValues:  # noqa: ARG002 - one way to ask every section
-        """Give what the beam needs; the ratio nu is already in the figures."""
-        return beam.SectionValues(self.area, self.i_y, self.i_z, self.torsion, self.shear_y, self.shear_z)
-
-
-Section = Annotated[Tube | Rod | Rectangle | Box | CustomSection, Field(discriminator="kind")]
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+# What a link is described with stands in files of its own, and can be had from here.
+__all__ = ["Direction", "ElasticLink", "Link", "Material", "Place", "Rod", "Vector", "unit"]
 
 
 class Link(Part):
@@ -174,9 +31,12 @@ class Link(Part):
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
     length_tolerance    ± limit of the distance to the next seat, where `length` does not carry it (a tip from DH or URDF)
-    section, material   left out: the link is rigid
-    mass                left out: section x length x density
-    centre_of_mass      in the joint's frame; left out: half way. The mass is spread evenly on both sides of it, as far as to the nearer end
+    section, material   a section all along, or one that changes on the way (stepped, tapered); composite ones have materials of their own
+    compliance          instead of a section: matrix (6, 6) at the tip and in its axes
+    measured            instead of a section: a force on the tip and what it did. None of the three: the link is rigid
+    mass                left out: as section and material make it; none from a compliance or a measurement
+    centre_of_mass      in the joint's frame; left out: as the sections spread the mass, or half way. Stated: the mass is spread evenly on both sides
+                        of it, as far as to the nearer end
     up                  direction across the link that the section's height follows; left out: across the joint's axis
     """
 
@@ -186,6 +46,8 @@ class Link(Part):
     tip: Place | None = None
     section: Section | None = None
     material: Material | None = None
+    compliance: Compliance | None = None
+    measured: Measured | None = None
     mass: Mass | None = None
     centre_of_mass: Vector | None = None
     up: Direction | None = None
@@ -193,16 +55,31 @@ class Link(Part):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if self.tip is not None and (self.length.nominal or self.length.tolerance):
-            raise _refuse("both tip and length", "one of the two; beside a tip, length_tolerance", 'length = "400 mm ± 50 µm"')
+            raise refuse_section("both tip and length", "one of the two; beside a tip, length_tolerance", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and self.length.tolerance:
-            raise _refuse("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
+            raise refuse_section("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and not self.reach:
-            raise _refuse("length_tolerance on a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
-        if (self.section is None) != (self.material is None):
-            raise _refuse("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
+            raise refuse_section("length_tolerance on a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
+        self._check_give()
         if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
-            raise _refuse("up along the link itself", "a direction across the link", 'up = "z"')
+            raise refuse_section("up along the link itself", "a direction across the link", 'up = "z"')
         return self
+
+    def _check_give(self) -> None:
+        stated = [name for name in ("section", "compliance", "measured") if getattr(self, name) is not None]
+        if len(stated) > 1:
+            raise refuse_section(" beside ".join(stated), "one of section, compliance and measured", 'section = "tube"')
+        if self.section is None and self.material is not None:
+            raise refuse_section("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
+        if self.section is not None:
+            doubt = doubt_of_section(self.section, self.reach, has_material=self.material is not None)
+            if doubt:
+                raise refuse_section(*doubt, 'material = "aluminium"')
+        elif stated and not self.reach:
+            raise refuse_section(f"{stated[0]} of a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm"')
+        for bending in (self.measured, self.measured.sideways) if self.measured is not None else ():
+            if bending is not None and bending.doubt(self.reach):
+                raise refuse_section(bending.doubt(self.reach), "a deflection that a bar can have", 'deflection = "0.2 mm", slope = "2 arcmin"')
 
     @functools.cached_property
     def tip_pose(self) -> Floats:
@@ -216,19 +93,48 @@ class Link(Part):
         """Give the straight distance from the joint to the next seat, m."""
         return float(np.linalg.norm(self.tip_pose[:3, 3]))
 
+    @property
+    def is_rigid(self) -> bool:
+        """Tell whether nothing is said of how it gives, or it leads nowhere."""
+        return not self.reach or (self.section is None and self.compliance is None and self.measured is None)
+
+    @functools.cached_property
+    def _built(self) -> tuple[beam.Beam, tuple[Material, ...]] | None:
+        """Give the beam that section and material make, and the materials that its causes stand for."""
+        return beam_of(self.section, self.reach, self.material) if self.section is not None and self.reach else None
+
     @functools.cached_property
     def total_mass(self) -> float:
         """Give the mass as stated, or as section, length and material make it."""
         if self.mass is not None:
             return self.mass
-        if self.section is None or self.material is None:
-            return 0.0
-        return self.section.values(self.material.poisson).area * self.reach * self.material.density
+        return self._built[0].mass if self._built is not None else 0.0
 
-    @property
+    @functools.cached_property
     def mass_centre(self) -> Floats:
         """Give the centre of mass in the joint's frame (3,), m."""
-        return np.array(self.centre_of_mass) if self.centre_of_mass is not None else self.tip_pose[:3, 3] / 2
+        if self.centre_of_mass is not None:
+            return np.array(self.centre_of_mass)
+        share = self._built[0].mass_centre / self.reach if self._built is not None else 0.5
+        return np.asarray(self.tip_pose[:3, 3] * share)
+
+    def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
+        """Give the beam that stands for this link, in its own axes, and the scatter of each of its causes.
+
+        `tip_from_beam` (3, 3) turns those axes into the tip's. A compliance or a measurement stands as the one uniform beam that gives so at its tip:
+        exact under loads on the tip, while its own weight bends it as it would that beam. Raises ValueError for a rigid link.
+        """
+        if self._built is not None:
+            made, materials = self._built
+            return made, tuple(material.scatter for material in materials)
+        if self.is_rigid:
+            raise ValueError("a rigid link has no compliance")
+        if self.measured is not None:
+            return beam.prism(self.reach, [self.measured.give(self.reach)]), (self.measured.scatter,)
+        assert self.compliance is not None  # noqa: S101 - it is not rigid
+        turn6 = np.kron(np.eye(2), tip_from_beam)
+        give = beam.evened(turn6.T @ self.compliance.values @ turn6, self.reach)
+        return beam.prism(self.reach, [give]), (self.compliance.scatter,)
 
     def beam_axes(self, joint_axis: Floats) -> Floats:
         """Give the rotation (3, 3) whose columns are the beam's x (along), y (section's width) and z (height) in the joint's frame."""
@@ -249,7 +155,10 @@ class Link(Part):
 
 
 class ElasticLink(ErrorSource):
-    """A link behind its joint; its terms act at the link's tip, in the tip's axes."""
+    """A link behind its joint; its terms act at the link's tip, in the tip's axes.
+
+    It answers linearly to the wrench on its tip and to gravity: responses to loads by cause add up to that to all of them.
+    """
 
     def __init__(self, link: Link, joint_axis: Floats) -> None:
         """Work out once what does not depend on the pose."""
@@ -267,63 +176,57 @@ class ElasticLink(ErrorSource):
         elif link.length_tolerance:
             along = self.tip_from_joint @ link.tip_pose[:3, 3] / link.reach
             out.append(limit_term("length", np.concatenate([np.zeros(3), along]), link.length_tolerance, Normal()))
-        if link.section is None or link.material is None or not link.reach:
+        if link.is_rigid:
             return out
         bent = at.wrench @ self.tip_compliance.T
         sagged = at.gravity @ self.own_weight_compliance.T
         out += [Term("bending under load", bent), Term("sag under own weight", sagged)]
-        if link.material.scatter:
-            law = Normal()
-            out.append(limit_term("stiffness scatter", bent + sagged, link.material.scatter, law))
+        scatters = self._beam[1]
+        for k, scatter in enumerate(scatters):
+            if scatter:
+                own = at.wrench @ self._by_cause[0][k].T + at.gravity @ self._by_cause[1][k].T
+                name = "stiffness scatter" if len(scatters) == 1 else f"stiffness scatter of material {k + 1}"
+                out.append(limit_term(name, own, scatter, Normal()))
         return out
+
+    @functools.cached_property
+    def tip_compliance(self) -> Floats:
+        """Give the twist of the tip per wrench on it (6, 6), both in the tip's axes."""
+        return np.asarray(self._by_cause[0].sum(axis=0))
+
+    @functools.cached_property
+    def own_weight_compliance(self) -> Floats:
+        """Give the twist of the tip per gravity (6, 3), both in the tip's axes.
+
+        The weight is spread along the beam as the sections have it. Where a centre of mass is stated it is spread evenly on both sides of it, as far
+        as the nearer end is away: all of the beam for a centre half way, a point for one at an end. A centre beside the beam, or beyond its ends,
+        adds the weight's moment there.
+        """
+        return np.asarray(self._by_cause[1].sum(axis=0))
 
     @functools.cached_property
     def _to_tip(self) -> Floats:
         return self.tip_from_joint @ self.link.beam_axes(self.joint_axis)
 
     @functools.cached_property
-    def tip_compliance(self) -> Floats:
-        """Give the twist of the tip per wrench on it (6, 6), both in the tip's axes."""
-        turn6 = np.kron(np.eye(2), self._to_tip)
-        return turn6 @ self._beam(self.link.reach, beam.tip_compliance) @ turn6.T
+    def _beam(self) -> tuple[beam.Beam, tuple[float, ...]]:
+        if self.link.is_rigid:
+            raise ValueError("a rigid link has no compliance")
+        return self.link.beam_in(self._to_tip)
 
     @functools.cached_property
-    def own_weight_compliance(self) -> Floats:
-        """Give the twist of the tip per gravity (6, 3), both in the tip's axes.
-
-        The weight is spread evenly along the beam on both sides of its centre, as far as the nearer end is away: all of the beam for a centre
-        half way, a point for one at an end. A centre beside the beam, or beyond its ends, adds the weight's moment there.
-        """
-        link = self.link
+    def _by_cause(self) -> tuple[Floats, Floats]:
+        """Give both compliances by cause, (cause, 6, 6) and (cause, 6, 3)."""
+        link, made = self.link, self._beam[0]
         turn6 = np.kron(np.eye(2), self._to_tip)
+        arm = np.zeros((3, 3))
         if link.centre_of_mass is None:
-            spread = self._beam(link.reach, beam.tip_under_own_weight) * (link.total_mass / link.reach)
-            return turn6 @ spread @ self._to_tip.T
-        centre = link.beam_axes(self.joint_axis).T @ link.mass_centre
-        middle = min(max(float(centre[0]), 0.0), link.reach)
-        arm = skew(centre - np.array([middle, 0, 0]))
-        # What the tip does is a cubic of where a load acts, and two Gauss points integrate a cubic exactly.
-        gauss = min(middle, link.reach - middle) / math.sqrt(3)
-        halves = self._under_load_at(middle - gauss) + self._under_load_at(middle + gauss)
-        return turn6 @ halves @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * (link.total_mass / 2)
-
-    def _under_load_at(self, place: float) -> Floats:
-        """Give the twist of the tip per wrench (6, 6) that acts so far along the beam (m), in the beam's axes."""
-        carry = np.eye(6)
-        carry[3:, :3] = -skew(np.array([self.link.reach - place, 0, 0]))  # a rotation where the load acts swings the rest of the link
-        return carry @ self._beam(place, beam.tip_compliance)
-
-    def _beam(self, length: float, law: Callable[[float, float, float, beam.SectionValues], Floats]) -> Floats:
-        material, section = self.link.material, self.link.section
-        if material is None or section is None:
-            raise ValueError("a rigid link has no compliance")
-        return law(length, material.young, material.shear, section.values(material.poisson))
-
-
-def unit(direction: Direction) -> Floats:
-    """Which unit vector (3,) does a direction name?"""
-    if isinstance(direction, str):
-        sign = -1.0 if direction.startswith("-") else 1.0
-        return sign * np.array(_AXES[direction[-1]])
-    vector = np.array(direction, dtype=float)
-    return np.asarray(vector / math.sqrt(float(vector @ vector)))
+            spread = made.tip_under_own_mass()
+        else:
+            centre = link.beam_axes(self.joint_axis).T @ link.mass_centre
+            middle = min(max(float(centre[0]), 0.0), link.reach)
+            half = min(middle, link.reach - middle)
+            spread = made.tip_under_spread(middle - half, middle + half)
+            arm = skew(centre - np.array([middle, 0, 0]))
+        weight = turn6 @ spread @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * link.total_mass
+        return turn6 @ made.compliance_at(link.reach) @ turn6.T, weight

@@ -1,0 +1,225 @@
+"""Links whose section is of two materials, or changes along the way: composite, stepped and tapered."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Self, TypeAlias
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from lostmotion.laws import beam
+from lostmotion.parts.material import Material
+from lostmotion.parts.section import Box, CustomSection, ISection, Outline, Plain, Rectangle, Rod, Sized, Tube, refuse_section
+from lostmotion.parts.source import LengthAmount, LengthPlus, Part
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.spatial import Floats
+
+# Stations and steps may miss the link's length by this share, for lengths that come from a table or a URDF; they are stretched to it.
+_SLACK: Final = 1e-3
+# A taper is integrated in pieces over which no size changes by more than twice, with so many of Gauss's points each: 1e-10 of the bending.
+_TAPER_POINTS: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class _Share:
+    """What one material does for a section: its part of the section's give (6, 6), its mass per length, kg/m."""
+
+    material: Material
+    give: Floats
+    density: float
+
+
+def _plain(section: Plain, material: Material) -> _Share:
+    values = section.values(material.poisson)
+    return _Share(material, beam.give_per_length(material.young, material.shear, values), values.area * material.density)
+
+
+class Layer(Part):
+    """One of the profiles that a composite section is made of."""
+
+    section: Plain
+    material: Material
+
+
+class Composite(Part):
+    """A section of several materials bonded together about one centroid: an aluminium tube in a sleeve of carbon fibre.
+
+    The layers bend, stretch and twist as one, so their stiffnesses add. They are taken side by side: that they do not overlap is for
+    the drawing to see to. The torsion of layers that are not round is approximate.
+    """
+
+    kind: Literal["composite"] = "composite"
+    layers: Annotated[tuple[Layer, ...], Field(min_length=1, max_length=10)]
+
+    def shares(self) -> list[_Share]:
+        """Give what each layer does for the section."""
+        alone = [_plain(layer.section, layer.material) for layer in self.layers]
+        gives = beam.side_by_side(np.stack([share.give for share in alone]))
+        return [_Share(share.material, give, share.density) for share, give in zip(alone, gives, strict=True)]
+
+
+CrossSection: TypeAlias = Annotated[Tube | Rod | Rectangle | Box | ISection | CustomSection | Outline | Composite, Field(discriminator="kind")]
+
+
+def _shares(section: CrossSection, material: Material | None) -> list[_Share]:
+    if isinstance(section, Composite):
+        return section.shares()
+    if material is None:
+        raise ValueError("a section of no material")
+    return [_plain(section, material)]
+
+
+class Step(Part):
+    """A stretch of a stepped link: how long, its section, and its material where it is not the link's."""
+
+    length: LengthPlus
+    section: CrossSection
+    material: Material | None = None
+
+    @model_validator(mode="after")
+    def _has_one_material(self) -> Self:
+        if isinstance(self.section, Composite) and self.material is not None:
+            raise refuse_section("a material beside a composite section", "the materials in its layers", 'section = { kind = "composite" }')
+        return self
+
+
+class Stepped(Part):
+    """A link of several sections one after the other, from the joint on; their lengths add to the link's."""
+
+    kind: Literal["stepped"] = "stepped"
+    steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=50)]
+
+    @property
+    def length(self) -> float:
+        """Give the sum of the steps, m."""
+        return sum(step.length for step in self.steps)
+
+
+class Station(Part):
+    """A place along a tapered link, seen from the joint, and the section there."""
+
+    at: LengthAmount
+    section: Sized
+
+
+class Tapered(Part):
+    """A link whose sizes change evenly from each station to the next, from the joint (at 0) to the tip; a step is two stations at one place."""
+
+    kind: Literal["tapered"] = "tapered"
+    stations: Annotated[tuple[Station, ...], Field(min_length=2, max_length=50)]
+
+    @model_validator(mode="after")
+    def _leads_on(self) -> Self:
+        at = [station.at for station in self.stations]
+        if at[0] != 0 or any(a > b for a, b in itertools.pairwise(at)) or at[-1] <= 0:
+            found = ", ".join(f"{x * 1e3:g}" for x in at)
+            raise refuse_section(f"stations at {found} mm", "the first at 0, each as far as the one before or farther", _STATIONS)
+        for one, other in itertools.pairwise(self.stations):
+            if one.at < other.at and type(one.section) is not type(other.section):
+                found = f"a taper from a {one.section.kind} to a {other.section.kind}"
+                raise refuse_section(found, "the same kind of section at both ends of a taper, or two stations at one place", _STATIONS)
+        return self
+
+    @property
+    def length(self) -> float:
+        """Give where the last station stands, m."""
+        return self.stations[-1].at
+
+
+_STATIONS: Final = 'stations = [{ at = "0 mm", section = "large" }, { at = "400 mm", section = "small" }]'
+Section = Annotated[
+    Tube | Rod | Rectangle | Box | ISection | CustomSection | Outline | Composite | Stepped | Tapered,
+    Field(discriminator="kind"),
+]
+
+
+def doubt_of_section(section: Section, length: float, *, has_material: bool) -> tuple[str, str] | None:
+    """What keeps a link of this length from having such a section: what was found and what is expected? None where nothing does."""
+    takes = not isinstance(section, Composite)
+    if isinstance(section, Stepped):
+        takes = any(step.material is None and not isinstance(step.section, Composite) for step in section.steps)
+    if takes and not has_material:
+        return "a section without a material", "both or neither"
+    if has_material and not takes:
+        return "a material that nothing is made of, beside a section that has its own", "the materials in the section alone"
+    if isinstance(section, Stepped | Tapered) and abs(section.length - length) > _SLACK * length:
+        return f"a {section.kind} section {section.length * 1e3:g} mm long in a link {length * 1e3:g} mm long", "steps or stations as far as its tip"
+    return None
+
+
+def beam_of(section: Section, length: float, material: Material | None) -> tuple[beam.Beam, tuple[Material, ...]]:
+    """Which beam is a link of this length and section, and which materials do its causes stand for?
+
+    Pieces of one material scatter together: they come from one batch. Raises ValueError for a section of no material.
+    """
+    if isinstance(section, Tapered):
+        if material is None:
+            raise ValueError("a section of no material")
+        return _tapered(section, length, material), (material,)
+    steps = section.steps if isinstance(section, Stepped) else (Step.model_construct(length=length, section=section, material=None),)
+    shares = [_shares(step.section, step.material or material) for step in steps]
+    materials = tuple(dict.fromkeys(share.material for piece in shares for share in piece))
+    ends = np.cumsum([0.0, *(step.length for step in steps)])
+    ends *= length / ends[-1]
+    pieces = [_even(start, end, piece, materials) for (start, end), piece in zip(itertools.pairwise(ends.tolist()), shares, strict=True)]
+    return beam.Beam(tuple(pieces)), materials
+
+
+def _even(start: float, end: float, shares: Sequence[_Share], materials: tuple[Material, ...]) -> beam.Segment:
+    give = np.zeros((len(materials), 6, 6))
+    for share in shares:
+        give[materials.index(share.material)] += share.give
+    return beam.even_segment(start, end, give, sum(share.density for share in shares))
+
+
+def _tapered(section: Tapered, length: float, material: Material) -> beam.Beam:
+    stretch = length / section.length
+    tapers = [
+        _Taper(one.section, other.section, one.at * stretch, other.at * stretch, material)
+        for one, other in itertools.pairwise(section.stations)
+        if one.at < other.at
+    ]
+    return beam.Beam(tuple(piece for taper in tapers for piece in taper.pieces()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Taper:
+    """A stretch whose sizes run evenly from those of one section to those of another."""
+
+    near: Sized
+    far: Sized
+    start: float
+    end: float
+    material: Material
+
+    def pieces(self) -> list[beam.Segment]:
+        """Cut where a size has doubled or halved."""
+        cuts = {0.0, 1.0}
+        for near, far in ((getattr(self.near, size), getattr(self.far, size)) for size in _sizes(self.near)):
+            count = math.ceil(abs(math.log2(far / near)))
+            cuts |= {((far / near) ** (k / count) - 1) / (far / near - 1) for k in range(1, count)}
+        places = [self.start + (self.end - self.start) * cut for cut in sorted(cuts)]
+        return [beam.Segment(low, high, self.give, self.density, _TAPER_POINTS) for low, high in itertools.pairwise(places)]
+
+    def give(self, x: float) -> Floats:
+        """Give what the section at x gives (1, 6, 6)."""
+        return self._at(x).give[None]
+
+    def density(self, x: float) -> float:
+        """Give the mass per length at x, kg/m."""
+        return self._at(x).density
+
+    def _at(self, x: float) -> _Share:
+        share = (x - self.start) / (self.end - self.start)
+        sizes = {size: (1 - share) * getattr(self.near, size) + share * getattr(self.far, size) for size in _sizes(self.near)}
+        return _plain(type(self.near).model_construct(**sizes), self.material)
+
+
+def _sizes(section: Sized) -> list[str]:
+    return [name for name in type(section).model_fields if name != "kind"]

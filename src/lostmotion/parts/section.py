@@ -1,0 +1,159 @@
+"""Cross-sections of links, from their sizes, their figures or their outline. Width (y) lies along the joint's axis, height (z) across it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self, TypeAlias
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from lostmotion.laws import beam, outline
+from lostmotion.parts.source import Length, LengthPlus, Part
+from lostmotion.units import Quantity
+
+
+def refuse_section(why: str, expected: str, example: str) -> PydanticCustomError:
+    """Build the error of a link that cannot be."""
+    return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
+
+
+class Tube(Part):
+    """A round tube."""
+
+    kind: Literal["tube"] = "tube"
+    outer: LengthPlus
+    wall: LengthPlus
+
+    @model_validator(mode="after")
+    def _wall_fits(self) -> Self:
+        if self.wall > self.outer / 2:
+            raise refuse_section(
+                f"wall {self.wall * 1e3:g} mm in a tube of {self.outer * 1e3:g} mm outside diameter",
+                f"a wall of at most half the outside diameter, {self.outer * 500:g} mm",
+                'outer = "60 mm", wall = "3 mm"',
+            )
+        return self
+
+    def values(self, nu: float) -> beam.SectionValues:
+        """Give what the beam needs."""
+        return beam.round_section(self.outer, self.outer - 2 * self.wall, nu)
+
+
+class Rod(Part):
+    """A solid round bar."""
+
+    kind: Literal["rod"] = "rod"
+    diameter: LengthPlus
+
+    def values(self, nu: float) -> beam.SectionValues:
+        """Give what the beam needs."""
+        return beam.round_section(self.diameter, 0.0, nu)
+
+
+class Rectangle(Part):
+    """A solid bar; width lies along the joint's axis, height across it."""
+
+    kind: Literal["rectangle"] = "rectangle"
+    width: LengthPlus
+    height: LengthPlus
+
+    def values(self, nu: float) -> beam.SectionValues:
+        """Give what the beam needs."""
+        return beam.rectangle_section(self.width, self.height, nu)
+
+
+class Box(Part):
+    """A rectangular tube; width lies along the joint's axis, height across it."""
+
+    kind: Literal["box"] = "box"
+    width: LengthPlus
+    height: LengthPlus
+    wall: LengthPlus
+
+    @model_validator(mode="after")
+    def _wall_fits(self) -> Self:
+        least = min(self.width, self.height)
+        if self.wall >= least / 2:
+            raise refuse_section(
+                f"wall {self.wall * 1e3:g} mm in a box {self.width * 1e3:g} x {self.height * 1e3:g} mm",
+                f"a wall below half of the smaller side, {least * 500:g} mm",
+                'width = "50 mm", height = "60 mm", wall = "3 mm"',
+            )
+        return self
+
+    def values(self, nu: float) -> beam.SectionValues:
+        """Give what the beam needs."""
+        return beam.box_section(self.width, self.height, self.wall, nu)
+
+
+class ISection(Part):
+    """An I-section: flanges as wide as `width`, along the joint's axis, the web standing across it; sharp corners."""
+
+    kind: Literal["I"] = "I"
+    width: LengthPlus
+    height: LengthPlus
+    web: LengthPlus
+    flange: LengthPlus
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.web >= self.width or self.flange >= self.height / 2:
+            raise refuse_section(
+                f"web {self.web * 1e3:g} mm and flanges {self.flange * 1e3:g} mm in a section {self.width * 1e3:g} x {self.height * 1e3:g} mm",
+                "a web thinner than the width, flanges thinner than half the height",
+                'width = "50 mm", height = "80 mm", web = "4 mm", flange = "6 mm"',
+            )
+        return self
+
+    def values(self, nu: float) -> beam.SectionValues:
+        """Give what the beam needs."""
+        return beam.i_section(self.width, self.height, self.web, self.flange, nu)
+
+
+class CustomSection(Part):
+    """Any section by its figures; y lies along the joint's axis, z across it and the link."""
+
+    kind: Literal["custom"] = "custom"
+    area: Annotated[float, Quantity("m^2", "540 mm^2", above=0)]
+    i_y: Annotated[float, Quantity("m^4", "2.2e5 mm^4", above=0)]
+    i_z: Annotated[float, Quantity("m^4", "2.2e5 mm^4", above=0)]
+    torsion: Annotated[float, Quantity("m^4", "4.4e5 mm^4", above=0)]
+    shear_y: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
+    shear_z: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
+
+    def values(self, nu: float) -> beam.SectionValues:  # noqa: ARG002 - one way to ask every section
+        """Give what the beam needs; the ratio nu is already in the figures."""
+        return beam.SectionValues(self.area, self.i_y, self.i_z, self.torsion, self.shear_y, self.shear_z)
+
+
+Corners: TypeAlias = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3, max_length=200)]
+
+
+class Outline(Part):
+    """Any section by its outline: corners (y, z) in order, y along the joint's axis, and holes in it. The link's line runs through the centroid.
+
+    Worked out by finite elements (`laws.outline`), with the extra `sections`. A channel or an angle twists under a force beside its shear centre.
+    """
+
+    kind: Literal["outline"] = "outline"
+    points: Corners
+    holes: Annotated[tuple[Corners, ...], Field(max_length=20)] = ()
+
+    @model_validator(mode="after")
+    def _is_a_section(self) -> Self:
+        if not outline.available():
+            raise refuse_section(f"an outline without {outline.MISSING}", f"{outline.INSTALL}; or another kind of section", 'kind = "custom"')
+        doubt = outline.doubt_of_outline(self.points, self.holes)
+        if doubt:
+            example = 'points = [["0 mm", "0 mm"], ["40 mm", "0 mm"], ["0 mm", "60 mm"]]'
+            raise refuse_section(f"an outline that is no section: {doubt}", "corners in order, no side across another, holes inside", example)
+        return self
+
+    def values(self, nu: float) -> beam.SectionValues:
+        """Give what the beam needs."""
+        return outline.outline_section(self.points, self.holes, nu)
+
+
+# Given by sizes alone, so that there is one between any two of a kind.
+Sized = Annotated[Tube | Rod | Rectangle | Box | ISection, Field(discriminator="kind")]
+Plain = Annotated[Tube | Rod | Rectangle | Box | ISection | CustomSection | Outline, Field(discriminator="kind")]
