@@ -90,6 +90,11 @@ class Node:
     force: float
     force_index: int
 
+    @property
+    def needed(self) -> Asked:
+        """Give what the drive must be rated for: the worst within the tilt asked for, or over all tilts where none was."""
+        return self.anyhow if self.tilted is None else self.tilted
+
 
 def static_moments(arm: Arm, q: Floats, tilt: float | None = None) -> list[Node]:
     """What does every joint carry at these poses, q (pose, joint) in rad or m, at worst, and by whose weight?
