@@ -18,10 +18,10 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
-    from lostmotion.ask import Study, read, study
+    from lostmotion.ask import Gear, Study, gear, read, study
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
-    from lostmotion.studies.elastostatics import compliance, deflection, stiffness
+    from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
     from lostmotion.studies.poses import Poses, sample_poses
     from lostmotion.studies.screws import root_sum_square, screws, worst_case
@@ -32,6 +32,8 @@ _HOME = {
     "read": "ask",
     "study": "ask",
     "Study": "ask",
+    "gear": "ask",
+    "Gear": "ask",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",
@@ -42,6 +44,7 @@ _HOME = {
     "compliance": "studies.elastostatics",
     "stiffness": "studies.elastostatics",
     "deflection": "studies.elastostatics",
+    "ellipsoid": "studies.elastostatics",
     "Poses": "studies.poses",
     "sample_poses": "studies.poses",
     "workspace": "studies.workspace",
@@ -61,6 +64,8 @@ __all__ = [  # noqa: RUF022 - reading order
     "read",
     "study",
     "Study",
+    "gear",
+    "Gear",
     "Arm",
     "Tool",
     "Payload",
@@ -71,6 +76,7 @@ __all__ = [  # noqa: RUF022 - reading order
     "compliance",
     "stiffness",
     "deflection",
+    "ellipsoid",
     "Poses",
     "sample_poses",
     "workspace",

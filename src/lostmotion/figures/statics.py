@@ -101,7 +101,9 @@ def _micro_per_newton(value: float, samples: str = "") -> Figure:
 
 
 def _stiffness(value: float, samples: str = "") -> Figure:
-    """Give what a compliance (m/N) is the inverse of."""
+    """Give what a compliance (m/N) is the inverse of, in the unit that suits its size."""
+    if value > 1e-6:  # noqa: PLR2004 - where people change units
+        return Figure(1e-3 / value, "N/mm", samples=samples)
     return Figure(1e-6 / value if value else math.inf, "N/µm", samples=samples)
 
 
