@@ -1,8 +1,9 @@
-"""The front door's verbs: read an arm, study it, look at the answer."""
+"""The front door's verbs: read an arm, study it, look at the answer; or look at one gearbox."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,13 +20,16 @@ if TYPE_CHECKING:
     import xarray
 
     from lostmotion.arm import Arm
+    from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
+    from lostmotion.studies.gear import GearStudy
 
 Approach = Literal["random", "up", "down"]
 _SIGNS: dict[str, float] = {"random": 0.0, "up": 1.0, "down": -1.0}
 DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
+DEFAULT_GEARBOXES = 1000
 
 
 class Study(Answer):
@@ -81,6 +85,79 @@ class Study(Answer):
         from lostmotion.report.arm import tables_html
 
         return tables_html(self)
+
+
+@dataclass(frozen=True)
+class Gear:
+    """One gearbox that was looked at: `summary()`, `report("out/")`, `result()`, `drawing()`; `study` holds every number."""
+
+    name: str
+    notes: tuple[str, ...]
+    study: GearStudy
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.gearbox import gearbox_sheet
+
+        return gearbox_sheet(self.name, self.study, self.notes)
+
+    def summary(self) -> None:
+        """Print every figure."""
+        from lostmotion.screen import print_sheet
+
+        print_sheet(self.sheet)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed, profile.dxf into the folder `out`, whole or not at all.
+
+        Gives the folder. Raises OutputExistsError where it exists and `force` is not set.
+        """
+        from lostmotion.formats.dxf import can_draw
+        from lostmotion.report.gearbox import write_gearbox
+
+        drawing = self.drawing() if self.study.drawn is not None and can_draw() else None
+        return write_gearbox(self.sheet, self.study, drawing, out, force=force)
+
+    def result(self) -> dict[str, Any]:
+        """Give every printed figure as plain data, as in result.json."""
+        from lostmotion import __version__
+        from lostmotion.figures import plain
+
+        return plain(self.sheet, __version__)
+
+    def drawing(self) -> bytes:
+        """Give the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""
+        from lostmotion.formats.dxf import profile_dxf
+        from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+
+        gearbox = self.study.gearbox
+        if not isinstance(gearbox, CycloidalGearbox):
+            raise refuse_argument("dxf", f"a gearbox of kind '{gearbox.kind}'", "one by its drawing, of kind 'cycloidal'")
+        return profile_dxf(gearbox, self.name)
+
+    def _repr_html_(self) -> str:
+        """Show the figures as tables in a notebook."""
+        from lostmotion.report.page import tables
+
+        return tables(self.sheet)
+
+
+def gear(path: str | Path, joint: str | None = None, torque: float | None = None, gearboxes: int = DEFAULT_GEARBOXES, seed: int = 1) -> Gear:
+    """What does the gearbox in this file do: play, lost motion, wind-up and through what, hysteresis, transmission error?
+
+    path      a file about a gearbox, or an arm with the `joint` whose gearbox is meant
+    torque    N m at the output; left out: the rated one
+    gearboxes how many are built of a drawing
+    seed      same seed, same bits
+
+    Raises InputError with every mistake in the file, and as `studies.gear.gear`.
+    """
+    from lostmotion.formats.part_file import read_gearbox
+    from lostmotion.studies.gear import gear as look_at
+
+    found = read_gearbox(path, joint)
+    return Gear(found.name, found.notes, look_at(found.part, torque, gearboxes, seed))
 
 
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:

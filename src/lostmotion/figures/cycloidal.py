@@ -39,7 +39,7 @@ def verdict_of_drawing(drawn: Drawn, wound: float, said: str, count: int) -> str
     """What is the answer in a few sentences?"""
     free, lost = (float(each.mean()) / ARCMIN for each in (drawn.play, drawn.lost_motion))
     most = float(robots_quantile(drawn.lost_motion)[0]) / ARCMIN
-    out = [f"Play {free:.3g}′ and lost motion {lost:.3g}′ on average over {count} gearboxes built; 95 % lose less than {most:.3g}′."]
+    out = [f"Play {free:.3g}′ and lost motion {lost:.3g}′ on average over {count} gearboxes built; lost motion below {most:.3g}′ in 95 % of them."]
     if drawn.members:
         name, angle = next(iter(drawn.members.items()))
         out.append(f"Under {said} the output winds up by {wound / ARCMIN:.3g}′, {100 * angle / wound:.0f} % of it through the {name}.")
@@ -57,9 +57,9 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, wound: float, said
         Card("ratio", str(Figure(float(gearbox.ratio), "1")), "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"95 % below {free / ARCMIN:.3g} arcmin"),
         Card("lost motion", str(_mean(drawn.lost_motion, "")), f"at ± {100 * LOST_MOTION:.3g} %; 95 % below {lost / ARCMIN:.3g} arcmin"),
-        Card("wind-up", str(_angle(wound, "")), f"at {said}, play not counted"),
+        Card("wind-up", f"{wound / ARCMIN:.3g} arcmin", f"at {said}, play not counted"),
         Card("hardest pressed lobe", f"{hardest.largest_peak / 1e9:.3g} GPa", f"{hardest.largest_force:.4g} N at {said}"),
-        Card("transmission error", str(_angle(float(span[-1]), "")), f"peak to peak at {said}, mean of {FOLLOWED} gearboxes"),
+        Card("transmission error", f"{span[-1] / ARCMIN:.3g} arcmin", f"peak to peak at {said}, mean of {FOLLOWED} gearboxes"),
     )
 
 
@@ -137,7 +137,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
 def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
     """Say what each loaded lobe carries, and the hardest over a pitch of the crank."""
     cases = drawn.lobes
-    columns = tuple(name for case in cases for name in (f"load at share {case.share:.3g}", "peak pressure"))
+    columns = tuple(name for case in cases for name in (f"load at share {case.share:.3g}" if len(cases) > 1 else "load", "peak pressure"))
     rows = [
         Row("hardest over a pitch of the crank", tuple(figure for case in cases for figure in _pair(case.largest_force, case.largest_peak))),
     ]

@@ -63,7 +63,7 @@ SLIDING: Final = Units("µm", 1e6, "N", "N/µm", 1e-6, "force", "turn of the scr
 _SLIDES: Final[type[Any]] = SlidingDrive
 
 
-def units_of(gearbox: AnyGearbox) -> Units:
+def units_of(gearbox: object) -> Units:
     """In which units is this gearbox read?"""
     return SLIDING if isinstance(gearbox, _SLIDES) else TURNING
 
@@ -210,7 +210,8 @@ def _loop(loop: Loop, study: GearStudy, units: Units) -> Section:
     if study.wind_up:
         rows.append(Row(f"wind-up at {most:.4g} {units.torque}", (units.of_angle(study.wind_up, exact),), "either way, play not counted"))
         rows.append(Row("stiffness up to there", (units.of_stiffness(most / study.wind_up, exact),), f"{units.what} over wind-up"))
-    rows.append(Row("play", (units.of_angle(loop.play, exact),), f"crossed once {loop.rest:.3g} {units.torque} overcome friction"))
+    assumed = "" if study.gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
+    rows.append(Row("play", (units.of_angle(loop.play, exact),), f"crossed once {loop.rest:.3g} {units.torque} overcome friction{assumed}"))
     rows.append(Row("friction's loop alone", (units.of_angle(loop.friction_width, exact),), f"width at zero {units.what}"))
     rows.append(Row(f"whole loop at zero {units.what}", (units.of_angle(loop.width, exact),), "play and friction"))
     note = f"between the middles of the loop at ± {loop.small:.4g} {units.torque}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,9 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
     if study.loop is not None:
         words = f"How far the output turns as the {units.what} goes to and fro, with the play and the lost motion marked."
         drawn.append(Plot("hysteresis", "loop", hysteresis(study.loop, units), words))
+        near = max(4 * study.loop.small, 6 * study.loop.rest)
+        if near < study.loop.torque[-1]:
+            drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, units, near), f"{words} Only near zero."))
     if isinstance(study.gearbox, CycloidalGearbox):
         return [*drawing_plots(study), *drawn]
     if study.gearbox.waves:
@@ -33,8 +37,11 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
     return drawn
 
 
-def hysteresis(loop: Loop, units: Units) -> go.Figure:
-    """How far does the output turn as the torque goes to and fro? The whole loop, friction's alone, and where the lost motion is read."""
+def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> go.Figure:
+    """How far does the output turn as the torque goes to and fro? The whole loop, friction's alone, and where the lost motion is read.
+
+    Only torques up to `near` (N m) are shown.
+    """
     import plotly.graph_objects as go
 
     factor = units.angle_factor
@@ -56,8 +63,13 @@ def hysteresis(loop: Loop, units: Units) -> go.Figure:
         half = loop.play / 2 * factor
         name, hover = f"play {2 * half:.3g} {units.angle}", f"play at zero {units.what}<extra></extra>"
         traces.append(go.Scatter(x=[0, 0], y=[-half, half], mode="lines", name=name, line={"color": GREEN, "width": 5}, hovertemplate=hover))
-    figure = framed("Output under a load that goes to and fro", *traces, height=460)
+    zoomed = math.isfinite(near)
+    figure = framed("The same near zero" if zoomed else "Output under a load that goes to and fro", *traces, height=460)
     figure.update_xaxes(title_text=f"{units.what} on the output [{units.torque}]")
+    if zoomed:
+        highest = 1.08 * float(np.interp(near, loop.torque, loop.falling)) * factor
+        figure.update_xaxes(range=[-near, near])
+        figure.update_yaxes(range=[-highest, highest])
     figure.update_yaxes(title_text=f"{'shift' if units.angle == 'µm' else 'angle'} of the output [{units.angle}]")
     figure.update_layout(legend=LEGEND, margin_t=96)
     return figure

@@ -25,7 +25,9 @@ _MM: Final = 1e3
 # Of the ring's radius: how far a chord of the picture may stand off the profile, and how long the largest force is drawn.
 _FINE: Final = 2e-4
 _LONGEST: Final = 0.3
-_ROUND: Final = 36
+# Corners of a small circle, and of one as large as a wheel.
+_SMALL: Final = 36
+_LARGE: Final = 180
 _FILLS: Final = ("rgba(0,114,178,0.12)", "rgba(230,159,0,0.10)", "rgba(0,158,115,0.08)", "rgba(178,58,0,0.08)")
 _LINES: Final = (BLUE, ORANGE, GREEN, RED)
 
@@ -39,10 +41,10 @@ def profile(study: GearStudy) -> go.Figure:
     loaded = np.flatnonzero(lobes.force > 0)
     traces = [_ring(part), *(_planet(part, disc) for disc in range(part.discs)), *_circles(part)]
     traces += [_centres(stage), _normals(stage, lobes, loaded), _arrows(stage, lobes, loaded), _places(stage)]
-    figure = framed("Profile with the crank at zero, forces on the ring at true scale to each other", *[each for each in traces if each], height=700)
+    figure = framed("Profile with the crank at zero, and the forces on the ring", *[each for each in traces if each], height=700)
     figure.update_xaxes(title_text="x, along the line of centres [mm]", showgrid=False, constrain="domain")
     figure.update_yaxes(title_text="y [mm]", showgrid=False, scaleanchor="x", scaleratio=1)
-    figure.update_layout(legend={**LEGEND, "font": {"size": 11}}, margin_t=110)
+    figure.update_layout(legend={**LEGEND, "font": {"size": 12}}, margin_t=100)
     return figure
 
 
@@ -62,7 +64,8 @@ def _closed(points: np.ndarray) -> np.ndarray:
 
 def _round(places: np.ndarray, radius: float) -> np.ndarray:
     """Draw circles around places, with a gap between each."""
-    ring = radius * np.exp(2j * math.pi * np.arange(_ROUND + 1) / _ROUND)
+    corners = _SMALL if len(places) > 1 else _LARGE
+    ring = radius * np.exp(2j * math.pi * np.arange(corners + 1) / corners)
     gap = np.full((len(places), 1), complex(math.nan, math.nan))
     return np.concatenate([places[:, None] + ring, gap], axis=1).ravel()
 
@@ -101,7 +104,7 @@ def _planet(part: CycloidalStage, disc: int) -> go.Scatter:
 
 def _circles(part: CycloidalStage) -> list[go.Scatter]:
     """Draw what stands in the first disc, thin: bore, output pins in their holes or crankshafts; and the ring's outside."""
-    stage, thin = part.stage, {"line": {"width": 0.8}}
+    stage, thin = part.stage, {"line": {"width": 0.8}, "showlegend": False, "hoverinfo": "name"}
     middle = np.array([complex(stage.eccentricity, 0.0)])
     out = []
     if part.disc_bore_radius is not None:
@@ -126,7 +129,7 @@ def _centres(stage: Stage) -> go.Scatter:
     line = np.array([-reach, max(reach, pitch)], dtype=complex)
     cross = np.array([-0.06j, 0.06j]) * stage.ring_radius
     points = np.concatenate([line, gap, cross, gap, cross + stage.eccentricity, gap, around])
-    return _scatter(points, "centre lines, pin circle", "#888888", line={"width": 0.8, "dash": "dashdot"})
+    return _scatter(points, "centres, pin circle", "#888888", line={"width": 0.8, "dash": "dashdot"})
 
 
 def _touching(stage: Stage, lobes: Lobes) -> tuple[np.ndarray, np.ndarray]:
@@ -174,7 +177,7 @@ def _places(stage: Stage) -> go.Scatter:
     return go.Scatter(
         **_plane(points),
         mode="markers",
-        name="centres, pitch point",
+        name="pitch point",
         text=["centre of the ring", "centre of disc 1", "pitch point"],
         marker={"color": INK, "size": 7, "symbol": ["cross-thin", "cross-thin", "circle"], "line": {"color": INK, "width": 1.2}},
         hovertemplate="%{text}<br>x = %{x:.4~g} mm<extra></extra>",

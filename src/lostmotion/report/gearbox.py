@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import secrets
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.report.folder import refuse_existing, write_whole
 from lostmotion.report.page import contents
 
@@ -25,3 +27,29 @@ def write_gearbox(sheet: Sheet, study: GearStudy, drawing: bytes | None, out: st
         return write_whole(contents(sheet, drawn), out, force=force)
     sheet = replace(sheet, drawing="the profiles of disc and ring in mm")
     return write_whole({**contents(sheet, drawn), "profile.dxf": drawing}, out, force=force)
+
+
+def refuse_existing_file(out: Path, *, force: bool) -> None:
+    """Raise OutputExistsError where something is there already (a folder or a link always), LostmotionError where there is no folder for it."""
+    if not out.absolute().parent.is_dir():
+        raise LostmotionError(f"there is no folder '{out.parent}' for the drawing\n  make it, or name another file with --dxf")
+    if out.is_symlink() or (out.exists() and not out.is_file()):
+        raise OutputExistsError(f"'{out}' is no file of ours to replace\n  name another file with --dxf")
+    if out.exists() and not force:
+        raise OutputExistsError(f"'{out}' exists\n  replace it with --force, or name another file with --dxf")
+
+
+def write_drawing(drawing: bytes, out: Path, *, force: bool = False) -> Path:
+    """Where does the drawing lie? Writes it into the file `out`, whole or not at all.
+
+    Raises OutputExistsError as `refuse_existing_file`, LostmotionError where the file cannot be written.
+    """
+    refuse_existing_file(out, force=force)
+    new = out.with_name(f".{out.name[:80]}.{secrets.token_hex(4)}.new")
+    try:
+        new.write_bytes(drawing)
+        new.replace(out)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error
+    return out
