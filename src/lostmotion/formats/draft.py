@@ -13,12 +13,16 @@ from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import MOST_MISTAKES, cut, listed, nearest, refuse_all
 from lostmotion.formats.clearances import ALSO as IN_BEARINGS
 from lostmotion.formats.clearances import place_clearances
+from lostmotion.formats.links import place_links
 from lostmotion.formats.mistakes import problems
 from lostmotion.formats.own_reducers import OWN_EXAMPLES
 from lostmotion.formats.reducers import ALSO as IN_GEARBOXES
 from lostmotion.formats.reducers import place_reducers
 from lostmotion.formats.text import refuse
-from lostmotion.parts.link import Material, Rod
+from lostmotion.parts.material import Material
+from lostmotion.parts.profile import Section
+from lostmotion.parts.section import Rod
+from lostmotion.parts.source import Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,6 +47,12 @@ SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OW
 _MOST_ENTRIES: Final = 20_000
 # Stands where a reference led nowhere, so that the rest of the link is still checked.
 _STAND_IN: Final = {"sections": Rod(diameter=1.0), "materials": Material(young=1.0, poisson=0.3, density=1.0)}
+
+
+class _Alone(Part):
+    """A section by itself, without the link whose length and material it must fit."""
+
+    section: Section
 
 
 @dataclass
@@ -93,17 +103,18 @@ class Draft:
         """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
         place_reducers(self)
         place_clearances(self)
+        named = place_links(self)
         of_gearboxes = self._fill_in_materials_of_gearboxes()
         unused = []
         for table, steps in SHARED.items():
             stock = self._stock(table)
-            used = set(of_gearboxes) if table == "materials" else set()
+            used = named.get(table, set()) | (of_gearboxes if table == "materials" else set())
             for index, joint in self.joints:
                 holder = joint
                 for step in steps[:-1]:
                     holder = holder.get(step, {})
                 if isinstance(holder, dict) and steps[-1] in holder and not self.full:
-                    used.add(self._fill_in(table, stock, holder, ("joints", index, *steps)))
+                    used.add(self.fill_in(table, stock, holder, ("joints", index, *steps)))
             idle = [name for name in stock if name not in used]
             unused += [f"{table}.{plain(name)}" for name in idle]
             for name in idle[:MOST_MISTAKES]:
@@ -119,7 +130,7 @@ class Draft:
         spots += [(("gearboxes", name), gearbox) for name, gearbox in shared.items()] if isinstance(shared, dict) else []
         spots += [((*path, _FIRST), gearbox.get(_FIRST)) for path, gearbox in spots if isinstance(gearbox, dict)]
         return {
-            self._fill_in("materials", stock, holder, (*path, key))
+            self.fill_in("materials", stock, holder, (*path, key))
             for path, holder in spots
             if isinstance(holder, dict)
             for key in MATERIALS_OF_GEARBOXES
@@ -133,7 +144,7 @@ class Draft:
         self.refuse((table,), shown(stock), "a table of named parts", f"[{table}.NAME]")
         return {}
 
-    def _fill_in(self, table: str, stock: dict[str, Any], holder: dict[str, Any], path: Path) -> str:
+    def fill_in(self, table: str, stock: dict[str, Any], holder: dict[str, Any], path: Path) -> str:
         """Replace one reference by the part it names, and give the name; empty where there is none."""
         last = str(path[-1])
         stated = holder[last]
@@ -158,6 +169,9 @@ class Draft:
         """Note the mistakes in a shared part that no joint names yet, as if a joint did: one that turns, or else one that slides."""
         if isinstance(part, dict) and "catalogue" in part:
             return
+        if table == "sections":
+            self._check_section(name, part)
+            return
         steps = SHARED[table]
         link = {"length": "1 m", "section": _STAND_IN["sections"], "material": _STAND_IN["materials"]}
         found: list[Problem] = []
@@ -176,6 +190,14 @@ class Draft:
                 return
         if not self.full:
             self.mistakes += found
+
+    def _check_section(self, name: str, part: Any) -> None:  # noqa: ANN401 - whatever a file holds
+        trial = Draft(self.file, {}, self.also, {("section",): f"sections.{plain(name)}"})
+        try:
+            _Alone.model_validate({"section": part}, context={"text": True})
+        except ValidationError as error:
+            if not self.full:
+                self.mistakes += problems(error, _Alone, self.file, trial.key)
 
     def arm(self) -> Arm:
         """Which arm is it? Raises InputError with every mistake noted on the way and every one that the model finds."""

@@ -14,8 +14,6 @@ They go before the rows that ship with the package.
 from __future__ import annotations
 
 import functools
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
@@ -24,9 +22,12 @@ from lostmotion.catalogue.gearboxes import CheckedRow, GearboxRow
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.formats.bounds import MOST_MISTAKES, nearest, refuse_all
 from lostmotion.formats.mistakes import problems
+from lostmotion.formats.text import beside
 from lostmotion.formats.toml import read_toml
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from lostmotion.formats.mistakes import Path as KeyPath
 
 ROWS: Final = "reducers"
@@ -62,10 +63,8 @@ def _rows_beside(file: str, stated: Any) -> tuple[tuple[GearboxRow, ...], list[P
     """Read the file of rows that an arm file names; nothing outside the arm's folder is looked at."""
     if not isinstance(stated, str) or not stated.isprintable() or not stated:
         return (), [Problem(file, FILE, shown(stated), "the name of a file of reducers in the arm's folder", FILE_EXAMPLE)]
-    folder = Path(file).parent
-    path = folder / stated
-    inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
-    if Path(stated).is_absolute() or ".." in Path(stated).parts or not inside:
+    path = beside(file, stated)
+    if path is None:
         return (), [Problem(file, FILE, f"{shown(stated)}, which leads out of the folder", "a file in the arm's folder or below it", FILE_EXAMPLE)]
     try:
         return _rows_of_file(path, read_toml(path))

@@ -75,6 +75,7 @@ def json_schema() -> Schema:
 _ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
 _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
 _FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
+_COMPLIANCE_FILE: Final = {"type": "string", "description": "a CSV with a matrix (6, 6), beside this file or below", "examples": ["forearm.csv"]}
 _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
     "mdh": "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) Rz(theta + q) Tz(d)",
@@ -131,6 +132,18 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
         items = allowed[0] if len(allowed) == 1 else {"anyOf": allowed}
         stock[table] = {"type": "object", "description": "parts by name, for joints to share", "additionalProperties": items}
     named = kinds["Link"]["properties"]["material"]
+    for holder in ("Layer", "Step", "Station"):
+        fields = kinds[holder]["properties"]
+        fields["section"] = {"anyOf": [{"type": "string", "description": "a name under [sections]"}, fields["section"]]}
+        if "material" in fields:
+            fields["material"] = named
+    matrix = kinds["Compliance"]
+    matrix["properties"] = {"file": _COMPLIANCE_FILE, **{key: field for key, field in matrix["properties"].items() if key != "matrix"}}
+    matrix["required"] = ["file"]
+    for holder in ("Link", "Base"):
+        fields = kinds[holder]["properties"]
+        if "compliance" in fields:
+            fields["compliance"] = {"anyOf": [_COMPLIANCE_FILE, fields["compliance"]]}
     for holder in ("CycloidalGearbox", "CycloidalFirstStage"):
         kinds[holder]["properties"] |= dict.fromkeys(MATERIALS_OF_GEARBOXES, named)
     return stock

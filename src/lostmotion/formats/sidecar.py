@@ -39,6 +39,8 @@ _OF_LINK: Final = {
     "length_tolerance": 'length_tolerance = "50 µm"',
     "section": 'section = "tube"',
     "material": 'material = "aluminium"',
+    "compliance": 'compliance = "forearm.csv"',
+    "measured": 'measured = { force = "100 N", deflection = "0.2 mm" }',
     "up": 'up = "z"',
 }
 _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'

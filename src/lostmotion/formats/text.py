@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import stat
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from lostmotion.errors import InputError, Problem
@@ -12,7 +14,6 @@ from lostmotion.formats.bounds import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
 _MEGABYTE: Final = 1_000_000
 _NAMES_LOOKED_AT: Final = 1000
@@ -66,6 +67,16 @@ def _near_file(path: Path) -> str:
         return nearest(path.name, (other.name for other in itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT)))
     except OSError:
         return ""
+
+
+def beside(file: str, stated: object) -> Path | None:
+    """Which file of its folder, or of one below, does a file name? None for what is no name, and for one that leads out of the folder."""
+    if not isinstance(stated, str) or not stated.isprintable() or not stated:
+        return None
+    folder = Path(file).parent
+    path = folder / stated
+    inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+    return path if inside and not Path(stated).is_absolute() and ".." not in Path(stated).parts else None
 
 
 def numbers(words: Sequence[str]) -> list[float]:
