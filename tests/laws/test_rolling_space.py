@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 from lostmotion.laws.rolling import BALL_EXPONENT, ROLLER_EXPONENT, ball_stiffness, element_angles, radial_loads, radial_shift, roller_stiffness
-from lostmotion.laws.rolling_space import BallRow, CrossedRow, RollerRow, Seat, settle
+from lostmotion.laws.rolling_rows import BallRow, CrossedRow, RollerRow, Seat
+from lostmotion.laws.rolling_space import settle
 
 UM = 1e-6
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
@@ -55,6 +57,56 @@ def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
     found = settle((Seat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
     alone = radial_shift(load, clearance, roller_stiffness(10e-3), ROLLER_EXPONENT, element_angles(16))
     assert found.stand[0, 0] == pytest.approx(float(alone), rel=1e-8)
+
+
+def stored(seat, stand, clearance):
+    """Give the energy (N m) in one row's contacts and the load (5,) it holds, from points, motions and lines of contact as vectors in space."""
+    row, up = seat.row, np.array([0.0, 0.0, -1.0 if seat.mirrored else 1.0])
+    rollers = isinstance(row, RollerRow)
+    angles = np.repeat(element_angles(row.count, row.first), row.slices if rollers else 1)
+    out = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+    point = row.pitch / 2 * out + np.array([0, 0, seat.at])
+    if isinstance(row, BallRow):
+        apart, bend = (sum(row.grooves) - 1) * row.ball, row.contact_angle
+        point += (row.grooves[0] - 0.5) * row.ball * math.cos(bend) * out
+    if rollers:
+        along = np.tile((np.arange(row.slices) + 0.5) / row.slices - 0.5, row.count)
+        point += row.length * along[:, None] * up
+    moved = stand[:3] + np.cross([*stand[3:], 0.0], point) + seat.pressed * up
+    if isinstance(row, BallRow):
+        line = (apart * math.cos(bend) - clearance / 2 + (moved * out).sum(axis=1))[:, None] * out + apart * math.sin(bend) * up
+        line[:, 2] += moved[:, 2]
+        if bend:
+            line[line @ up < 0, 2] = 0.0
+        closed = np.linalg.norm(line, axis=1) - apart
+        way = line / np.linalg.norm(line, axis=1)[:, None]
+    elif rollers:
+        way, closed = out, (moved * out).sum(axis=1) - clearance / 2 - 2 * 0.35e-3 * row.roller * np.log(1 / (1 - (2 * along) ** 2))
+    else:
+        way = math.cos(row.lean) * out + math.sin(row.lean) * (-1.0) ** np.arange(row.count)[:, None] * up
+        closed = (moved * way).sum(axis=1) - clearance / 2 * math.cos(row.lean)
+    stiffness, power = row.spring
+    force = stiffness * np.maximum(closed, 0.0) ** power
+    held = force @ np.hstack([way, np.cross(point, way)[:, :2]])
+    return float((force * closed).sum() / (power + 1)), held
+
+
+@pytest.mark.parametrize("seats", SHAFTS)
+@pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
+def test_the_balance_is_scipys_least_energy(seats, clearance):
+    """Written out anew in vectors, the stored energy less the load's work is least where the shaft settles: SciPy finds no other place."""
+    rng = np.random.default_rng(11)
+    unit = np.array([1e-6, 1e-6, 1e-6, 3e-5, 3e-5])
+    for load in rng.normal(size=(4, 5)) * [2000, 2000, 1000, 30, 30]:
+
+        def potential(place, load=load):
+            parts = [stored(seat, place * unit, clearance) for seat in seats]
+            return (sum(part[0] for part in parts) - load @ (place * unit)) * 1e6, (sum(part[1] for part in parts) - load) * unit * 1e6
+
+        found = settle(seats, load[None], clearance).stand[0] / unit
+        least = minimize(potential, np.zeros(5), jac=True, method="BFGS", options={"gtol": 1e-4, "maxiter": 2000})
+        assert potential(found)[0] <= least.fun + 1e-9 * abs(least.fun)
+        np.testing.assert_allclose(found, least.x, rtol=1e-3, atol=1e-3 * np.abs(found).max())
 
 
 def test_loads_add_up_by_statics():

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws.rolling_space import BallRow, CrossedRow, RollerRow, Seat, settle
+from lostmotion.laws.rolling_rows import BallRow, CrossedRow, RollerRow, Seat
+from lostmotion.laws.rolling_space import settle
 
 if TYPE_CHECKING:
     from scipy.interpolate import NdBSpline

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.rolling import roller_pressure
-from lostmotion.laws.rolling_space import CrossedRow, Seat
+from lostmotion.laws.rolling_rows import CrossedRow, Seat
 from lostmotion.laws.rolling_table import Pair
 from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.bearing.pair import Count, check_clearance, check_sizes, refuse_drawing

@@ -62,7 +62,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
     @property
     def top(self) -> float:
         """Give the load (N) at the top of the table: all elements of a third of the ring at their static limit."""
-        return sum(self.static_load * int(seat.row.element[-1] + 1) / 3 for seat in self.rows.seats)
+        return sum(self.static_load * seat.row.count / 3 for seat in self.rows.seats)
 
     def table(self, clearance: float) -> ShiftTable:
         """Give the shifts under load at one clearance (m)."""

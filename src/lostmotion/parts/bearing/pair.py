@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.rolling import ball_pressure, roller_pressure
-from lostmotion.laws.rolling_space import BallRow, RollerRow, Row, Seat, settle
+from lostmotion.laws.rolling_rows import BallRow, RollerRow, Row, Seat
+from lostmotion.laws.rolling_space import settle
 from lostmotion.laws.rolling_table import Pair
 from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.source import ForceAmount, LengthPlus

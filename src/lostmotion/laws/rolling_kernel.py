@@ -1,0 +1,196 @@
+"""The balance's kernel: one shaft, many contacts that only push, settled case by case. Compiled once by Numba and cached; no threads in here.
+
+The stored energy is convex in the stand, so Newton's step leads down to its one minimum, cut back where the energy rises again along it. Stands are
+in metres throughout: tilts times the `reach` at which they count.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+_STEPS: Final = 200
+_TRIES: Final = 40  # per step
+_FIRST: Final = 1e-6  # m, the first step
+_CONVERGED: Final = 1e-11
+_ROUNDING: Final = 5e-16
+# Directions softer than this share of the stiffest count as free: no load, no motion.
+_SOFTEST: Final = 1e-12
+_POINT: Final = 1.5  # the power of a point contact, which a square root gives sooner
+
+_jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
+
+
+@_jit
+def _closed(contact, clearance, stand):
+    """How far is a contact closed here, what is that a difference of, and along which way (parts of across and along) does it close?"""
+    radial, axial = contact.radial - contact.share * clearance, contact.axial
+    start = radial
+    for k in range(5):
+        radial += contact.across[k] * stand[k]
+        axial += contact.along[k] * stand[k]
+    if contact.apart == 0.0:
+        return radial, abs(radial) + 2.0 * abs(start), 1.0, 0.0
+    if axial <= 0.0 and not contact.shoulders:  # on the side without a shoulder the ball stays at the bottom of the groove
+        return abs(radial) - contact.apart, abs(radial), 1.0 if radial > 0.0 else -1.0, 0.0
+    length = np.sqrt(radial * radial + axial * axial)
+    return length - contact.apart, length, radial / length, axial / length
+
+
+@_jit
+def _push(contact, approach):
+    """Give the force of a contact closed by so much, N."""
+    return contact.stiffness * (approach * np.sqrt(approach) if contact.exponent == _POINT else approach**contact.exponent)
+
+
+@_jit
+def _hold(contacts, clearance, stand, held, slope, way, bow):
+    """Add up the load held at a stand into `held` (5,), its slope into `slope` (5, 5; lower half). Give what rounding may leave of the sums, N."""
+    noise = 0.0
+    for k in range(5):
+        held[k] = 0.0
+        for m in range(k + 1):
+            slope[k, m] = 0.0
+    for i in range(contacts.shape[0]):
+        contact = contacts[i]
+        approach, size, cosine, sine = _closed(contact, clearance, stand)
+        if approach > 0.0:
+            force = _push(contact, approach)
+            stiff = contact.exponent * force / approach
+            # A ball's line also turns; one at the bottom of its groove, and a straight contact, keeps its direction.
+            turns = force / size if contact.apart > 0.0 and (contact.shoulders or sine > 0.0) else 0.0
+            noise += force + stiff * size
+            for k in range(5):
+                way[k] = cosine * contact.across[k] + sine * contact.along[k]
+                bow[k] = cosine * contact.along[k] - sine * contact.across[k]
+            for k in range(5):
+                held[k] += force * way[k]
+                for m in range(k + 1):
+                    slope[k, m] += stiff * way[k] * way[m] + turns * bow[k] * bow[m]
+    return _ROUNDING * noise
+
+
+@_jit
+def _dot(one, other):
+    total = 0.0
+    for k in range(5):
+        total += one[k] * other[k]
+    return total
+
+
+@_jit
+def _step(slope, lack, root, step):
+    """Solve slope step = lack by Cholesky's factor `root`, nearly without a step along directions that nothing holds and nothing loads."""
+    largest = 1.0
+    for k in range(5):
+        largest = max(largest, slope[k, k])
+    for k in range(5):
+        for m in range(k + 1):
+            rest = slope[k, m]
+            for n in range(m):
+                rest -= root[k, n] * root[m, n]
+            if m < k:
+                root[k, m] = rest / root[m, m]
+            else:
+                root[k, k] = np.sqrt(max(rest, 0.0) + largest * _SOFTEST)
+    for k in range(5):
+        step[k] = lack[k]
+        for m in range(k):
+            step[k] -= root[k, m] * step[m]
+        step[k] /= root[k, k]
+    for k in range(4, -1, -1):
+        for m in range(k + 1, 5):
+            step[k] -= root[m, k] * step[m]
+        step[k] /= root[k, k]
+
+
+@_jit
+def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack, step, root, way, bow):
+    """Find the stand where the contacts hold what is wanted. Give the residual (N) and how far it stands above its allowance: above 1, no balance.
+
+    The first step goes straight along the load and is doubled until contacts hold half of it, all others are Newton's; each is cut until the energy
+    falls along it, to half of its slope or less.
+    """
+    size = np.sqrt(_dot(wanted, wanted))
+    for k in range(5):
+        stand[k] = step[k] = 0.0
+    down = low = share = at_low = at_high = 0.0
+    high = left = ratio = np.inf
+    steps = tries = 0
+    while True:
+        for k in range(5):
+            trial[k] = stand[k] + share * step[k]
+        allowed = _CONVERGED * size + _hold(contacts, clearance, trial, held, slope, way, bow)
+        for k in range(5):
+            lack[k] = wanted[k] - held[k]
+        now = _dot(lack, step)
+        far = np.sqrt(_dot(trial, trial))
+        tries += 1
+        beyond, short = now < -0.5 * down, now > 0.5 * down and (steps == 1 or share < 1.0)
+        if (beyond or short) and tries < _TRIES and far < reach:
+            if beyond:
+                high, at_high = share, now
+            else:
+                low, at_low = share, now
+            if high == np.inf:
+                share *= 2.0
+            else:  # halve, and by turns go where a straight line falls to nothing
+                share = low + (high - low) * (min(max(at_low / (at_low - at_high), 0.1), 0.9) if tries % 2 else 0.5)
+            continue
+        for k in range(5):
+            stand[k] = trial[k]
+        left = np.sqrt(_dot(lack, lack))
+        ratio = left / allowed if allowed > 0.0 else left
+        # Whatever has left the bearing altogether is held by nothing.
+        if not (ratio > 1.0 and steps < _STEPS and far < reach):
+            return left, ratio
+        if steps == 0 and size > 0.0:
+            longest = _FIRST
+            for k in range(5):
+                step[k] = wanted[k]
+        else:
+            # No step longer than the way so far and the play: directions that nothing holds yet must not run off.
+            longest = far + abs(clearance) + _FIRST
+            _step(slope, lack, root, step)
+        length = np.sqrt(_dot(step, step))
+        cut = longest / length if steps == 0 else min(1.0, longest / length)
+        for k in range(5):
+            step[k] *= cut
+        down = at_low = _dot(lack, step)
+        low, high, share = 0.0, np.inf, 1.0
+        steps += 1
+        tries = 0
+
+
+@_jit
+def settle_cases(
+    contacts,  # (contact,) as `rolling_rows.CONTACT`, by the stand in metres
+    clearance,  # (case,) m
+    wanted,  # (case, 5) N
+    reach,  # m
+    stand,  # out (case, 5) m
+    slope,  # out (case, 5, 5) N/m
+    loads,  # out (case, element) N
+    residual,  # out (case,) N
+    converged,  # out (case,)
+):
+    """Settle all cases; where no balance is found all but the residual is NaN."""
+    held, trial, lack, step, way, bow = np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5)
+    half, root = np.zeros((5, 5)), np.zeros((5, 5))
+    for case in range(wanted.shape[0]):
+        residual[case], ratio = _balance(contacts, clearance[case], wanted[case], reach, stand[case], held, half, trial, lack, step, root, way, bow)
+        converged[case] = ratio <= 1.0
+        blank = 0.0 if ratio <= 1.0 else np.nan
+        for element in range(loads.shape[1]):
+            loads[case, element] = blank
+        for i in range(contacts.shape[0]):
+            contact = contacts[i]
+            approach = _closed(contact, clearance[case], stand[case])[0]
+            if approach > 0.0:
+                loads[case, contact.element] += _push(contact, approach)
+        for k in range(5):
+            stand[case, k] += blank
+            for m in range(5):
+                slope[case, k, m] = half[max(k, m), min(k, m)] + blank
