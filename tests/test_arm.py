@@ -316,7 +316,7 @@ def test_terms_know_their_owner_and_place():
     arm = Arm(name="arm", joints=[joint], base=Base(roll="0 deg ± 1 deg"))
     where = {item.owner: arm.places[item.place] for item in terms(arm, np.zeros((1, 1)))}
     assert where == {
-        "base": "base",
+        "base tilt": "base",
         "joints.A.mounting": "A.seat",
         "joints.A.gearbox": "A",
         "joints.A.bearing": "A",

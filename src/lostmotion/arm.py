@@ -321,7 +321,8 @@ def conditions(arm: Arm, q: Floats, at: Floats, approach: float = 0.0) -> Iterat
 def _sources(arm: Arm, q: Floats) -> Iterator[tuple[str, int, Floats, Floats, ErrorSource]]:
     """Walk the parts: owner, index of the place, joint value, unit twist there, the part."""
     still, nothing = np.zeros(len(q)), np.zeros(6)
-    yield "base", 0, still, nothing, arm.base
+    for name, source in arm.base.sources.items():
+        yield f"base {name}", 0, still, nothing, source
     column = iter(q.T)
     for k, joint in enumerate(arm.joints):
         seat, tip = 3 * k + 1, 3 * k + 3

@@ -117,6 +117,7 @@ _SPOKEN: Final = {
     "N m": "torque (N m)",
     "N m/rad": "angular stiffness (N m/arcmin, N m/rad)",
     "N/m": "linear stiffness (N/µm, N/m)",
+    "N/m^3": "pressure per settlement (MN/m^3)",
     "Pa": "pressure (GPa, MPa)",
     "K": "temperature difference (K)",
     "kg/m^3": "density (kg/m^3)",

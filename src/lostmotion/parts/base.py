@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
+from pydantic import model_validator
 
-from lostmotion.laws.chance import of_tolerance
-from lostmotion.parts.source import AngleDim, AngularStiffness, Condition, Draw, ErrorSource, LinearStiffness, Part, Term
-from lostmotion.spatial import pose_of
-from lostmotion.units import Toleranced
+from lostmotion.laws.chance import Normal, of_tolerance
+from lostmotion.laws.tracks import track_stiffness
+from lostmotion.parts.compliance import Compliance
+from lostmotion.parts.place import Vector
+from lostmotion.parts.section import refuse_section
+from lostmotion.parts.source import (
+    AngleDim,
+    AngularStiffness,
+    Condition,
+    Draw,
+    ErrorSource,
+    LengthPlus,
+    LinearStiffness,
+    Part,
+    Share,
+    Term,
+    limit_term,
+)
+from lostmotion.spatial import pose_of, skew
+from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -19,15 +36,46 @@ Six = tuple[AngularStiffness, AngularStiffness, AngularStiffness]
 Three = tuple[LinearStiffness, LinearStiffness, LinearStiffness]
 
 
+class Tracks(Part):
+    """Two tracks on the ground, along the base's x, as a mount.
+
+    length, width   of each track's contact with the ground; gauge between the tracks' middles
+    bedding         the ground's pressure per settlement
+    shear_share     how stiff the ground is along itself, as a share of that
+    middle          the middle of both contacts, in the base's frame
+    scatter         ± share by which the ground differs from place to place
+
+    Assumed: a rigid hull on rigid tracks and rollers, ground that answers evenly under all of both tracks (Winkler), no lifting off, no slip. A
+    suspension gives on top: state it all as a `compliance` then.
+    """
+
+    length: LengthPlus
+    width: LengthPlus
+    gauge: LengthPlus
+    bedding: Annotated[float, Quantity("N/m^3", "50 MN/m^3", above=0)]
+    shear_share: Annotated[float, Quantity("", "50 %", above=0, high=1)] = 0.5
+    middle: Vector = (0.0, 0.0, 0.0)
+    scatter: Share = 0.0
+
+    @functools.cached_property
+    def values(self) -> Floats:
+        """Give the compliance (6, 6) at the base's origin, in its axes."""
+        carry = np.eye(6)
+        carry[3:, :3] = skew(np.array(self.middle))  # a turn about the middle swings the base's origin
+        return np.asarray(carry / track_stiffness(self.length, self.width, self.gauge, self.bedding, self.shear_share) @ carry.T)
+
+
 class Base(Part, ErrorSource):
     """The ground, chassis or table under the arm.
 
     roll, pitch   tilt about the base's x, then y axis; the nominal turns gravity, the tolerance is what nobody measured
     tilt_varies   "robot": the arm is set down once; "visit": a mobile base stands differently every time
     angular_stiffness, linear_stiffness  of the mount about and along x, y, z; left out: rigid
+    compliance    of the mount instead, a whole matrix at the base's origin and in its axes
+    tracks        instead: two tracks on the ground
 
-    The error that an unmeasured tilt makes is counted at the tool, seen from the level ground; the change of load that comes with it
-    is second order and left out.
+    The error that an unmeasured tilt makes is counted at the tool, seen from the level ground. The change of load that comes with it is left out:
+    it is the tilt times what the arm gives under its whole weight, small beside the tilt times its reach (tests/parts/test_base.py).
     """
 
     roll: AngleDim = Toleranced(0.0)
@@ -35,28 +83,80 @@ class Base(Part, ErrorSource):
     tilt_varies: Literal["robot", "visit"] = "robot"
     angular_stiffness: Six | None = None
     linear_stiffness: Three | None = None
+    compliance: Compliance | None = None
+    tracks: Tracks | None = None
+
+    @model_validator(mode="after")
+    def _has_one_mount(self) -> Self:
+        by_axis = "angular_stiffness or linear_stiffness" if self.angular_stiffness or self.linear_stiffness else ""
+        stated = [name for name in (by_axis, "compliance" if self.compliance else "", "tracks" if self.tracks else "") if name]
+        if len(stated) > 1:
+            raise refuse_section(" beside ".join(stated), "one of them", 'compliance = "mount.csv"')
+        return self
 
     @functools.cached_property
     def tilt(self) -> Floats:
         """Give the rotation (3, 3) of the base against level ground."""
         return pose_of(rpy=(self.roll.nominal, self.pitch.nominal, 0.0))[:3, :3]
 
+    @functools.cached_property
+    def sources(self) -> dict[str, ErrorSource]:
+        """Give what errs, by name: each counts by itself."""
+        return {"tilt": BaseTilt(self), "mount": BaseMount(self)}
+
     def terms(self, at: Condition) -> list[Term]:
         """Tilt that nobody measured, and the mount's give."""
+        return [term for source in self.sources.values() for term in source.terms(at)]
+
+
+class BaseTilt(ErrorSource):
+    """The tilt of a base that nobody measured."""
+
+    def __init__(self, base: Base) -> None:
+        """Keep the base."""
+        self.base = base
+
+    def terms(self, at: Condition) -> list[Term]:  # noqa: ARG002 - a tilt asks for no load
+        """Roll and pitch, once per robot or at every visit."""
+        base = self.base
         out: list[Term] = []
-        for k, (name, dimension) in enumerate((("roll", self.roll), ("pitch", self.pitch))):
+        for k, (name, dimension) in enumerate((("roll", base.roll), ("pitch", base.pitch))):
             if dimension.tolerance:
                 law = of_tolerance(dimension.law)
                 draw = Draw(name, law)
                 screw = np.eye(6)[k] * (dimension.tolerance / law.bound)
                 # `tilt` is R_y R_x; its roll axis is the base's own x, its pitch axis the level y
-                screw[:3] = screw[:3] if k == 0 else self.tilt.T @ screw[:3]
-                out.append(Term(name, screw, visit=draw) if self.tilt_varies == "visit" else Term(name, screw, robot=draw))
-        if self.angular_stiffness is not None or self.linear_stiffness is not None:
-            give = np.zeros_like(at.wrench)
-            if self.angular_stiffness is not None:
-                give[:, :3] = at.wrench[:, :3] / np.array(self.angular_stiffness)
-            if self.linear_stiffness is not None:
-                give[:, 3:] = at.wrench[:, 3:] / np.array(self.linear_stiffness)
-            out.append(Term("mount give", give))
+                screw[:3] = screw[:3] if k == 0 else base.tilt.T @ screw[:3]
+                out.append(Term(name, screw, visit=draw) if base.tilt_varies == "visit" else Term(name, screw, robot=draw))
         return out
+
+
+class BaseMount(ErrorSource):
+    """What the mount gives under the whole arm: linear in the load."""
+
+    def __init__(self, base: Base) -> None:
+        """Keep the base."""
+        self.base = base
+
+    @functools.cached_property
+    def compliance(self) -> Floats | None:
+        """Give the compliance (6, 6) at the base's origin, in its axes; None where it is rigid."""
+        base = self.base
+        stated = base.compliance or base.tracks
+        if stated is not None:
+            return stated.values
+        if base.angular_stiffness is None and base.linear_stiffness is None:
+            return None
+        return np.diag([1 / k for k in (base.angular_stiffness or _RIGID) + (base.linear_stiffness or _RIGID)])
+
+    def terms(self, at: Condition) -> list[Term]:
+        """How the mount gives, and by how much mounts differ."""
+        if self.compliance is None:
+            return []
+        give = at.wrench @ self.compliance.T
+        stated = self.base.compliance or self.base.tracks
+        scatter = stated.scatter if stated is not None else 0.0
+        return [Term("give", give), *([limit_term("scatter", give, scatter, Normal())] if scatter else [])]
+
+
+_RIGID = (np.inf, np.inf, np.inf)
