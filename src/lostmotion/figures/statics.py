@@ -24,6 +24,8 @@ _SHOWN: Final = 3
 _DIRECTION_DIGITS: Final = 2
 # A share of the softest direction's that is no more than what rounding leaves.
 _NOTHING: Final = 1e-9
+# By how much compliance may differ from its transpose before it is said.
+_RECIPROCAL: Final = 0.01
 _WORDS: Final = (
     ("holding torque", "what the drive holds against gravity and the process force while nothing moves; a force on a sliding joint."),
     ("tilted any way", "the worst over every direction that gravity could have in the base's axes: on a slope, on a wall, under a ceiling."),
@@ -47,7 +49,7 @@ def statics_sheet(found: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
         cards=tuple(_cards(found)),
         sections=tuple(sections),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {_degrees(found.tilt)}"),
-        notes=(*found.arm.remarks, *_rigid(found)),
+        notes=(*found.arm.remarks, *_rigid(found), *_doubts(found)),
         words=_WORDS,
         source=f"{counted}. The same file, version, poses and tilt give the same bytes.",
         facts={
@@ -73,6 +75,16 @@ def _rigid(found: Survey) -> list[str]:
     rigid = ([] if _gives(found, "base") else ["the base"]) + [f"{kind} of {', '.join(names)}" for kind, names in silent.items() if names]
     notes = [f"taken as rigid, for nothing is said of how they give: {'; '.join(rigid)}"] if rigid else []
     return notes + ([f"gearboxes of {', '.join(held)} do not give: a controller with an encoder on the output holds them"] if held else [])
+
+
+def _doubts(found: Survey) -> list[str]:
+    """Say where the springs of bearings by drawing, read from a table, break reciprocity by more than they may."""
+    worst = float(found.asymmetry.max()) if found.parts else 0.0
+    if not worst > _RECIPROCAL:
+        return []
+    middle = float(np.median(found.asymmetry))
+    said = f"compliance differs from its transpose by up to {100 * worst:.1f} %, at half of the poses by less than {100 * middle:.2g} %"
+    return [f"{said}: the slopes of the bearings' tables are no surer than that, nor are the figures of compliance"]
 
 
 def _gives(found: Survey, owner: str) -> bool:

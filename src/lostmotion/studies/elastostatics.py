@@ -64,6 +64,17 @@ class Compliances:
         with np.errstate(invalid="ignore"):
             return np.asarray(give / give.sum(axis=0))
 
+    @property
+    def asymmetry(self) -> Floats:
+        """Give by how much displacement under a force differs from what reciprocity asks (pose,), as a share of the largest; NaN where nothing gives.
+
+        Rounding, but for bearings by their drawing: their springs are read from a table, and this is how sure its slopes are.
+        """
+        shift = self.whole[:, 3:, 3:]
+        off = np.abs(shift - shift.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(off / np.abs(shift).max(axis=(1, 2), initial=0.0))
+
 
 def compliances(arm: Arm, q: Floats) -> Compliances:
     """How much does each part let the tool give at these poses, q (pose, joint) in rad or m?

@@ -28,6 +28,7 @@ class Survey:
     tool     (pose, 3) m
     softest  (pose,) m/N, the compliance along the softest direction, the tool free to turn; mean (pose,) over all directions
     sag      (pose,) m, by how much the payload's weight moves the tool, on top of all else; None without payload
+    asymmetry  (pose,) as `Compliances.asymmetry`
     parts    that give, and their mean share of `mean` over poses (part,)
     worst    the pose with the softest direction of all; there compliance (6, 6), share (part,), and the ellipsoids with the tool free to turn, its
              turning held, and (rad/(N m)) of its turning under a moment
@@ -40,6 +41,7 @@ class Survey:
     tool: Floats
     softest: Floats
     mean: Floats
+    asymmetry: Floats
     sag: Floats | None
     parts: tuple[str, ...]
     shares: Floats
@@ -72,6 +74,7 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         np.concatenate([each.tool for each in found]),
         softest,
         mean,
+        np.concatenate([each.asymmetry for each in found]),
         np.concatenate([_sag(arm, block) for block in blocks]) if arm.payload.mass else None,
         found[0].parts,
         shares.mean(axis=1),
