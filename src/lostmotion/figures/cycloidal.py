@@ -24,6 +24,8 @@ _DRAWING: Final = "the drawing"
 _AS_DRAWN: Final = "the stage as drawn, without tolerances"
 _LEVELS: Final = ((0.05, "5 % below"), (0.5, "50 % below"), (0.95, "95 % below"))
 _MOST_WAVES: Final = 8
+# Of the largest wave: smaller ones are not listed.
+_SMALLEST_WAVE: Final = 0.01
 # Above it the loads, taken without friction, no longer hold.
 _RUBS: Final = 0.2
 _NEVER_TOUCHING: Final = 1e-12
@@ -54,7 +56,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, wound: float, said
     hardest = drawn.lobes[0]
     span = drawn.transmission.peak_to_peak.mean(axis=1)
     return (
-        Card("ratio", str(Figure(float(gearbox.ratio), "1")), "turns of the input per turn of the output"),
+        Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"95 % below {free / ARCMIN:.3g} arcmin"),
         Card("lost motion", str(_mean(drawn.lost_motion, "")), f"at ± {100 * LOST_MOTION:.3g} %; 95 % below {lost / ARCMIN:.3g} arcmin"),
         Card("wind-up", f"{wound / ARCMIN:.3g} arcmin", f"at {said}, play not counted"),
@@ -69,7 +71,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     if gearbox.rigid:
         said.append(f"taken as rigid: {', '.join(gearbox.rigid)}. The drawing says nothing of them, so the wind-up leaves them out")
     if drawn.jammed:
-        said.append("in gearboxes that jam flanks interfere: their play counts as none, their lost motion is that of a preload")
+        said.append("gearboxes that jam have flanks that interfere: no play is counted for them, and their lost motion is that of a preload")
     if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
         said.append("friction takes more than a fifth of the torque: loads are worked out without it, so efficiency is a rough estimate")
     if torque > LEVELS[-1] * gearbox.rated_torque:
@@ -204,17 +206,20 @@ def _transmission(drawn: Drawn) -> Section:
     counted = f"{FOLLOWED} gearboxes built"
     found = drawn.transmission
     rows = [
-        Row("peak to peak, mean", tuple(_mean(each, counted) for each in found.peak_to_peak)),
+        Row("peak to peak", tuple(_mean(each, counted) for each in found.peak_to_peak)),
         Row("root mean square", tuple(_angle(float(np.sqrt((each**2).mean())), counted) for each in found.errors[:, :-1])),
     ]
     strongest = np.argsort(-(found.amplitude**2).sum(axis=0), kind="stable")[:_MOST_WAVES]
     rows += [
-        Row(f"{found.cycles[k]:g} per turn of the output", tuple(_angle(float(each), counted) for each in found.amplitude[:, k]))
+        Row(f"{found.cycles[k]:g} per turn", tuple(_angle(float(each), counted) for each in found.amplitude[:, k]))
         for k in sorted(strongest)
-        if found.amplitude[:, k].any()
+        if found.amplitude[:, k].max() > _SMALLEST_WAVE * found.amplitude.max()
     ]
     columns = tuple(f"at {load:.4g} N m" for load in found.loads)
-    note = f"waves: amplitude, root mean square over gearboxes, the largest {_MOST_WAVES}; loads: {100 * LIGHT:.0f} % and all of the torque"
+    note = (
+        f"peak to peak: mean over gearboxes; waves per turn of the output: amplitude, root mean square over gearboxes, the largest {_MOST_WAVES}; "
+        f"loads: {100 * LIGHT:.0f} % and all of the torque"
+    )
     return Section("transmission", "Transmission error", columns, tuple(rows), note)
 
 

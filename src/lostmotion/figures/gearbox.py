@@ -132,7 +132,7 @@ def _doubts(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str
 
 
 def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
-    said = [f"By stated figures, {gearbox.kind}; what is not stated is taken as none."]
+    said = [f"A {gearbox.kind} gearbox by stated figures; what is not stated is taken as none."]
     if study.loop is not None:
         play, lost = (units.of_angle(each, _STATED) for each in (study.loop.play, study.loop.lost_motion))
         said.append(f"Play {play}, lost motion {lost} between ± {study.loop.small:.4g} {units.torque}.")
@@ -145,21 +145,26 @@ def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]
     cards = [Card("ratio", str(_ratio(gearbox)), "turns of the input per turn of the output")]
     cards.append(Card("play", str(units.of_angle(gearbox.play.nominal, _STATED)), "" if gearbox.play.nominal else "none is stated"))
     if study.loop is not None:
-        share = 100 * gearbox.lost_motion_torque
-        cards.append(Card("lost motion", str(units.of_angle(study.loop.lost_motion, _STATED)), f"between ± {share:.3g} % of the rated {units.what}"))
+        between = f"between ± {study.loop.small:.4g} {units.torque}"
+        cards.append(Card("lost motion", str(units.of_angle(study.loop.lost_motion, _STATED)), between))
     if study.wind_up:
         cards.append(Card("wind-up", str(units.of_angle(study.wind_up, _STATED)), f"at {study.torque:.4g} {units.torque}"))
     return cards
 
 
 def _ratio(gearbox: AnyGearbox) -> Figure:
-    return Figure(float(gearbox.ratio), "1", samples=_STATED)
+    return _pure(gearbox.ratio)
+
+
+def _pure(value: float) -> Figure:
+    """Give a pure number, a whole one as such."""
+    return Figure(int(value) if float(value).is_integer() else value, "1", samples=_STATED)
 
 
 def _stated(gearbox: StatedGearbox, units: Units) -> Section:
     rows = [Row("ratio", (_ratio(gearbox),), "below zero: input and output go opposite ways" if gearbox.ratio < 0 else "")]
     if isinstance(gearbox, WolfromGearbox):
-        rows.append(Row("turns of the carrier per turn of the output", (Figure(gearbox.carrier_turns, "1", samples=_STATED),)))
+        rows.append(Row("turns of the carrier per turn of the output", (_pure(gearbox.carrier_turns),)))
     if gearbox.rated_torque is not None:
         rows.append(Row(f"rated {units.what}", (units.of_torque(gearbox.rated_torque, _STATED),)))
     play = gearbox.play
@@ -172,13 +177,9 @@ def _stated(gearbox: StatedGearbox, units: Units) -> Section:
         rows.append(Row("lost motion", (units.of_angle(gearbox.lost_motion, _STATED),), note))
     if gearbox.hysteresis is not None:
         rows.append(Row("friction's loop, full width", (units.of_angle(gearbox.hysteresis, _STATED),), f"at zero {units.what}, play not in it"))
-    rows.append(
-        Row(
-            f"friction without load, as {units.what}",
-            (units.of_torque(gearbox.friction, _STATED),),
-            "" if gearbox.friction_torque is not None else f"taken as 1 % of the rated {units.what}, none is stated",
-        )
-    )
+    if gearbox.friction:
+        assumed = "" if gearbox.friction_torque is not None else f"taken as 1 % of the rated {units.what}, none is stated"
+        rows.append(Row(f"friction without load, as {units.what}", (units.of_torque(gearbox.friction, _STATED),), assumed))
     if isinstance(gearbox, WormGearbox) and gearbox.locking_reserve is not None:
         note = "friction angle less lead angle: above zero the wheel cannot drive the worm at rest"
         rows.append(Row("locking reserve", (Figure(math.degrees(gearbox.locking_reserve), "deg", samples=_STATED),), note))
@@ -211,16 +212,18 @@ def _loop(loop: Loop, study: GearStudy, units: Units) -> Section:
         rows.append(Row(f"wind-up at {most:.4g} {units.torque}", (units.of_angle(study.wind_up, exact),), "either way, play not counted"))
         rows.append(Row("stiffness up to there", (units.of_stiffness(most / study.wind_up, exact),), f"{units.what} over wind-up"))
     assumed = "" if study.gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
-    rows.append(Row("play", (units.of_angle(loop.play, exact),), f"crossed once {loop.rest:.3g} {units.torque} overcome friction{assumed}"))
+    crossed = f"crossed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "crossed by any load"
+    rows.append(Row("play", (units.of_angle(loop.play, exact),), crossed))
     rows.append(Row("friction's loop alone", (units.of_angle(loop.friction_width, exact),), f"width at zero {units.what}"))
     rows.append(Row(f"whole loop at zero {units.what}", (units.of_angle(loop.width, exact),), "play and friction"))
     note = f"between the middles of the loop at ± {loop.small:.4g} {units.torque}"
+    note += "" if study.gearbox.rated_torque is not None else f", for want of a rated {units.what} a share of the one given"
     rows.append(Row("lost motion", (units.of_angle(loop.lost_motion, exact),), note))
     return Section("loop", "Hysteresis", ("value",), tuple(rows), f"output under a {units.what} that goes to and fro, input held")
 
 
 def _waves(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
-    rows = tuple(Row(name, (units.of_angle(size, _STATED), Figure(float(cycles), "1", samples=_STATED))) for name, size, cycles in gearbox.waves)
+    rows = tuple(Row(name, (units.of_angle(size, _STATED), _pure(cycles))) for name, size, cycles in gearbox.waves)
     if not rows:
         return ()
     note = "amplitude is half of peak to peak; each gearbox has its own phase"

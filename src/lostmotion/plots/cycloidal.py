@@ -110,7 +110,7 @@ def members(found: dict[str, float]) -> go.Figure:
         y=list(range(len(values))),
         orientation="h",
         marker={"color": BLUE},
-        text=[f"{value:.3g}′, {100 * value / whole:.0f} %" for value in values],
+        text=[f"{value:.3g}′, {100 * value / whole:.2g} %" for value in values],
         textposition="outside",
         cliponaxis=False,
         customdata=list(found),

@@ -44,7 +44,9 @@ def profile(study: GearStudy) -> go.Figure:
     figure = framed("Profile with the crank at zero, and the forces on the ring", *[each for each in traces if each], height=700)
     figure.update_xaxes(title_text="x, along the line of centres [mm]", showgrid=False, constrain="domain")
     figure.update_yaxes(title_text="y [mm]", showgrid=False, scaleanchor="x", scaleratio=1)
-    figure.update_layout(legend={**LEGEND, "font": {"size": 12}}, margin_t=100)
+    note = {"text": "pitch point", "showarrow": False, "yanchor": "top", "yshift": -6, "font": {"size": 12}}
+    figure.add_annotation(x=stage.ring_pitch_radius * _MM, y=0, **note)
+    figure.update_layout(legend={**LEGEND, "font": {"size": 12}}, margin_t=112)
     return figure
 
 
@@ -177,7 +179,7 @@ def _places(stage: Stage) -> go.Scatter:
     return go.Scatter(
         **_plane(points),
         mode="markers",
-        name="pitch point",
+        showlegend=False,
         text=["centre of the ring", "centre of disc 1", "pitch point"],
         marker={"color": INK, "size": 7, "symbol": ["cross-thin", "cross-thin", "circle"], "line": {"color": INK, "width": 1.2}},
         hovertemplate="%{text}<br>x = %{x:.4~g} mm<extra></extra>",
