@@ -19,6 +19,7 @@ from lostmotion.figures import find_row
 from lostmotion.figures.arm import sections
 from lostmotion.figures.statics import statics_sheet
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
+from lostmotion.plots.arm import plots as arm_plots
 from lostmotion.plots.statics import statics_plots
 from lostmotion.studies.survey import survey
 
@@ -118,16 +119,22 @@ def test_a_rigid_arm_has_a_sheet_without_compliance():
 
 
 def test_a_study_tells_bending_by_cause(found):
-    """The sheet of a study has three lines for each link that gives, whose causes add up to the whole; none for an arm of rigid links."""
+    """A study has a line for each link that gives and one for each cause, which add up, as do the bars; none for an arm of rigid links."""
     study = lostmotion.study(found.arm, 16, robots=2, visits=2)
     (section,) = [section for section in sections(study) if section.key == "bending"]
-    assert [row.label for row in section.rows[:3]] == ["O deflection", "O slope", "O share"]
-    assert section.columns == ("whole", "own weight", "payload", "next links", "next joints and drives")
-    for row in section.rows:
-        whole, *parts = (figure.value for figure in row.figures)
-        assert sum(parts) == pytest.approx(whole, rel=1e-9)
+    rows = {row.label: [figure.value for figure in row.figures] for row in section.rows}
+    assert [name for name in rows if "," not in name] == ["O", "A", "B", "roll"]
+    assert {"O, own weight", "O, payload", "O, next links", "O, next joints and drives"} <= set(rows)
+    assert "roll, next links" not in rows
+    for joint in ("O", "A", "B", "roll"):
+        parts = [values for name, values in rows.items() if name.startswith(f"{joint}, ")]
+        np.testing.assert_allclose(np.sum(parts, axis=0), rows[joint], rtol=1e-9)
+    (plot,) = [plot for plot in arm_plots(study) if plot.key == "bending"]
+    np.testing.assert_allclose(np.sum([bar.x for bar in plot.figure.data], axis=0), [rows[name][0] for name in ("O", "A", "B", "roll")], rtol=1e-9)
     rigid = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0})])
-    assert "bending" not in [section.key for section in sections(lostmotion.study(rigid, 16, robots=2, visits=2))]
+    study = lostmotion.study(rigid, 16, robots=2, visits=2)
+    assert "bending" not in [section.key for section in sections(study)]
+    assert "bending" not in [plot.key for plot in arm_plots(study)]
 
 
 def test_the_command_prints_and_writes(tmp_path):

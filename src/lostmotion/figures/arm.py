@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, digits, find_row, length
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
-from lostmotion.studies.causes import CAUSES, OWN_WEIGHT
+from lostmotion.studies.causes import NEXT
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
 
 if TYPE_CHECKING:
@@ -227,32 +227,34 @@ def _budget(answer: Answer) -> Section:
 
 
 def _bending(answer: Answer) -> list[Section]:
-    """Lay out how links bend, a row of three for each; no section for links that are rigid."""
+    """Lay out how links bend, the whole and below it by cause; no section for links that are rigid."""
     if not answer.bending:
         return []
     counted, exact = f"the worst of {len(answer.poses)} poses", f"exact sum over {len(answer.poses)} poses"
-    met = [cause for cause in (OWN_WEIGHT, *CAUSES) if any(any(bent.by_cause.get(cause, ())) for bent in answer.bending)]
-    names = {"links": "next links", "joints and drives": "next joints and drives"}
     rows = []
     for bent in answer.bending:
-        parts = [bent.by_cause.get(cause, (0.0, 0.0, 0.0)) for cause in met]
-        deflections, slopes = [bent.deflection, *(part[0] for part in parts)], [bent.slope, *(part[1] for part in parts)]
-        shares = [part[2] for part in parts]
-        within = f" l/{bent.length / bent.deflection:.0f}" if bent.deflection else ""
+        shares = sum(share for _, _, share in bent.by_cause.values())
+        within = f", l/{bent.length / bent.deflection:.0f}" if bent.deflection else ""
+        at = f"pose {bent.deflection_index}{within}" + (f"; slope at pose {bent.slope_index}" if bent.slope_index != bent.deflection_index else "")
+        lines = [(bent.joint, (bent.deflection, bent.slope, shares), at)]
+        lines += [(f"{bent.joint}, {NEXT.get(cause, cause)}", parts, "") for cause, parts in bent.by_cause.items() if any(parts)]
         rows += [
             Row(
-                f"{bent.joint} deflection",
-                tuple(Figure(each * 1e6, "µm", samples=counted) for each in deflections),
-                f"pose {bent.deflection_index}{within}",
-            ),
-            Row(f"{bent.joint} slope", tuple(Figure(each / ARCMIN, "arcmin", samples=counted) for each in slopes), f"pose {bent.slope_index}"),
-            Row(f"{bent.joint} share", tuple(Figure(100 * each, "%", samples=exact) for each in (sum(shares), *shares))),
+                label,
+                (
+                    Figure(deflection * 1e6, "µm", samples=counted),
+                    Figure(slope / ARCMIN, "arcmin", samples=counted),
+                    Figure(100 * share, "%", samples=exact),
+                ),
+                note,
+            )
+            for label, (deflection, slope, share), note in lines
         ]
     note = (
-        "each link that gives, named after its joint, from there to its tip, l away; parts are along the whole, so that they add up; a minus sign "
-        "says that a weight bends it back. Share: of the tool's mean-square error over all poses"
+        "each link that gives, named after its joint, from there to its tip, l away; then each cause's part along the whole, so that parts add up; "
+        "a minus sign: that weight bends it back. Share: of the tool's mean-square error over all poses"
     )
-    return [Section("bending", "Bending by cause", ("whole", *(names.get(cause, cause) for cause in met)), tuple(rows), note)]
+    return [Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)]
 
 
 def _torques(answer: Answer) -> Section:

@@ -23,6 +23,15 @@ BLUE: Final = "#0072B2"
 ORANGE: Final = "#E69F00"
 GREEN: Final = "#009E73"
 RED: Final = "#B23A00"
+# Whose weight it is, wherever loads are told apart by cause.
+OF_CAUSE: Final = {
+    "payload": BLUE,
+    "process force": RED,
+    "tool": "#999999",
+    "links": GREEN,
+    "joints and drives": ORANGE,
+    "own weight": "#CC79A7",
+}
 INK: Final = "#222222"
 _BAND: Final = "rgba(178,58,0,0.18)"
 FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"

@@ -12,6 +12,7 @@ import numpy as np
 
 from lostmotion.figures import length
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
+from lostmotion.plots.bending import bending
 from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
 from lostmotion.studies.histogram import binned, linear_bins
@@ -43,10 +44,12 @@ def plots(answer: Answer) -> list[Plot]:
         ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the line that 95 % of robots stay below."),
         ("levels", "levels", levels, "Stacked bars of the r.m.s. error as built, with load and pose compensated, and calibrated as well."),
         ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the dearest on top."),
+        ("bending", "bending", bending, "Stacked bars of each link's largest deflection by whose weight it is."),
         ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
     ]
     missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
     missing |= set() if answer.sampled.tally.owners else {"levels", "budget"}
+    missing |= set() if answer.bending else {"bending"}
     return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing]
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, RED, Plot, framed, label, named, styled
+from lostmotion.plots import BLUE, INK, LEGEND, OF_CAUSE, ORANGE, RED, Plot, framed, label, named, styled
 from lostmotion.studies.causes import CAUSES
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from lostmotion.studies.survey import Survey
 
 _SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
-_OF_CAUSE: Final = dict(zip(CAUSES, (BLUE, RED, "#999999", GREEN, ORANGE), strict=True))
 _MOST_POSES: Final = 3000
 _PARTS_SHOWN: Final = 15
 
@@ -62,7 +61,7 @@ def causes(found: Survey) -> go.Figure:
                 name=cause,
                 legendgroup=cause,
                 showlegend=cause not in shown,
-                marker={"color": _OF_CAUSE[cause]},
+                marker={"color": OF_CAUSE[cause]},
                 hovertemplate=f"{cause}: %{{x:.4~g}} {unit}<extra></extra>",
             )
             shown.add(cause)

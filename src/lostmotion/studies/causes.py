@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 # In the order in which they are told.
 CAUSES: Final = ("payload", "process force", "tool", "links", "joints and drives")
 OWN_WEIGHT: Final = "own weight"
+# What a link's tip carries of them are those outboard of it.
+NEXT: Final = {"links": "next links", "joints and drives": "next joints and drives"}
 _BLOCK: Final = 1024
 _NONE: Final = (0.0, 0.0, 0.0)
 
