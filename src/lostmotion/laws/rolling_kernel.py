@@ -110,8 +110,8 @@ def _step(slope, lack, root, step):
 def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack, step, root, way, bow):
     """Find the stand where the contacts hold what is wanted. Give the residual (N) and how far it stands above its allowance: above 1, no balance.
 
-    The first step goes straight along the load and is doubled until contacts hold half of it, all others are Newton's; each is cut until the energy
-    falls along it, to half of its slope or less.
+    Where nothing touches the step goes straight along the load, doubled until contacts hold half of it; all others are Newton's. Each is cut until
+    the energy's slope along it has fallen to half or less, either way.
     """
     size = np.sqrt(_dot(wanted, wanted))
     for k in range(5):
@@ -119,16 +119,17 @@ def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack
     down = low = share = at_low = at_high = 0.0
     high = left = ratio = np.inf
     steps = tries = 0
+    free = False
     while True:
         for k in range(5):
             trial[k] = stand[k] + share * step[k]
-        allowed = _CONVERGED * size + _hold(contacts, clearance, trial, held, slope, way, bow)
+        noise = _hold(contacts, clearance, trial, held, slope, way, bow)
         for k in range(5):
             lack[k] = wanted[k] - held[k]
         now = _dot(lack, step)
         far = np.sqrt(_dot(trial, trial))
         tries += 1
-        beyond, short = now < -0.5 * down, now > 0.5 * down and (steps == 1 or share < 1.0)
+        beyond, short = now < -0.5 * down, now > 0.5 * down and (free or share < 1.0)
         if (beyond or short) and tries < _TRIES and far < reach:
             if beyond:
                 high, at_high = share, now
@@ -142,22 +143,20 @@ def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack
         for k in range(5):
             stand[k] = trial[k]
         left = np.sqrt(_dot(lack, lack))
-        ratio = left / allowed if allowed > 0.0 else left
+        ratio = 0.0 if left == 0.0 else left / (_CONVERGED * size + noise)
         # Whatever has left the bearing altogether is held by nothing.
         if not (ratio > 1.0 and steps < _STEPS and far < reach):
             return left, ratio
-        if steps == 0 and size > 0.0:
-            longest = _FIRST
+        free = noise == 0.0
+        if free:
             for k in range(5):
-                step[k] = wanted[k]
+                step[k] = wanted[k] * (_FIRST / size)
         else:
-            # No step longer than the way so far and the play: directions that nothing holds yet must not run off.
-            longest = far + abs(clearance) + _FIRST
             _step(slope, lack, root, step)
-        length = np.sqrt(_dot(step, step))
-        cut = longest / length if steps == 0 else min(1.0, longest / length)
-        for k in range(5):
-            step[k] *= cut
+            # No step longer than the way so far and the play: directions that nothing holds yet must not run off.
+            cut = min(1.0, (far + abs(clearance) + _FIRST) / np.sqrt(_dot(step, step)))
+            for k in range(5):
+                step[k] *= cut
         down = at_low = _dot(lack, step)
         low, high, share = 0.0, np.inf, 1.0
         steps += 1
