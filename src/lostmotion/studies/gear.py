@@ -28,6 +28,7 @@ StatedGearbox = CatalogueGearbox[Any, Any, Any, Any] | PlanetaryGearbox | Wolfro
 AnyGearbox = StatedGearbox | CycloidalGearbox
 # Steps of half a loop.
 _STEPS: Final = 400
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,9 @@ def _loop(gearbox: AnyGearbox, most: float, inside: Drawn | None) -> Loop | None
     if most <= rest:
         return None
     past = float(np.nextafter(rest, math.inf))
-    torque = np.unique([*np.linspace(-most, most, 2 * _STEPS + 1), -past, -rest, rest, past])
+    even = np.linspace(-most, most, 2 * _STEPS + 1)
+    # the play is crossed between two neighbouring numbers, with nothing between them that rounding left there
+    torque = np.unique([*even[np.abs(np.abs(even) - rest) > _ROUNDING * most], -past, -rest, rest, past])
     angle, half = _wind_up(gearbox, torque), _half_loop(gearbox, torque)
     if not (play or half.any() or angle.any()):
         return None

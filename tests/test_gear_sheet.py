@@ -1,0 +1,478 @@
+"""The sheet of one gearbox: what is found, printed, drawn and written."""
+
+from __future__ import annotations
+
+import functools
+import io
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion import InputError, LostmotionError
+from lostmotion.figures import ARCMIN, find_row
+from lostmotion.formats import dxf
+from lostmotion.formats.part_file import read_gearbox
+from lostmotion.laws import cycloid
+from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.plots.gearbox import gearbox_plots
+from lostmotion.studies.gear import gear
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
+NAMES = ("rv-like", "two-stage-lobes", "printed")
+PLAIN: dict[str, Any] = {
+    "kind": "cycloidal",
+    "rated_torque": "200 N m",
+    "pins": 40,
+    "ring_radius": "64 mm",
+    "pin_radius": "3 mm",
+    "eccentricity": "1.3 mm",
+    "width": "12 mm",
+    "relief": {"roller": "4 µm"},
+}
+# A gearbox by stated figures of each kind.
+STATED = {
+    "catalogue": 'gearbox = "RV-40E-121"',
+    "no torque": 'gearbox = "CSG-25-100"',
+    "worm": '[gearbox]\nkind = "worm"\nwheel_teeth = 60\nbacklash = "1 arcmin ± 0.3 arcmin"\nlead_angle = "3 deg"\nfriction_coefficient = 0.1\n'
+    'rated_torque = "100 N m"\nstiffness = ["10 N m/arcmin", "20 N m/arcmin"]\nzone_torques = ["20 N m"]\nworm_error = "0.2 arcmin"\n'
+    'hysteresis = "0.2 arcmin"',
+    "planetary": '[gearbox]\nkind = "planetary"\nsun_teeth = 20\nring_teeth = 70\nplanets = 3\nbacklash = "3 arcmin"\nplanet_error = "0.1 arcmin"',
+    "wolfrom": '[gearbox]\nkind = "wolfrom"\nsun_teeth = 18\nplanet_teeth = 36\nfixed_ring_teeth = 90\noutput_planet_teeth = 33\n'
+    'output_ring_teeth = 87\nrated_torque = "50 N m"\nlost_motion = "2 arcmin"\nstiffness = "10 N m/arcmin"',
+    "strain wave": '[gearbox]\nkind = "strain wave"\nflexspline_teeth = 200\ncircular_spline_teeth = 202\nrated_torque = "60 N m"\n'
+    'stiffness = "9 N m/arcmin"\nwave_generator_error = "0.2 arcmin"',
+    "belt": '[gearbox]\nlead = "10 mm"\nbacklash = "20 µm ± 5 µm"\nstiffness = "100 N/µm"\nrated_torque = "500 N"\ntransmission_error = "5 µm"',
+}
+
+
+@functools.cache
+def looked_at(name):
+    """Look at an example once."""
+    return lostmotion.gear(EXAMPLES / f"{name}.toml", gearboxes=400)
+
+
+def plain(**more):
+    """Look at a steel gearbox of one disc without tolerances, with these fields besides."""
+    part = CycloidalGearbox.model_validate({**PLAIN, **more}, context={"text": True})
+    return lostmotion.ask.Gear("plain", (), gear(part, gearboxes=2))
+
+
+def stated(tmp_path, name):
+    """Look at a gearbox by stated figures."""
+    path = tmp_path / "stated.toml"
+    path.write_text(STATED[name])
+    return lostmotion.gear(path)
+
+
+def figure(found, section, label, column=0):
+    """Give one figure of a sheet."""
+    return find_row(found.sheet.sections, section, label).figures[column]
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    command = [sys.executable, "-m", "lostmotion", "gear", *map(str, words)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, "COLUMNS": "200"})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_forces_of_the_lobes_hold_the_torque(name):
+    """Lobe forces times their arms about the disc's centre add up to the disc's share of the torque, for each share that is printed."""
+    found = looked_at(name).study
+    assert [case.share for case in found.drawn.lobes] == ([0.5, 0.55] if found.gearbox.discs == 2 else [1.0])
+    for case in found.drawn.lobes:
+        moment = float(case.force @ cycloid.arms(found.gearbox.stage, case.theta))
+        assert moment == pytest.approx(case.share * found.torque, rel=1e-9)
+
+
+def test_with_the_ring_as_output_the_disc_carries_less():
+    """Held at the carrier, the ring turns under T and the disc feels T z/N."""
+    case = plain(fixed="carrier").study.drawn.lobes[0]
+    stage = cycloid.Stage(0.064, 0.003, 0.0013, 40)
+    assert float(case.force @ cycloid.arms(stage, case.theta)) == pytest.approx(200 * 39 / 40, rel=1e-9)
+
+
+def test_peak_pressures_are_those_of_hertz():
+    """Line contact: p = sqrt(F E*/(pi b Req))."""
+    case = plain().study.drawn.lobes[0]
+    stage = cycloid.Stage(0.064, 0.003, 0.0013, 40)
+    radius = stage.pin_radius * (1 - stage.pin_radius * cycloid.curvature(stage, case.theta))
+    expected = np.sqrt(case.force * equivalent_modulus(210e9, 0.3, 210e9, 0.3) / (math.pi * 0.012 * radius))
+    np.testing.assert_allclose(case.peak, expected, rtol=1e-12)
+
+
+def test_geometry_of_the_rv_like():
+    """K1 = 1.3 x 40/64, tip and root R - Rr ± e less the relief, pressure angle at the longest arm from the triangle of centres."""
+    found = looked_at("rv-like")
+    assert figure(found, "geometry", "K1 = e N/R").value == pytest.approx(0.8125)
+    assert figure(found, "geometry", "tip radius of the disc").value == pytest.approx(64 - 3 + 1.3 - 0.004)
+    assert figure(found, "geometry", "root radius of the disc").value == pytest.approx(64 - 3 - 1.3 - 0.004)
+    distance = math.sqrt(64**2 + 1.3**2 - 2 * 64 * 1.3 * 0.8125)
+    angle = math.degrees(math.acos(1.3 * 39 / distance))
+    assert figure(found, "geometry", "pressure angle at the longest arm").value == pytest.approx(angle)
+    assert found.study.gearbox.ratio == 81
+    assert found.result()["ratio"] == 81
+
+
+def test_play_without_tolerances_is_that_of_the_relief():
+    """Nothing scatters: all gearboxes have the play 2 dRr/(e z), a little more between two pins; the interval has no width and none jams."""
+    found = plain()
+    expected = 2 * 4e-6 / (0.0013 * 39) / ARCMIN
+    assert figure(found, "geometry", "play by the relief alone").value == pytest.approx(expected)
+    mean = figure(found, "built", "play: mean")
+    assert expected <= mean.value <= 1.01 * expected
+    assert mean.high - mean.low == pytest.approx(0, abs=1e-12)
+    assert figure(found, "built", "gearboxes that jam").value == 0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gearboxes_built_are_those_that_the_arm_sees(name):
+    """Other gearboxes of the same drawing: means of play and lost motion agree with those of its behaviour to three standard errors."""
+    found = looked_at(name).study
+    for here, there in ((found.drawn.play, found.gearbox.behaviour.play), (found.drawn.lost_motion, found.gearbox.behaviour.lost_motion)):
+        error = math.hypot(here.std() / math.sqrt(len(here)), there.std() / math.sqrt(len(there)))
+        assert abs(here.mean() - there.mean()) < 3 * error
+
+
+def test_more_gearboxes_keep_the_first():
+    """Four hundred gearboxes begin with the same forty: so a figure only grows surer."""
+    part = looked_at("rv-like").study.gearbox
+    few = gear(part, gearboxes=40).drawn
+    np.testing.assert_array_equal(few.play, looked_at("rv-like").study.drawn.play[:40])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_members_add_up_to_the_end_of_the_loop(name):
+    """What each member gives adds up to the wind-up, and half the play beyond it, less friction, lies the end of the loop."""
+    found = looked_at(name).study
+    whole = sum(found.drawn.members.values())
+    assert whole == pytest.approx(found.wind_up, rel=1e-12)
+    assert list(found.drawn.members.values()) == sorted(found.drawn.members.values(), reverse=True)
+    loop, behaviour = found.loop, found.gearbox.behaviour
+    held_back = behaviour.friction[6] * behaviour.softness[6]
+    assert behaviour.torque[6] == pytest.approx(found.torque)
+    assert loop.rising[-1] == pytest.approx(whole + loop.play / 2 - held_back, rel=1e-9)
+
+
+@pytest.mark.parametrize("found", [*NAMES, "catalogue", "worm", "belt"])
+def test_the_loop_closes_steps_by_the_play_and_shows_the_lost_motion(found, tmp_path):
+    """It is odd, closed, never inside out; it steps by the play where friction is overcome, and its middles at ±3 % span the lost motion."""
+    study = looked_at(found).study if found in NAMES else stated(tmp_path, found).study
+    loop = study.loop
+    np.testing.assert_allclose(loop.rising, -loop.falling[::-1], rtol=0, atol=1e-12 * loop.rising.max())
+    assert loop.rising[-1] == pytest.approx(loop.falling[-1])
+    assert (loop.falling >= loop.rising - 1e-15).all()
+    assert (np.diff(loop.rising) >= -1e-15).all()
+    before = np.searchsorted(loop.torque, loop.rest)
+    assert loop.torque[before] == loop.rest
+    assert loop.rising[before + 1] - loop.rising[before] == pytest.approx(loop.play, rel=1e-6)
+    assert loop.width == pytest.approx(loop.play + loop.friction_width, rel=1e-9)
+    middle = (loop.rising + loop.falling) / 2
+    ends = np.interp([-loop.small, loop.small], loop.torque, middle)
+    assert ends[1] - ends[0] == pytest.approx(loop.lost_motion, rel=2e-3)
+    if study.drawn is not None:
+        assert loop.lost_motion == pytest.approx(study.drawn.lost_motion.mean(), rel=0.05)
+
+
+def test_the_makers_figures_of_an_rv_come_back(tmp_path):
+    """An RV-40E: 1' between ±3 % of 412 N m, a loop of 1' at zero torque, 108 N m/arcmin."""
+    found = stated(tmp_path, "catalogue")
+    assert figure(found, "loop", "lost motion").value == pytest.approx(1.0)
+    assert figure(found, "loop", "whole loop at zero torque").value == pytest.approx(1.0, abs=1e-3)
+    assert figure(found, "loop", "wind-up at 412 N m").value == pytest.approx(412 / 108)
+
+
+def test_wind_up_in_zones(tmp_path):
+    """Two zones, 20 N m at 10 N m/arcmin and 80 N m at 20: 2' and 4' more."""
+    found = stated(tmp_path, "worm")
+    assert figure(found, "loop", "wind-up at 100 N m").value == pytest.approx(6.0)
+    assert figure(found, "zones", "wind-up at 20 N m").value == pytest.approx(2.0)
+    assert figure(found, "transmission", "worm", 1).value == 60
+    play = figure(found, "stated", "play")
+    assert (play.low, play.value, play.high) == pytest.approx((0.7, 1.0, 1.3))
+    assert "stated limits" in play.interval
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_waves_hold_all_of_the_transmission_error(name):
+    """Parseval: half the squares of the waves' amplitudes add up to the mean square of the error, over gearboxes and a turn."""
+    found = looked_at(name).study.drawn.transmission
+    waves = (found.amplitude**2).sum(axis=1) / 2
+    # a turn is drawn with straight lines between the points worked out, which takes a little of the fastest waves
+    np.testing.assert_allclose(waves, (found.errors[:, :-1] ** 2).mean(axis=(1, 2)), rtol=0.02)
+    np.testing.assert_allclose(found.errors[:, 0], found.errors[:, -1], atol=1e-15)
+
+
+def test_pins_alike_pass_forty_times_a_turn_of_the_crank():
+    """Without tolerances one disc's error repeats with every pin: waves at multiples of N per turn of the crank, N z per turn of the output."""
+    found = plain().study.drawn.transmission
+    strong = found.cycles[found.amplitude[1] > 1e-6 * found.amplitude[1].max()]
+    assert len(strong)
+    np.testing.assert_allclose(strong % (40 * 39), 0, atol=1e-9)
+
+
+def test_two_stages_bring_two_families_of_waves():
+    """Waves come at multiples of the last stage's 23 per turn; the first stage adds to those at 253, once per turn of its own crank."""
+    found = looked_at("two-stage-lobes").study
+    cycles = found.drawn.transmission.cycles
+    np.testing.assert_allclose(cycles % 23, 0, atol=1e-9)
+    assert len(set(cycles)) == len(cycles)
+    assert found.gearbox.ratio == 253
+    alone = found.gearbox.model_copy(update={"first_stage": None})
+    assert alone.ratio == -23
+    without = gear(alone, gearboxes=2).drawn.transmission
+    more = found.drawn.transmission.amplitude[1, cycles == 253] / without.amplitude[1, without.cycles == 253]
+    assert float(more[0]) > 1
+
+
+def test_efficiency_is_what_friction_leaves():
+    """T/(T + M) at each load; without coefficients there is no such section."""
+    found = looked_at("rv-like")
+    row = find_row(found.sheet.sections, "friction", "at 412 N m")
+    assert row.figures[1].value == pytest.approx(100 * 412 / (412 + row.figures[0].value))
+    assert "friction" not in [section.key for section in plain().sheet.sections]
+
+
+def test_members_taken_as_rigid_are_named():
+    """The sheet says which members the drawing leaves out, in its notes, its section and its plain data."""
+    found = looked_at("rv-like")
+    assert found.result()["taken_as_rigid"] == ["ring pins", "input shaft"]
+    members = next(section for section in found.sheet.sections if section.key == "members")
+    assert "taken as rigid: ring pins, input shaft" in members.note
+    assert any("taken as rigid: ring pins, input shaft" in note for note in found.sheet.notes)
+
+
+def test_another_torque_moves_what_depends_on_it():
+    """Half the torque: smaller forces and wind-up; play stays."""
+    part = looked_at("rv-like").study.gearbox
+    half = gear(part, 206.0, 400)
+    whole = looked_at("rv-like").study
+    assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
+    assert 0.4 * whole.wind_up < half.wind_up < 0.65 * whole.wind_up
+    np.testing.assert_array_equal(half.drawn.play, whole.drawn.play)
+
+
+@pytest.mark.parametrize("name", [*NAMES, *STATED, "twin"])
+def test_every_sheet_and_plot_is_whole(name, tmp_path):
+    """No figure lacks unit, sample or number; rows fill their columns; every plot belongs to a section and names the units of its axes."""
+    twin = functools.partial(plain, form="planet pins", pins=20)
+    found = twin() if name == "twin" else looked_at(name) if name in NAMES else stated(tmp_path, name)
+    sheet = found.sheet
+    for section in sheet.sections:
+        assert section.rows, section.key
+        for row in section.rows:
+            assert len(row.figures) == len(section.columns)
+            assert all(each.unit and each.samples and math.isfinite(each.value) for each in row.figures), row.label
+    keys = {section.key for section in sheet.sections}
+    for plot in gearbox_plots(found.study):
+        assert plot.section in keys
+        layout = plot.figure.to_plotly_json()["layout"]
+        titles = [axis["title"].get("text", "") for key, axis in layout.items() if "axis" in key and "ticktext" not in axis]
+        titled = [title for title in titles if title]
+        assert len(titled) >= (1 if plot.key == "members" else 2), plot.key
+        assert all("[" in title for title in titled), plot.key
+    assert json.dumps(found.result(), allow_nan=False)
+    assert "<table" in found._repr_html_()
+
+
+def test_a_drive_that_slides_is_read_in_lengths(tmp_path):
+    """A belt's play is in µm, its stiffness in N/µm, its load in N."""
+    found = stated(tmp_path, "belt")
+    assert str(figure(found, "loop", "play")) == "20.00 µm"
+    assert figure(found, "loop", "wind-up at 500 N").value == pytest.approx(5.0)
+    assert found.result()["force_N"] == 500
+
+
+def test_without_a_torque_nothing_is_made_up(tmp_path):
+    """A strain wave gear whose maker states no rated torque shows its zones, no loop, and says how to give one."""
+    found = stated(tmp_path, "no torque")
+    assert found.study.loop is None
+    assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission"}
+    assert any("--torque" in note for note in found.sheet.notes)
+    given = gear(found.study.gearbox, 60.0)
+    assert given.wind_up == pytest.approx(float(given.loop.friction_rising[-1] + given.gearbox.hysteresis / 2))
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [({"torque": 0.0}, "above zero"), ({"torque": math.nan}, "above zero"), ({"gearboxes": 1}, "two gearboxes"), ({"seed": -1}, "zero or more")],
+)
+def test_arguments_that_cannot_be(more, said):
+    """Each is refused with what is expected."""
+    with pytest.raises(InputError, match=said):
+        gear(looked_at("rv-like").study.gearbox, **more)
+
+
+def read_back(found):
+    """Read a drawing as another program would."""
+    return ezdxf.read(io.StringIO(found.drawing().decode()))
+
+
+def polyline(drawing, layer):
+    """Give the points (n, 2), mm, of the one closed polyline on a layer."""
+    (line,) = drawing.modelspace().query(f'LWPOLYLINE[layer=="{layer}"]')
+    assert line.closed
+    return np.array(line.get_points("xy"))
+
+
+def from_polygon(points, polygon):
+    """How far are points from a closed polygon, whichever side is nearest?"""
+    way = np.roll(polygon, -1, axis=0) - polygon
+    away = points[:, None] - polygon
+    share = np.clip((away * way).sum(-1) / (way**2).sum(-1), 0, 1)
+    return np.linalg.norm(away - share[..., None] * way, axis=-1).min(axis=1)
+
+
+def test_discs_of_the_drawing_lie_on_all_pins():
+    """Put on its eccentric, each disc read back from the file touches all forty pins, but for the 4 µm ground off: to a micrometre."""
+    drawing = read_back(looked_at("rv-like"))
+    assert drawing.header["$INSUNITS"] == 4
+    assert not drawing.audit().errors
+    pins = drawing.modelspace().query('CIRCLE[layer=="PINS"]')
+    places = np.array([pin.dxf.center.vec2 for pin in pins])
+    assert len(pins) == 40
+    assert {pin.dxf.radius for pin in pins} == {3.0}
+    for disc, way in ((1, 1), (2, -1)):
+        outline = polyline(drawing, f"DISC_{disc}") + np.array([way * 1.3, 0])
+        np.testing.assert_allclose(from_polygon(places, outline), 3.004, atol=1e-3)
+    assert [layer for layer in ("PIN_CIRCLE", "DISC_BORE", "RING_OUTSIDE", "CRANK_CENTRES") if layer not in drawing.layers] == []
+    said = dict(drawing.header.custom_vars)
+    assert 0 < float(said["largest chord error in µm"]) <= 0.5
+
+
+def test_the_drawn_profile_is_the_true_one():
+    """Every corner lies on the flank, and the flank nowhere further from a chord than the file says, over two teeth."""
+    found = looked_at("printed")
+    drawing = read_back(found)
+    part = found.study.gearbox
+    outline = polyline(drawing, "DISC_1")
+    error = 1e-3 * float(dict(drawing.header.custom_vars)["largest chord error in µm"])
+    t = np.linspace(0, 2 * math.pi, 60_001)
+    true = 1e3 * cycloid.flank(part.stage, t, part.drive.made)[0]
+    assert from_polygon(true[:8000], outline).max() <= error + 1e-9
+    assert from_polygon(outline[:200], true[:-1]).max() < 1e-5
+    holes = drawing.modelspace().query('CIRCLE[layer=="OUTPUT_HOLES"]')
+    assert [hole.dxf.radius for hole in holes] == pytest.approx([2.5 + 1.2 + 0.075] * 6)
+    # the ring lies nowhere inside the disc in its place
+    ring = polyline(drawing, "RING")
+    inside = np.linalg.norm(ring, axis=1).min()
+    assert inside == pytest.approx(31.0, abs=1e-6)
+    assert from_polygon(outline + np.array([1.2, 0]), ring).min() > 0.1
+
+
+def test_two_stages_and_a_twin_are_drawn_too():
+    """Layers of a first stage begin with FIRST_; pins of the twin belong to its planet, and its ring is the polyline."""
+    two = read_back(looked_at("two-stage-lobes"))
+    assert len(polyline(two, "FIRST_RING")) > 12
+    assert len(polyline(two, "FIRST_DISC_1")) > 11
+    twin = read_back(plain(form="planet pins", pins=20, discs=2))
+    ring = polyline(twin, "RING")
+    for planet, way in ((1, 1), (2, -1)):
+        places = np.array([pin.dxf.center.vec2 for pin in twin.modelspace().query(f'CIRCLE[layer=="PINS_{planet}"]')])
+        np.testing.assert_allclose(from_polygon(places + np.array([way * 1.3, 0]), ring), 3.004, atol=1e-3)
+
+
+def test_without_ezdxf_a_drawing_says_how_to_install_it(monkeypatch, tmp_path):
+    """The report is written without it; asked for by itself, the drawing is refused with the command that helps."""
+    monkeypatch.setattr(dxf, "can_draw", lambda: False)
+    found = looked_at("printed")
+    with pytest.raises(LostmotionError, match=r"pip install 'lostmotion\[dxf\]'"):
+        found.drawing()
+    written = found.report(tmp_path / "out")
+    assert sorted(path.name for path in written.iterdir()) == ["report.html", "result.json"]
+
+
+def test_the_command_writes_the_same_bytes_twice(tmp_path):
+    """It prints every section, writes page, figures and drawing, and the same bytes again with --force; without it the folder is left alone."""
+    words = (EXAMPLES / "printed.toml", "--gearboxes", "50")
+    done = ran(*words, "--dxf", "disc.dxf", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for title in ("Geometry", "Load of the lobes", "Gearboxes as built", "Hysteresis", "What gives way", "Transmission error", "Friction"):
+        assert title in done.stdout
+    folder = tmp_path / "printed-gearbox"
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert sorted(before) == ["profile.dxf", "report.html", "result.json"]
+    assert (tmp_path / "disc.dxf").read_bytes() == before["profile.dxf"]
+    assert b'href="profile.dxf"' in before["report.html"]
+    result = json.loads(before["result.json"])
+    assert (result["built"], result["seed"], result["torque_Nm"]) == (50, 1, 4.0)
+    printed = {section["title"] for section in result["sections"]}
+    assert all(title in done.stdout for title in printed)
+    again = ran(*words, cwd=tmp_path)
+    assert again.returncode == 2
+    assert "--force" in again.stderr
+    assert ran(*words, "--force", cwd=tmp_path).returncode == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+WRONG = {
+    "unit.toml": ('[gearbox]\nkind = "cycloidal"\npins = 40\nring_radius = "64 N"\nwidth = "12 mm"\n', ("ring_radius", "pin_radius", "4 mistakes")),
+    "shape.toml": (
+        '[gearbox]\nkind = "cycloidal"\nrated_torque = "9 N m"\npins = 40\nring_radius = "40 mm"\npin_radius = "3 mm"\n'
+        'eccentricity = "1.3 mm"\nwidth = "9 mm"\n',
+        ("loops because K1",),
+    ),
+    "key.toml": ('[gearbox]\nratio = 10\nbacklsh = "1 arcmin"\n', ("backlsh", "did you mean 'backlash'")),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_file_is_one_message(tmp_path, name):
+    """Exit code 2, one message with file and key and what belongs there, no traceback, and nothing is written."""
+    text, said = WRONG[name]
+    path = tmp_path / name
+    path.write_text(text)
+    done = ran(name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert all(word in done.stderr for word in (name, *said)), done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("nothing.toml",), "no such file"),
+        ((EXAMPLES / "printed.toml", "--torque", "2 mm"), "--torque"),
+        ((EXAMPLES / "printed.toml", "--torque", "0 N m"), "--torque"),
+        ((EXAMPLES / "printed.toml", "--torque", "1e9 N m"), "found no equilibrium"),
+        ((EXAMPLES / "printed.toml", "--dxf", "nowhere/x.dxf"), "no folder 'nowhere'"),
+        ((EXAMPLES.parent / "z-arm.toml",), "one of its joints with a gearbox"),
+        ((EXAMPLES.parent / "z-arm.toml", "--joint", "A", "--dxf", "x.dxf"), "one by its drawing"),
+        ((EXAMPLES / "printed.toml", "--joint", "A"), "no joints"),
+    ],
+)
+def test_what_cannot_be_is_one_message(tmp_path, words, said):
+    """A mistake on the command line is one message with exit code 2, no traceback, and nothing is written."""
+    done = ran(*words, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_drawing_that_is_there_is_left_alone(tmp_path):
+    """A file of that name is refused without --force, a folder always."""
+    (tmp_path / "x.dxf").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    for words in (("--dxf", "x.dxf"), ("--dxf", "folder", "--force")):
+        assert ran(EXAMPLES / "printed.toml", *words, cwd=tmp_path).returncode == 2
+    assert (tmp_path / "x.dxf").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "x.dxf"]
+
+
+def test_a_gearbox_out_of_an_arm(tmp_path):
+    """An arm's file and a joint: the sheet of that joint's gearbox, as the reader of one part gives it."""
+    done = ran(EXAMPLES.parent / "z-arm.toml", "--joint", "A", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert read_gearbox(EXAMPLES.parent / "z-arm.toml", "A").name in done.stdout
