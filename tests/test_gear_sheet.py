@@ -418,8 +418,10 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
 WRONG = {
     "unit.toml": ('[gearbox]\nkind = "cycloidal"\npins = 40\nring_radius = "64 N"\nwidth = "12 mm"\n', ("ring_radius", "pin_radius", "4 mistakes")),
     "shape.toml": (
-        '[gearbox]\nkind = "cycloidal"\nrated_torque = "9 N m"\npins = 40\nring_radius = "40 mm"\npin_radius = "3 mm"\n'
-        'eccentricity = "1.3 mm"\nwidth = "9 mm"\n',
+        (
+            '[gearbox]\nkind = "cycloidal"\nrated_torque = "9 N m"\npins = 40\nring_radius = "40 mm"\npin_radius = "3 mm"\n'
+            'eccentricity = "1.3 mm"\nwidth = "9 mm"\n'
+        ),
         ("loops because K1",),
     ),
     "key.toml": ('[gearbox]\nratio = 10\nbacklsh = "1 arcmin"\n', ("backlsh", "did you mean 'backlash'")),
