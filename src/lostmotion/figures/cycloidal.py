@@ -74,6 +74,8 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
         said.append("gearboxes that jam have flanks that interfere: no play is counted for them, and their lost motion is that of a preload")
     if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
         said.append("friction takes more than a fifth of the torque: loads are worked out without it, so efficiency is a rough estimate")
+    if torque <= gearbox.friction_at_rest:
+        said.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
     if torque > LEVELS[-1] * gearbox.rated_torque:
         said.append(f"wind-up is worked out up to {LEVELS[-1]:g} times the rated torque and goes on straight beyond")
     return tuple(said)
