@@ -44,6 +44,16 @@ def test_whatever_the_load_it_is_held(seats, clearance):
     assert all((loads >= 0).all() for loads in found.loads)
 
 
+@pytest.mark.parametrize("seats", SHAFTS)
+def test_the_lightest_loads_are_held_too(seats):
+    """Loads from a micronewton to a millinewton find the contacts that hold them on the far side of a play of 40 µm."""
+    rng = np.random.default_rng(4)
+    load = rng.normal(size=(300, 5)) * [2000, 2000, 1000, 30, 30] * 10 ** rng.uniform(-9, -6, (300, 1))
+    found = settle(seats, load, 40 * UM)
+    assert found.converged.all()
+    assert found.residual.max() < 1e-3
+
+
 @pytest.mark.parametrize("load", [1.0, 300.0, 8900.0])
 @pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
 def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
@@ -106,6 +116,7 @@ def test_the_balance_is_scipys_least_energy(seats, clearance):
         found = settle(seats, load[None], clearance).stand[0] / unit
         least = minimize(potential, np.zeros(5), jac=True, method="BFGS", options={"gtol": 1e-4, "maxiter": 2000})
         assert potential(found)[0] <= least.fun + 1e-9 * abs(least.fun)
+        np.testing.assert_allclose(sum(stored(seat, found * unit, clearance)[1] for seat in seats), load, atol=1e-8 * np.linalg.norm(load))
         np.testing.assert_allclose(found, least.x, rtol=1e-3, atol=1e-3 * np.abs(found).max())
 
 

@@ -141,6 +141,13 @@ def test_more_clearance_moves_the_shaft_by_what_the_amount_says():
     assert limit == pytest.approx((more - less) / 2, rel=0.03)
 
 
+def test_equal_bearings_share_their_table():
+    """Two joints with one and the same bearing, even with a preload that is solved for, fill one table; another preload has its own."""
+    fields = {**OF_209, "balls": 13, "contact_angle": "25 deg", "preload": "500 N"}
+    assert BallPair(**fields).table(0.0) is BallPair(**fields).table(0.0)
+    assert BallPair(**fields).table(0.0) is not BallPair(**{**fields, "preload": "400 N"}).table(0.0)
+
+
 @pytest.mark.parametrize(
     "fields",
     [

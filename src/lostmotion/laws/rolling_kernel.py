@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-_STEPS: Final = 200
+_STEPS: Final = 2000  # hundreds where a load far too light for its play feels its way from contact to contact
 _TRIES: Final = 40  # per step
 _FIRST: Final = 1e-6  # m, the first step
 _CONVERGED: Final = 1e-11
