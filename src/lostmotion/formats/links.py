@@ -72,13 +72,14 @@ def _place_compliance(draft: Draft, holder: Any, path: Path) -> None:  # noqa: A
     table = dict(stated) if isinstance(stated, dict) else {"file": stated}
     name = table.pop("file", None)
     file = beside(draft.file, name)
-    if file is None or "matrix" in table:
-        found = "a matrix without units" if "matrix" in table else shown(stated if name is None else name)
+    numbers = {"matrix", "own_weight"} & table.keys()
+    if file is None or numbers:
+        found = "a matrix without units" if numbers else shown(stated if name is None else name)
         draft.refuse(path, found, "the name of a CSV in the arm's folder or below it, or a table with `file` and `scatter`", _FILE)
         holder.pop("compliance")
         return
     try:
-        holder["compliance"] = {**table, "matrix": read_compliance(file)}
+        holder["compliance"] = {**table, **read_compliance(file)}
     except InputError as error:
         draft.mistakes += error.problems
         holder.pop("compliance")

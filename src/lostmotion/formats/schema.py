@@ -138,7 +138,10 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
         if "material" in fields:
             fields["material"] = named
     matrix = kinds["Compliance"]
-    matrix["properties"] = {"file": _COMPLIANCE_FILE, **{key: field for key, field in matrix["properties"].items() if key != "matrix"}}
+    matrix["properties"] = {
+        "file": _COMPLIANCE_FILE,
+        **{key: field for key, field in matrix["properties"].items() if key not in ("matrix", "own_weight")},
+    }
     matrix["required"] = ["file"]
     for holder in ("Link", "Base"):
         fields = kinds[holder]["properties"]

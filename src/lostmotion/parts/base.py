@@ -90,6 +90,10 @@ class Base(Part, ErrorSource):
     def _has_one_mount(self) -> Self:
         by_axis = "angular_stiffness or linear_stiffness" if self.angular_stiffness or self.linear_stiffness else ""
         stated = [name for name in (by_axis, "compliance" if self.compliance else "", "tracks" if self.tracks else "") if name]
+        if self.compliance is not None and self.compliance.own_weight is not None:
+            raise refuse_section(
+                "own weight in the compliance of a mount", "the mount without it", 'compliance = "mount.csv"'
+            )
         if len(stated) > 1:
             raise refuse_section(" beside ".join(stated), "one of them", 'compliance = "mount.csv"')
         return self

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _Six = tuple[float, float, float, float, float, float]
+_Three = tuple[float, float, float]
 # A matrix printed with four digits is as symmetric as this, in units of the geometric mean of the two diagonal entries.
 _SYMMETRY: Final = 2e-3
 # Below this the smallest eigenvalue, so scaled, is rounding of the printed digits or energy out of nothing.
@@ -28,16 +29,20 @@ class Compliance(Part):
     """How a part turns and moves under a load: matrix (6, 6) from (moment, force) to (turn, shift), both at its far end and in the axes there.
 
     In SI: rad/(N m), rad/N, m/(N m), m/N. In a file it stands as a CSV that states its units. A direction in which nothing gives has a row and a
-    column of zeros. `scatter` is the ± share by which such parts differ.
+    column of zeros. `own_weight` (6, 3) is what the far end of a link does under its own weight, per gravity along x, y, z.
+    `scatter` is the ± share by which such parts differ.
     """
 
     matrix: tuple[_Six, _Six, _Six, _Six, _Six, _Six]
+    own_weight: tuple[_Three, _Three, _Three, _Three, _Three, _Three] | None = None
     scatter: Share = 0.0
     source: Annotated[Line, Field(max_length=300)] = ""
 
     @model_validator(mode="after")
     def _obeys_reciprocity(self) -> Self:
         doubt = doubt_of_compliance(np.array(self.matrix))
+        if not np.isfinite(np.array(self.own_weight or 0.0)).all():
+            doubt = ("own weight with an entry that is not finite", "finite numbers")
         if doubt:
             raise refuse_section(*doubt, _FILE)
         return self

@@ -121,8 +121,8 @@ class Link(Part):
     def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
         """Give the beam that stands for this link, in its own axes, and the scatter of each of its causes.
 
-        `tip_from_beam` (3, 3) turns those axes into the tip's. A compliance or a measurement stands as the one uniform beam that gives so at its tip:
-        exact under loads on the tip, while its own weight bends it as it would that beam. Raises ValueError for a rigid link.
+        `tip_from_beam` (3, 3) turns those axes into the tip's. A measurement stands as the uniform beam that gives so at its tip, a compliance as
+        `beam_of_compliance`: exact under loads on the tip, while its own weight bends it as it would that beam. Raises ValueError for a rigid link.
         """
         if self._built is not None:
             made, materials = self._built
@@ -133,8 +133,7 @@ class Link(Part):
             return beam.prism(self.reach, [self.measured.give(self.reach)]), (self.measured.scatter,)
         assert self.compliance is not None  # noqa: S101 - it is not rigid
         turn6 = np.kron(np.eye(2), tip_from_beam)
-        give = beam.evened(turn6.T @ self.compliance.values @ turn6, self.reach)
-        return beam.prism(self.reach, [give]), (self.compliance.scatter,)
+        return beam.beam_of_compliance(turn6.T @ self.compliance.values @ turn6, self.reach), (self.compliance.scatter,)
 
     def beam_axes(self, joint_axis: Floats) -> Floats:
         """Give the rotation (3, 3) whose columns are the beam's x (along), y (section's width) and z (height) in the joint's frame."""
@@ -184,7 +183,7 @@ class ElasticLink(ErrorSource):
         scatters = self._beam[1]
         for k, scatter in enumerate(scatters):
             if scatter:
-                own = at.wrench @ self._by_cause[0][k].T + at.gravity @ self._by_cause[1][k].T
+                own = at.wrench @ self._give_by_cause[k].T + at.gravity @ self._sag_by_cause[k].T
                 name = "stiffness scatter" if len(scatters) == 1 else f"stiffness scatter of material {k + 1}"
                 out.append(limit_term(name, own, scatter, Normal()))
         return out
@@ -192,7 +191,7 @@ class ElasticLink(ErrorSource):
     @functools.cached_property
     def tip_compliance(self) -> Floats:
         """Give the twist of the tip per wrench on it (6, 6), both in the tip's axes."""
-        return np.asarray(self._by_cause[0].sum(axis=0))
+        return np.asarray(self._give_by_cause.sum(axis=0))
 
     @functools.cached_property
     def own_weight_compliance(self) -> Floats:
@@ -202,7 +201,7 @@ class ElasticLink(ErrorSource):
         as the nearer end is away: all of the beam for a centre half way, a point for one at an end. A centre beside the beam, or beyond its ends,
         adds the weight's moment there.
         """
-        return np.asarray(self._by_cause[1].sum(axis=0))
+        return np.asarray(self._sag_by_cause.sum(axis=0))
 
     @functools.cached_property
     def _to_tip(self) -> Floats:
@@ -215,10 +214,17 @@ class ElasticLink(ErrorSource):
         return self.link.beam_in(self._to_tip)
 
     @functools.cached_property
-    def _by_cause(self) -> tuple[Floats, Floats]:
-        """Give both compliances by cause, (cause, 6, 6) and (cause, 6, 3)."""
-        link, made = self.link, self._beam[0]
+    def _give_by_cause(self) -> Floats:
+        """Give the tip's compliance by cause (cause, 6, 6)."""
         turn6 = np.kron(np.eye(2), self._to_tip)
+        return np.asarray(turn6 @ self._beam[0].compliance_at(self.link.reach) @ turn6.T)
+
+    @functools.cached_property
+    def _sag_by_cause(self) -> Floats:
+        """Give the twist of the tip per gravity by cause (cause, 6, 3)."""
+        link, made = self.link, self._beam[0]
+        if link.compliance is not None and link.compliance.own_weight is not None:
+            return np.array(link.compliance.own_weight)[None]
         arm = np.zeros((3, 3))
         if link.centre_of_mass is None:
             spread = made.tip_under_own_mass()
@@ -228,5 +234,5 @@ class ElasticLink(ErrorSource):
             half = min(middle, link.reach - middle)
             spread = made.tip_under_spread(middle - half, middle + half)
             arm = skew(centre - np.array([middle, 0, 0]))
-        weight = turn6 @ spread @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * link.total_mass
-        return turn6 @ made.compliance_at(link.reach) @ turn6.T, weight
+        turn6 = np.kron(np.eye(2), self._to_tip)
+        return np.asarray(turn6 @ spread @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * link.total_mass)
