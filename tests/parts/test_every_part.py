@@ -276,16 +276,20 @@ def test_an_ideal_part_makes_no_error(part, wrench, axis, approach):
 
 
 @every_part
-@given(wrench=WRENCH, axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
-@settings(deadline=None, max_examples=20)
-def test_what_does_not_vanish_with_its_load_is_no_spring(make, wrench, axis, approach):
-    """A part's springs let go as the load does; what stays where the load pushed it, however lightly, rests in a play and says so."""
+@pytest.mark.parametrize("approach", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("axis", [TURN_Z, SLIDE_Z], ids=["turning", "sliding"])
+@pytest.mark.parametrize("wrench", [(30, -20, 10, 100, 50, -80), (-15, 40, -20, 60, -90, 70)])
+def test_springs_go_on_giving_and_what_rests_in_a_play_does_not(make, wrench, axis, approach):
+    """Under ten times the load a spring gives more than thrice as much; a term that says it rests in a play stays where it is."""
     part = make(1.0)
-    springs = [term.name for term in part.terms(condition(wrench, axis=axis)) if term.level == "design" and not term.seated]
-    none, little, load = (
-        {term.name: np.broadcast_to(term.screw, (1, 6)) for term in part.terms(condition(each, axis=axis, angle=0.3, approach=approach))}
-        for each in (np.zeros(6), 1e-7 * np.array(wrench), np.array(wrench))
+    none, once, tenfold = (
+        {term.name: term for term in part.terms(condition(times * np.array(wrench), axis=axis, angle=0.3, approach=approach))} for times in (0, 1, 10)
     )
-    for name in springs:
-        # Between rolling elements a load 1e-7 as large gives 1e-7^(2/3) as much; their table's lowest load gives some nanometres, a play 10 µm.
-        assert np.abs(little[name] - none[name]).max() <= 1e-3 * np.abs(load[name] - none[name]).max() + 2e-8
+    for name, term in once.items():
+        if term.level == "design":
+            before, after = (np.linalg.norm(one[name].screw - none[name].screw) for one in (once, tenfold))
+            if not term.seated:
+                # A micrometre along an axis may come and go with the loads across it: balls roll up their grooves.
+                assert after >= 3 * before or before < 1e-6
+            elif approach == 0:  # arriving from one side, friction's loop is seated as well, and grows with what rubs
+                assert after <= before * (1 + 1e-9)
