@@ -208,8 +208,7 @@ def test_waves_hold_all_of_the_transmission_error(name):
     """Parseval: half the squares of the waves' amplitudes add up to the mean square of the error, over gearboxes and a turn."""
     found = looked_at(name).study.drawn.transmission
     waves = (found.amplitude**2).sum(axis=1) / 2
-    # a turn is drawn with straight lines between the points worked out, which takes a little of the fastest waves
-    np.testing.assert_allclose(waves, (found.errors[:, :-1] ** 2).mean(axis=(1, 2)), rtol=0.02)
+    np.testing.assert_allclose(waves, (found.errors[:, :-1] ** 2).mean(axis=(1, 2)), rtol=0.02 if name == "two-stage-lobes" else 1e-12)
     np.testing.assert_allclose(found.errors[:, 0], found.errors[:, -1], atol=1e-15)
 
 

@@ -46,7 +46,7 @@ def verdict_of_drawing(drawn: Drawn, wound: float, said: str, count: int) -> str
         name, angle = next(iter(drawn.members.items()))
         out.append(f"Under {said} the output winds up by {wound / ARCMIN:.3g}′, {100 * angle / wound:.0f} % of it through the {name}.")
     if drawn.jammed:
-        out.append(f"{100 * drawn.jammed / count:.2g} % of the gearboxes jam.")
+        out.append(f"{100 * drawn.jammed / count:.3g} % of the gearboxes jam.")
     return " ".join(out)
 
 

@@ -54,6 +54,8 @@ def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
             worst = max(worst, _stage(space, gearbox.first_stage, "FIRST_"))
         document.header.custom_vars.append("gearbox", name)
         document.header.custom_vars.append("largest chord error in µm", f"{worst * 1e6:.3f}")
+        for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf itself adds them out of a set, in any order
+            document.classes.add_class(kind)
         out = io.StringIO()
         document.write(out)
     finally:

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 CUSTOMARY_SHARE: Final = 0.55
 # Crank angles over which a built gearbox is averaged, as for its behaviour in an arm.
 _ANGLES: Final = 4
-# Gearboxes whose transmission error is followed, and crank angles per pin: the third harmonic of the pin's passing is still seen.
+# Gearboxes whose transmission error is followed, and crank angles per pin, an even number: nearly two waves per pin are still seen.
 FOLLOWED: Final = 48
-_PER_PIN: Final = 6
+_PER_PIN: Final = 4
 SHOWN: Final = 4
 # Of the torque.
 LIGHT: Final = 0.1
@@ -154,27 +154,28 @@ def _transmission(gearbox: CycloidalGearbox, loads: Floats, seed: int) -> Transm
     steps, share = abs(gearbox.steps), disc_torque(gearbox, 1.0)
     main = share * _errors(gearbox, share * loads, seed)
     found = dict(_powers(main, steps))
-    first, angles, times = gearbox.first_stage, main.shape[1], 1
+    first, angles = gearbox.first_stage, main.shape[1]
     if first is not None and first.kind == "cycloidal":
         before = _errors(first, loads / steps, seed + 1) / steps
         times = abs(ratio_of(first.stage))
         angles = math.lcm(angles, times * before.shape[1])
         for cycles, power in _powers(before, steps * times).items():
             found[cycles] = found.get(cycles, 0.0) + power
+        main = _finer(main, angles) + np.tile(_finer(before, angles // times), (1, times, 1))
     crank = 2 * math.pi * np.arange(angles + 1) / angles
-    errors = _round(main, crank)
-    if first is not None and first.kind == "cycloidal":
-        errors = errors + _round(before, times * crank)
+    errors = np.concatenate([main, main[:, :1]], axis=1)
     waves = sorted(found)
     return Transmission(loads, crank, errors, np.array(waves), np.sqrt(np.array([found[cycles] for cycles in waves])).T)
 
 
 def _errors(stage: CycloidalStage, loads: Floats, seed: int) -> Floats:
-    """Give how far the stage's output runs ahead (load, angle, gearbox), rad, over a turn of its crank, its mean taken out."""
+    """Give how far the stage's output runs ahead (load, angle, gearbox), rad, over a turn of its crank, without its mean and the fastest wave."""
     angles = _PER_PIN * stage.pins
     crank = 2 * math.pi * np.arange(angles) / angles
     rotation = built(stage.drive, stage.scatter, loads, crank, FOLLOWED, seed).rotation
-    return np.asarray(rotation.mean(axis=1, keepdims=True) - rotation)
+    waves = np.fft.rfft(-rotation, axis=1)
+    waves[:, [0, -1]] = 0.0
+    return np.asarray(np.fft.irfft(waves, angles, axis=1))
 
 
 def _powers(errors: Floats, steps: float) -> dict[float, Floats]:
@@ -183,10 +184,6 @@ def _powers(errors: Floats, steps: float) -> dict[float, Floats]:
     return {float((k + 1) * steps): power for k, power in enumerate((amplitude**2).mean(axis=2).T)}
 
 
-def _round(errors: Floats, crank: Floats) -> Floats:
-    """Read errors (load, angle, gearbox) of one turn at any crank angles, on straight lines between those worked out."""
-    count = errors.shape[1]
-    at = np.mod(crank, 2 * math.pi) * count / (2 * math.pi)
-    below = np.floor(at).astype(int)
-    share = (at - below)[:, None]
-    return np.asarray(errors[:, below % count] * (1 - share) + errors[:, (below + 1) % count] * share)
+def _finer(errors: Floats, count: int) -> Floats:
+    """Read errors (load, angle, gearbox) of one turn at so many angles, no fewer: the same waves, and none besides."""
+    return np.asarray(np.fft.irfft(np.fft.rfft(errors, axis=1), count, axis=1) * (count / errors.shape[1]))
