@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 ARCMIN = math.pi / 10800
+ARCSEC = ARCMIN / 60
 # In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
 _NOTHING = 1e-7
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, length
+from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, length
 from lostmotion.laws.cycloid import flank, play, pressure_angles, smallest_convex_radius
 from lostmotion.laws.cycloid import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal_behaviour import GEARBOXES, LEVELS, LOST_MOTION
@@ -61,7 +61,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, wound: float, said
         Card("lost motion", str(_mean(drawn.lost_motion, "")), f"at ± {100 * LOST_MOTION:.3g} %; 95 % below {lost / ARCMIN:.3g} arcmin"),
         Card("wind-up", f"{wound / ARCMIN:.3g} arcmin", f"at {said}, play not counted"),
         Card("hardest pressed lobe", f"{hardest.largest_peak / 1e9:.3g} GPa", f"{hardest.largest_force:.4g} N at {said}"),
-        Card("transmission error", f"{span[-1] / ARCMIN:.3g} arcmin", f"peak to peak at {said}, mean of {FOLLOWED} gearboxes"),
+        Card("transmission error", f"{span[-1] / ARCSEC:.3g} arcsec", f"peak to peak at {said}, mean of {FOLLOWED} gearboxes"),
     )
 
 
@@ -85,10 +85,15 @@ def _angle(value: float, samples: str) -> Figure:
     return Figure(value / ARCMIN, "arcmin", samples=samples)
 
 
-def _mean(values: Floats, samples: str) -> Figure:
+def _fine(value: float, samples: str) -> Figure:
+    return Figure(value / ARCSEC, "arcsec", samples=samples)
+
+
+def _mean(values: Floats, samples: str, unit: str = "arcmin") -> Figure:
     """Give the mean over gearboxes with Student's interval."""
+    one = ARCMIN if unit == "arcmin" else ARCSEC
     mean, half = float(values.mean()), student(len(values) - 1) * float(values.std(ddof=1)) / math.sqrt(len(values))
-    return Figure(mean / ARCMIN, "arcmin", (mean - half) / ARCMIN, (mean + half) / ARCMIN, samples)
+    return Figure(mean / one, unit, (mean - half) / one, (mean + half) / one, samples)
 
 
 def _geometry(gearbox: CycloidalGearbox) -> Section:
@@ -208,12 +213,12 @@ def _transmission(drawn: Drawn) -> Section:
     counted = f"{FOLLOWED} gearboxes built"
     found = drawn.transmission
     rows = [
-        Row("peak to peak", tuple(_mean(each, counted) for each in found.peak_to_peak)),
-        Row("root mean square", tuple(_angle(float(np.sqrt((each**2).mean())), counted) for each in found.errors[:, :-1])),
+        Row("peak to peak", tuple(_mean(each, counted, "arcsec") for each in found.peak_to_peak)),
+        Row("root mean square", tuple(_fine(float(np.sqrt((each**2).mean())), counted) for each in found.errors[:, :-1])),
     ]
     strongest = np.argsort(-(found.amplitude**2).sum(axis=0), kind="stable")[:_MOST_WAVES]
     rows += [
-        Row(f"{found.cycles[k]:g} per turn", tuple(_angle(float(each), counted) for each in found.amplitude[:, k]))
+        Row(f"{found.cycles[k]:g} per turn", tuple(_fine(float(each), counted) for each in found.amplitude[:, k]))
         for k in sorted(strongest)
         if found.amplitude[:, k].max() > _SMALLEST_WAVE * found.amplitude.max()
     ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN
+from lostmotion.figures import ARCMIN, ARCSEC
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, histogram, named, styled
 from lostmotion.plots.profile import profile
 from lostmotion.studies.gear_drawn import SHOWN
@@ -130,17 +130,17 @@ def error(found: Transmission) -> go.Figure:
     traces = [
         go.Scatter(
             x=crank,
-            y=np.round(found.errors[-1, :, k] / ARCMIN, 7),
+            y=np.round(found.errors[-1, :, k] / ARCSEC, 7),
             mode="lines",
             name=f"gearbox {k + 1}",
             line={"color": _COLOURS[k], "width": 1.4},
-            hovertemplate=f"gearbox {k + 1}<br>crank %{{x:.4~g}}°: %{{y:.3~g}} arcmin<extra></extra>",
+            hovertemplate=f"gearbox {k + 1}<br>crank %{{x:.4~g}}°: %{{y:.3~g}} arcsec<extra></extra>",
         )
         for k in range(SHOWN)
     ]
     figure = framed(f"Transmission error over a turn of the crank, {found.loads[-1]:.4g} N m", *traces, height=340)
     figure.update_xaxes(title_text="crank angle [deg]", dtick=60, range=[0, 360])
-    figure.update_yaxes(title_text="output ahead of its even turn [arcmin]")
+    figure.update_yaxes(title_text="output ahead of its even turn [arcsec]")
     figure.update_layout(legend=LEGEND, margin_t=84)
     return figure
 
@@ -153,18 +153,20 @@ def spectrum(found: Transmission) -> go.Figure:
     traces: list[Any] = [
         go.Bar(
             x=seen,
-            y=found.amplitude[k, : len(seen)] / ARCMIN,
+            y=found.amplitude[k, : len(seen)] / ARCSEC,
             name=f"{load:.4g} N m",
             width=[0.4 * float(found.cycles[0])] * len(seen),
             offset=(k - 1) * 0.4 * float(found.cycles[0]),
             marker={"color": _COLOURS[1 - k]},
-            hovertemplate=f"{load:.4g} N m<br>%{{x:.6~g}} per turn: %{{y:.3~g}} arcmin<extra></extra>",
+            hovertemplate=f"{load:.4g} N m<br>%{{x:.6~g}} per turn: %{{y:.3~g}} arcsec<extra></extra>",
         )
         for k, load in enumerate(found.loads)
     ]
     figure = framed("Spectrum of the transmission error", *traces, height=340)
     step = float(found.cycles[0]) * max(1, math.ceil(len(seen) / 10))
-    figure.update_xaxes(title_text="cycles per turn of the output [1]", tick0=0, dtick=step, showgrid=False)
-    figure.update_yaxes(title_text="amplitude, rms over gearboxes [arcmin]", rangemode="tozero")
+    figure.update_xaxes(
+        title_text="cycles per turn of the output [1]", tick0=0, dtick=step, showgrid=False, range=[0, float(seen[-1] + found.cycles[0])]
+    )
+    figure.update_yaxes(title_text="amplitude, rms over gearboxes [arcsec]", rangemode="tozero")
     figure.update_layout(legend=LEGEND, margin_t=84)
     return figure
