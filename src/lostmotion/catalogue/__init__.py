@@ -17,7 +17,7 @@ def packaged(file: str) -> dict[str, Any]:
 
 @functools.cache
 def materials() -> dict[str, Material]:
-    """Which materials are known by name? Typical values at room temperature; isotropic; `scatter` is the ± share by which Young's modulus differs.
+    """Which materials are known by name? Typical values at room temperature; `scatter` is the ± share by which the moduli differ.
 
     In SI: Pa, kg/m^3. A material of your own belongs in the arm file, under [materials.NAME].
     """

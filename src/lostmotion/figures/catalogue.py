@@ -140,12 +140,13 @@ def _mm(size: float) -> str:
 
 def _material_section() -> Section:
     lines = tuple(Row(name, _of_material(material), _sourced(material.source)) for name, material in materials().items())
-    return Section("materials", "Materials", ("Young", "Poisson", "density", "scatter ±"), lines)
+    return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±"), lines)
 
 
 def _of_material(material: Material) -> tuple[Figure, ...]:
     return (
         Figure(material.young * 1e-9, "GPa"),
+        Figure(material.shear * 1e-9, "GPa"),
         Figure(material.poisson, ""),
         Figure(material.density, "kg/m^3"),
         Figure(material.scatter * 100, "%"),
