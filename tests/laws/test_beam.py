@@ -12,7 +12,17 @@ from scipy import sparse
 from scipy.integrate import quad, solve_ivp
 from scipy.sparse.linalg import spsolve
 
-from lostmotion.laws.beam import SectionValues, box_section, rectangle_section, round_section, tip_compliance, tip_under_own_weight
+from lostmotion.laws.beam import (
+    SectionValues,
+    box_section,
+    give_per_length,
+    i_section,
+    rectangle_section,
+    round_section,
+    side_by_side,
+    tip_compliance,
+    tip_under_own_weight,
+)
 
 E, G = 70e9, 26.3e9
 # Different about y and z, so that a mix-up of the two planes shows.
@@ -176,12 +186,12 @@ def test_a_solid_bar_has_the_rectangles_values():
 
 @pytest.mark.parametrize(("aspect", "factor"), [(1, 0.1406), (1.5, 0.196), (2, 0.229), (3, 0.263), (5, 0.291), (10, 0.312)])
 def test_rectangles_twist_as_saint_venant_found(aspect: float, factor: float):
-    """The torsion constant of a rectangle is within the stated 0.5 % of Saint-Venant's series, whose values books tabulate."""
+    """The torsion constant of a rectangle is that of Saint-Venant's series, whose values books tabulate."""
     n = np.arange(1, 200, 2)
     exact = aspect / 3 * (1 - 192 / (np.pi**5 * aspect) * np.sum(np.tanh(n * np.pi * aspect / 2) / n**5))
     assert exact / aspect == pytest.approx(factor, abs=6e-4)
-    assert rectangle_section(0.01 * aspect, 0.01, 0.3).torsion / 0.01**4 == pytest.approx(exact, rel=5e-3)
-    assert rectangle_section(0.01, 0.01 * aspect, 0.3).torsion / 0.01**4 == pytest.approx(exact, rel=5e-3)
+    assert rectangle_section(0.01 * aspect, 0.01, 0.3).torsion / 0.01**4 == pytest.approx(exact, rel=1e-6)
+    assert rectangle_section(0.01, 0.01 * aspect, 0.3).torsion / 0.01**4 == pytest.approx(exact, rel=1e-6)
 
 
 def torsion_by_membrane(width: float, height: float, wall: float, cells: int) -> float:
@@ -213,10 +223,10 @@ def test_the_membrane_knows_a_solid_bar():
 
 @pytest.mark.parametrize(
     ("width", "height", "wall", "cells", "stated"),
-    [(60, 40, 2, 6, 0.07), (50, 50, 5, 8, 0.07), (40, 80, 8, 10, 0.07), (40, 40, 8, 16, 0.07), (40, 100, 12, 12, 0.07), (40, 40, 16, 32, 0.07)],
+    [(60, 40, 2, 6, 0.005), (50, 50, 5, 8, 0.005), (40, 80, 8, 10, 0.005), (40, 40, 8, 16, 0.005), (40, 100, 12, 12, 0.005), (40, 40, 16, 32, 0.03)],
 )
 def test_boxes_twist_as_the_membrane_says(width: float, height: float, wall: float, cells: int, stated: float):
-    """The torsion constant of a rectangular tube is within the stated 7 % of the exact one, thin wall or thick."""
+    """The torsion constant of a rectangular tube is the exact one to the membrane's own error, and within the stated 3 % where the hole is narrow."""
     ours = box_section(width, height, wall, 0.3).torsion
     assert ours == pytest.approx(torsion_by_membrane(width, height, wall, cells), rel=stated)
 
@@ -246,3 +256,36 @@ def test_a_box_is_an_outer_bar_less_an_inner_one():
     assert box.i_y == pytest.approx(outer.i_y - hole.i_y)
     assert box.i_z == pytest.approx(outer.i_z - hole.i_z)
     assert box.i_y > box.i_z
+
+
+def test_an_i_section_is_an_outer_bar_less_two_at_its_sides():
+    """Area and bending values of an I; its torsion lies below that of its three bars in sum by the corners' rounding only."""
+    section = i_section(0.05, 0.1, 0.005, 0.008, 0.3)
+    outer, side = rectangle_section(0.05, 0.1, 0.3), rectangle_section(0.045, 0.084, 0.3)
+    assert section.area == pytest.approx(outer.area - side.area)
+    assert section.i_y == pytest.approx(outer.i_y - side.i_y)
+    assert section.i_z == pytest.approx((2 * 0.008 * 0.05**3 + 0.084 * 0.005**3) / 12)
+    bars = 2 * rectangle_section(0.05, 0.008, 0.3).torsion + rectangle_section(0.005, 0.084, 0.3).torsion
+    assert section.torsion == pytest.approx(bars, rel=0.06)
+    assert 0 < section.shear_y < 1
+    # without Poisson's effect a thin I's factor is near that of its web alone carrying the force
+    assert i_section(0.05, 0.1, 0.001, 0.001, 0.0).shear_z == pytest.approx(0.1 / (0.1 + 2 * 0.05), rel=0.1)
+
+
+def test_layers_side_by_side_share_a_load():
+    """Two equal layers give half of one and half of that each; parts add to the inverse of the sum of the stiffnesses."""
+    one, two = give_per_length(E, G, SECTION), give_per_length(2 * E, 0.3 * G, RIGID_IN_SHEAR) + np.diag([0, 0, 0, 0, 1e-9, 1e-9])
+    np.testing.assert_allclose(side_by_side(np.stack([one, one])), [one / 4, one / 4], rtol=1e-12, atol=1e-25)
+    whole = side_by_side(np.stack([one, two])).sum(axis=0)
+    np.testing.assert_allclose(np.linalg.inv(whole), np.linalg.inv(one) + np.linalg.inv(two), rtol=1e-9, atol=1e-3)
+
+
+def test_a_skew_section_bends_askew():
+    """Turned by an angle, a section bends under a force as the same section's axes say: the force split along them, the bendings put together."""
+    angle = 0.4
+    c, s = math.cos(angle), math.sin(angle)
+    i_y, i_z = 2.2e-7, 0.9e-7
+    skew = SectionValues(5.4e-4, i_y * c**2 + i_z * s**2, i_y * s**2 + i_z * c**2, 1.7e-7, math.inf, math.inf, i_yz=(i_z - i_y) * s * c)
+    moved = tip_compliance(LENGTH, E, G, skew)[3:, 5] * 100
+    along_y, along_z = (100 * share * LENGTH**3 / (3 * E * second) for share, second in ((s, i_z), (c, i_y)))
+    np.testing.assert_allclose(moved, [0, along_y * c - along_z * s, along_y * s + along_z * c], rtol=1e-9, atol=1e-15)

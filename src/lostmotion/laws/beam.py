@@ -65,7 +65,7 @@ def round_section(outer: float, inner: float, nu: float) -> SectionValues:
 
 
 def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
-    """What does a solid bar, width along y and height along z (m), give? Torsion by Saint-Venant's series, exact."""
+    """What does a solid bar, width along y and height along z (m), give? Torsion by Saint-Venant's series, to 1e-6."""
     area = width * height
     long, short = max(width, height), min(width, height)
     series = sum(math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 2 * _TORSION_TERMS, 2))
