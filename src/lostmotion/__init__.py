@@ -18,7 +18,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
-    from lostmotion.ask import Gear, Study, gear, read, study
+    from lostmotion.ask import Gear, Size, Study, gear, read, size, study
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
     from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
@@ -34,6 +34,8 @@ _HOME = {
     "Study": "ask",
     "gear": "ask",
     "Gear": "ask",
+    "size": "ask",
+    "Size": "ask",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",
@@ -66,6 +68,8 @@ __all__ = [  # noqa: RUF022 - reading order
     "Study",
     "gear",
     "Gear",
+    "size",
+    "Size",
     "Arm",
     "Tool",
     "Payload",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.gear import GearStudy
+    from lostmotion.studies.sizing import Sizing
 
 Approach = Literal["random", "up", "down"]
 _SIGNS: dict[str, float] = {"random": 0.0, "up": 1.0, "down": -1.0}
@@ -30,6 +31,7 @@ DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
 DEFAULT_GEARBOXES = 1000
+DEFAULT_SIZING_POSES = 1024
 
 
 class Study(Answer):
@@ -158,6 +160,79 @@ def gear(path: str | Path, joint: str | None = None, torque: float | None = None
 
     found = read_gearbox(path, joint)
     return Gear(found.name, found.notes, look_at(found.part, torque, gearboxes, seed))
+
+
+@dataclass(frozen=True)
+class Size:
+    """An arm whose links were sized: `summary()`, `report("out/")`, `result()`; `found.sized` is the arm, `found` holds every number."""
+
+    found: Sizing
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.sizing import sizing_sheet
+
+        return sizing_sheet(self.found)
+
+    def summary(self) -> None:
+        """Print every figure."""
+        from lostmotion.screen import print_sheet
+
+        print_sheet(self.sheet)
+
+    def report(self, out: str | Path, source: str | Path | None = None, sidecar: str | Path | None = None, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all; with the arm's `source`, where limits hold, sized.toml too.
+
+        `source` is the file that the arm was read from, with its `sidecar` where it is a URDF whose sidecar does not lie beside it. Gives the folder.
+        Raises OutputExistsError where it exists and `force` is not set.
+        """
+        from lostmotion.formats.sized import sized_text
+        from lostmotion.report.sizing import write_sizing
+
+        text = sized_text(source, sidecar, self.found) if source is not None and self.found.holds else None
+        return write_sizing(self.sheet, self.found, text, out, force=force)
+
+    def result(self) -> dict[str, Any]:
+        """Give every printed figure as plain data, as in result.json."""
+        from lostmotion import __version__
+        from lostmotion.figures import plain
+
+        return plain(self.sheet, __version__)
+
+    def _repr_html_(self) -> str:
+        """Show the figures as tables in a notebook."""
+        from lostmotion.report.page import tables
+
+        return tables(self.sheet)
+
+
+def size(
+    arm: Arm,
+    by: str | Path | None = None,
+    poses: int = DEFAULT_SIZING_POSES,
+    seed: int = 1,
+    *,
+    also: Floats | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+    **asked: Any,  # noqa: ANN401 - keys of a file's table
+) -> Size:
+    """Which sections make the links of this arm as light as their limits allow, and what would other limits cost?
+
+    by      a TOML that says how (`formats.sizing`); left out: the paper's condition (4), each link among sections like its own
+    poses   how many to look at, by a Sobol sequence; corners of the joints' ranges are looked at besides, and `also` (pose, joint), rad and m
+    asked   keys of its table as in the file, slope="0.5 arcmin", deflection=2500, tilt="10 deg", family={"kind": "tube", ...}
+
+    Raises InputError with every mistake in file and keys.
+    """
+    from pathlib import Path
+
+    from lostmotion.formats.sizing import read_sizing
+    from lostmotion.studies.sizing import size_links
+
+    plan, wanted = read_sizing(None if by is None else Path(by), asked, arm)
+    chosen = sample_poses(arm, poses, seed=seed)
+    return Size(size_links(arm, wanted, plan.limits, chosen, tilt=plan.tilt, step=plan.step, also=also, progress=progress))
 
 
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:

@@ -37,6 +37,7 @@ _OF_JOINT: Final = {
 }
 _OF_LINK: Final = {
     "length_tolerance": 'length_tolerance = "50 µm"',
+    "mass": 'mass = "2.5 kg"',
     "section": 'section = "tube"',
     "material": 'material = "aluminium"',
     "compliance": 'compliance = "forearm.csv"',

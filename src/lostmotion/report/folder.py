@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 # Whatever a report is about, its folder holds some of these and nothing else.
-FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf")
+FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", "sized.toml")
 
 
 def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:
