@@ -17,7 +17,7 @@ from lostmotion.laws.beam import SectionValues
 Points: TypeAlias = tuple[tuple[float, float], ...]
 MISSING: Final = "the package sectionproperties, which is not installed"
 INSTALL: Final = 'pip install "lostmotion[sections]"'
-# Triangles per section: torsion and shear centre are then within 0.1 %, with sharp inner corners too.
+# Triangles per section: torsion is then within 0.1 %, with sharp inner corners too, after some seconds. Answers are kept.
 _TRIANGLES: Final = 1000
 _SIDE: Final = 100.0  # the mesher works on numbers of this size, whatever the section's
 

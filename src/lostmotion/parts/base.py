@@ -91,9 +91,7 @@ class Base(Part, ErrorSource):
         by_axis = "angular_stiffness or linear_stiffness" if self.angular_stiffness or self.linear_stiffness else ""
         stated = [name for name in (by_axis, "compliance" if self.compliance else "", "tracks" if self.tracks else "") if name]
         if self.compliance is not None and self.compliance.own_weight is not None:
-            raise refuse_section(
-                "own weight in the compliance of a mount", "the mount without it", 'compliance = "mount.csv"'
-            )
+            raise refuse_section("own weight in the compliance of a mount", "the mount without it", 'compliance = "mount.csv"')
         if len(stated) > 1:
             raise refuse_section(" beside ".join(stated), "one of them", 'compliance = "mount.csv"')
         return self
