@@ -113,6 +113,9 @@ def test_sizes_beyond_the_tables_name_the_nearest_row(file):
     with pytest.raises(InputError) as refused:
         read_bearing(file("[bearing]\n" + ROLLERS.replace('"60 mm"', '"6 mm"') + 'clearance = "CN"\nshaft_fit = "k5"\n'))
     assert {problem.key for problem in refused.value.problems} == {"bearing.shaft_fit"}
+    assert "over 30 to 80 mm" in refused.value.problems[0].expected
+    # no zone helps there
+    assert refused.value.problems[0].example.startswith("shaft_interference = ")
     with pytest.raises(InputError, match="the nearest row is over 80 to 100 mm"):
         read_bearing(file("[bearing]\n" + BALLS.replace('"45 mm"', '"145 mm"') + 'clearance = "CN"\n'))
 

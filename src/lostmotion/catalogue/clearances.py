@@ -119,7 +119,7 @@ def _limits(file: Literal["clearances", "fits"], name: str, diameter: float, col
     if row is None:
         near = min(rows, key=lambda row: max(row.over - diameter, diameter - row.to))
         found = f"a {name} of {diameter / _MILLIMETRE:g} mm" + (" bore" if file == "clearances" else "")
-        whole = f"{rows[0].over / _MILLIMETRE:g} to {rows[-1].to / _MILLIMETRE:g} mm"
+        whole = f"over {rows[0].over / _MILLIMETRE:g} to {rows[-1].to / _MILLIMETRE:g} mm"
         _refuse(file, found, f"a diameter in the table, {whole}; the nearest row is {near}", f"{near.to / _MILLIMETRE:g} mm")
     if column not in row.limits:
         near_column = nearest(column, row.limits)

@@ -95,8 +95,10 @@ def _fit(draft: Draft, stated: dict[str, Any], names: tuple[str, str, str, str],
         stated[field] = interference_of_zone("shaft" if surface == "shaft" else "housing", size, zone)
     except InputError as error:
         problem = error.problems[0]
-        expected = f'{problem.expected}; or {field} = "13 µm ± 11 µm"'
-        draft.refuse((*path, key), problem.found, expected, f'{key} = "{problem.nearest or example}"', problem.nearest)
+        stating = f'{field} = "13 µm ± 11 µm"'
+        # where the size is outside the table no zone helps
+        naming = f'{key} = "{problem.nearest or example}"' if problem.found == shown(zone) else stating
+        draft.refuse((*path, key), problem.found, f"{problem.expected}; or {stating}", naming, problem.nearest)
 
 
 def _size(stated: Any) -> float | None:  # noqa: ANN401 - whatever a file holds

@@ -138,7 +138,7 @@ def error(found: Transmission) -> go.Figure:
         )
         for k in range(SHOWN)
     ]
-    figure = framed(f"Transmission error over a turn of the crank, {found.loads[-1]:.4g} N m", *traces, height=340)
+    figure = framed(f"Transmission error, {found.loads[-1]:.4g} N m", *traces, height=340)
     figure.update_xaxes(title_text="crank angle [deg]", dtick=60, range=[0, 360])
     figure.update_yaxes(title_text="output ahead of its even turn [arcsec]")
     figure.update_layout(legend=LEGEND, margin_t=84)

@@ -41,7 +41,7 @@ def profile(study: GearStudy) -> go.Figure:
     loaded = np.flatnonzero(lobes.force > 0)
     traces = [_ring(part), *(_planet(part, disc) for disc in range(part.discs)), *_circles(part)]
     traces += [_centres(stage), _normals(stage, lobes, loaded), _arrows(stage, lobes, loaded), _places(stage)]
-    figure = framed("Profile with the crank at zero, and the forces on the ring", *[each for each in traces if each], height=700)
+    figure = framed("Profile and forces on the ring", *[each for each in traces if each], height=700)
     figure.update_xaxes(title_text="x, along the line of centres [mm]", showgrid=False, constrain="domain")
     figure.update_yaxes(title_text="y [mm]", showgrid=False, scaleanchor="x", scaleratio=1)
     note = {"text": "pitch point", "showarrow": False, "yanchor": "top", "yshift": -6, "font": {"size": 12}}
