@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from lostmotion.laws.chance import Amount, Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance
+from lostmotion.laws.chance import Amount, Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance, product_mean
 
 LAWS: dict[str, Law] = {
     "normal cut at 3": Normal(),
@@ -97,3 +97,23 @@ def test_the_word_behind_a_tolerance_names_its_law():
     """A dimension marked "uniform" falls anywhere alike, any other one by a normal law that its limit cuts at three sigma."""
     assert of_tolerance("uniform") == Uniform()
     assert of_tolerance("normal") == Normal(3.0)
+
+
+@pytest.mark.parametrize(("law", "excess"), [(Uniform(), -1.2), (TwoSided(), -2.0), (Cosine(), -1.5), (Sine(), -1.5), (Normal(math.inf), 0.0)])
+def test_the_excess_is_the_books(law: Law, excess: float):
+    """Fourth cumulants of the unit laws in closed form."""
+    assert law.excess == pytest.approx(excess, abs=1e-9)
+
+
+@pytest.mark.parametrize("cut", [1.0, 2.0, 3.0, 5.0])
+def test_the_excess_of_a_cut_normal_law_is_scipys(cut: float):
+    """Cutting its ends makes a normal law flat."""
+    assert Normal(cut).excess == pytest.approx(float(stats.truncnorm(-cut, cut).stats(moments="k")), abs=1e-8)
+
+
+def test_means_of_products_from_one_uniform():
+    """The two parts of a wave are uncorrelated but not independent; an amount goes with the draw that it is made of."""
+    assert product_mean((Cosine(), Sine())) == pytest.approx(0, abs=1e-12)
+    assert product_mean((Cosine(), Cosine(), Sine(), Sine())) == pytest.approx(0.5, abs=1e-12)
+    assert product_mean((Amount(0.2, Uniform()), Uniform())) == pytest.approx(0.2 / math.hypot(1, 0.2), abs=1e-12)
+    assert product_mean(()) == pytest.approx(1, abs=1e-12)
