@@ -255,3 +255,11 @@ def test_impossible_drawings_are_refused_with_their_reason(wrong, said):
     (detail,) = caught.value.errors()
     assert detail["ctx"]["expected"]
     assert "=" in detail["ctx"]["example"]
+
+
+def test_waves_of_two_stages_that_fall_together_add_up():
+    """253 turns of the input make one of the output: the 11th harmonic of the last crank is the first one of the input."""
+    gearbox = example("two-stage-lobes")
+    whole = sum(float(wave.size[-1]) ** 2 for wave in gearbox.behaviour.waves)
+    alone = gearbox.model_copy(update={"first_stage": None})
+    assert whole > sum(float(wave.size[-1]) ** 2 for wave in alone.behaviour.waves)

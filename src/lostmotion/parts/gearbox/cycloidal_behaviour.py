@@ -186,7 +186,9 @@ def _waves(gearbox: CycloidalGearbox) -> tuple[tuple[Wave, ...], float]:
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
         before = abs(gearbox.ratio)
-        found |= {k * before: power / steps**2 for k, power in _spectrum(first, loads / steps, SEED + 1)}
+        for k, power in _spectrum(first, loads / steps, SEED + 1):
+            # whole multiples of the last stage's waves among them
+            found[k * before] = found.get(k * before, 0.0) + power / steps**2
     whole = np.sum(list(found.values()), axis=0)
     if not np.any(whole > 0):
         return (), 0.0
