@@ -104,8 +104,8 @@ def read_sizing(path: Path | None, options: dict[str, Any], arm: Arm) -> tuple[P
         refuse_all([*mistakes, Problem(file, TABLE, shown(stated), "a table", _EXAMPLE)])
     twice = [key for key in options if key in stated]
     mistakes += [Problem(file, f"{TABLE}.{key}", f"stated here, and by --{key}", "one of the two", f"--{key} left out") for key in twice]
-    links = stated.pop("links", {})
     merged = {**stated, **options}
+    links = merged.pop("links", {})
 
     def key_of(where: KeyPath) -> str:
         if where and where[0] in options:

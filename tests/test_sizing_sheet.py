@@ -1,0 +1,221 @@
+"""Sizing from the file to the folder: what is asked, said, drawn and written."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import lostmotion
+from lostmotion.figures import find_row
+from lostmotion.formats.sized import reads_back, sized_text
+from lostmotion.formats.sizing import read_sizing
+from lostmotion.parts.section import Tube
+from lostmotion.plots.sizing import sizing_plots
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+Z_ARM = EXAMPLES / "z-arm.toml"
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "size", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def size():
+    """Size the paper's arm once."""
+    return lostmotion.size(lostmotion.read(Z_ARM), poses=64)
+
+
+def asked(tmp_path, text, arm=None, **options):
+    """Read a sizing file for the paper's arm."""
+    path = tmp_path / "by.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_sizing(path, options, arm or lostmotion.read(Z_ARM))
+
+
+def test_the_sheet_says_what_was_found(size):
+    """Masses, slopes and the trade-off on the sheet are those of the arm that was sized, and the paper's limits are named."""
+    sheet, found = size.sheet, size.found
+    for link in found.links:
+        now, then = (figure.value for figure in find_row(sheet.sections, "sections", link.joint).figures)
+        assert now == next(joint.link.total_mass for joint in found.arm.joints if joint.name == link.joint)
+        assert then == next(joint.link.total_mass for joint in found.sized.joints if joint.name == link.joint)
+        taken = [find_row(sheet.sections, "bending", link.joint).figures[k].value for k in (1, 3)]
+        assert max(taken) == pytest.approx(100 * max(link.shares))
+        assert 90 < max(taken) <= 100
+    assert find_row(sheet.sections, "trade", "0.5', length/2500").note == "the paper's limits"
+    assert "Slope binds at every link" in sheet.verdict
+    assert {plot.section for plot in sizing_plots(found)} <= {section.key for section in sheet.sections}
+    json.dumps(size.result(), allow_nan=False)
+
+
+def test_the_sized_arm_reads_back_with_its_comments(size, tmp_path):
+    """sized.toml is the user's file with other sections: it reads as the sized arm, keeps the comments, and the input is not touched."""
+    before = Z_ARM.read_bytes()
+    folder = size.report(tmp_path / "out", Z_ARM)
+    assert Z_ARM.read_bytes() == before
+    written = folder / "sized.toml"
+    assert not reads_back(Z_ARM, written, size.found)
+    again = lostmotion.read(written)
+    for one, other in zip(again.joints, size.found.sized.joints, strict=True):
+        assert one.link.total_mass == pytest.approx(other.link.total_mass, rel=1e-12)
+        assert one.gearbox == other.gearbox
+    text = written.read_text(encoding="utf-8")
+    assert "# paper: working clearance up to 60 µm" in text
+    assert "sections.large" not in text
+    assert not again.notes
+    assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json", "sized.toml"]
+
+
+def test_a_urdf_is_sized_by_its_sidecar(tmp_path):
+    """Of a URDF the sized sections go into a sidecar, with the masses that follow; the URDF with it is the sized arm."""
+    source = EXAMPLES / "ur5e.urdf"
+    size = lostmotion.size(lostmotion.read(source), poses=16)
+    assert size.found.holds
+    folder = size.report(tmp_path / "out", source)
+    assert not reads_back(source, folder / "sized.toml", size.found)
+
+
+def test_a_bare_layout_is_written_too(tmp_path):
+    """Dotted keys, links in tables of their own and sections that others still name come out as the sized arm as well."""
+    text = """
+name = "odd"
+sections.one = { kind = "tube", outer = "80 mm", wall = "3 mm" }
+joints = [
+  { name = "A", type = "revolute", axis = "y", limits = ["-1 rad", "1 rad"], link = { length = "300 mm", section = "one", material = "aluminium" } },
+  { name = "B", type = "revolute", axis = "y", limits = ["-1 rad", "1 rad"], link = { length = "200 mm", section = "one", material = "aluminium" } },
+]
+payload.mass = "4 kg"
+"""
+    path = tmp_path / "odd.toml"
+    path.write_text(text, encoding="utf-8")
+    size = lostmotion.size(lostmotion.read(path), poses=8, links={"B": {"keep": True}})
+    assert [link.joint for link in size.found.links] == ["A"]
+    out = tmp_path / "sized.toml"
+    out.write_text(sized_text(path, None, size.found), encoding="utf-8")
+    assert not reads_back(path, out, size.found)
+    assert lostmotion.read(out).joints[1].link.section == Tube(outer="80 mm", wall="3 mm")
+
+
+def test_a_file_says_what_each_link_may_be(tmp_path):
+    """Families, lists, materials and links kept: each link gets what its table says, the others what is said for all."""
+    plan, wanted = asked(
+        tmp_path,
+        """
+[sizing]
+slope = "1 arcmin"
+deflection = 1000
+tilt = "5 deg"
+family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "5 %" }
+[sizing.links.A]
+stock = [{ kind = "tube", outer = "100 mm", wall = "3 mm" }, { kind = "rod", diameter = "80 mm" }]
+[sizing.links.B]
+material = "steel"
+[sizing.links.roll]
+keep = true
+""",
+    )
+    assert (plan.deflection, round(plan.slope, 9)) == (1000, 0.000290888)
+    assert sorted(wanted) == ["A", "B", "O"]
+    assert len(wanted["A"].choice) == 2
+    assert wanted["B"].material.young == 210e9
+    assert wanted["O"].choice.kind == "tube"
+    assert wanted["O"].choice.wall.share
+
+
+def test_every_mistake_is_told_at_once(tmp_path):
+    """Mistakes in limits, families, lists, names of links and materials come in one message, each under its key."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(
+            tmp_path,
+            """
+extra = 1
+[sizing]
+slope = "0.5 mm"
+tlt = "10 deg"
+material = "alumnium"
+family = { kind = "tube", outer = "200 mm .. 30 mm", wall = "3" }
+[sizing.links.Q]
+keep = true
+[sizing.links.B]
+stock = [{ kind = "tube", outer = "80 mm", wall = "50 mm" }]
+[sizing.links.A]
+family = { kind = "rod", diameter = "5 %" }
+""",
+        )
+    keys = {problem.key for problem in caught.value.problems}
+    assert keys == {
+        "extra",
+        "sizing.slope",
+        "sizing.tlt",
+        "sizing.material",
+        "sizing.family.outer",
+        "sizing.family.wall",
+        "sizing.links.Q",
+        "sizing.links.B.stock[0]",
+        "sizing.links.A.family",
+    }
+    assert next(each for each in caught.value.problems if each.key == "sizing.tlt").nearest == "tilt"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sizing = 3",
+        "[sizing]\nlinks = 3",
+        "[sizing]\nlinks.A = 3",
+        '[sizing]\nfamily = { kind = "tube", outer = "30 mm .. 40 mm .. 50 mm", wall = "3 mm" }',
+        '[sizing]\nfamily = { kind = "tube", outer = "1e400 mm", wall = "3 mm" }',
+        '[sizing]\nfamily = { kind = "tube", outer = 3, wall = [] }',
+        '[sizing]\nfamily = { kind = "tube", outer = "10 mm", wall = "8 mm" }',
+        '[sizing]\nfamily = { kind = "cone" }',
+        "[sizing]\nstock = []",
+        "[sizing]\nkeep = true",
+        '[sizing.links.C]\nfamily = { kind = "rod", diameter = "30 mm" }',
+        '[sizing]\nkeep = true\nfamily = { kind = "rod", diameter = "30 mm" }',
+    ],
+)
+def test_hostile_files_are_refused_with_one_message(tmp_path, text):
+    """Whatever stands in the file, what comes back is a list of mistakes."""
+    with pytest.raises(lostmotion.InputError):
+        asked(tmp_path, text)
+
+
+def test_an_option_is_no_second_opinion(tmp_path):
+    """What both the file and an option state is refused; an option's mistake is told under its own name."""
+    with pytest.raises(lostmotion.InputError, match="--slope"):
+        asked(tmp_path, '[sizing]\nslope = "1 arcmin"', slope="0.5 arcmin")
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(tmp_path, "[sizing]", family={"kind": "tube", "outer": "3 mm"}, slope="4 mm")
+    assert {problem.key for problem in caught.value.problems} == {"--wall", "--slope"}
+
+
+def test_sizing_works_out_of_the_box(tmp_path):
+    """`lostmotion size examples/z-arm.toml` prints, writes and ends well; the same input gives the same bytes; an existing folder is left alone."""
+    first = ran(Z_ARM, "--poses", 8, cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "z-arm-sized/sized.toml\n" in first.stdout
+    second = ran(Z_ARM, "--poses", 8, "--out", "again", cwd=tmp_path)
+    assert second.returncode == 0
+    for name in ("result.json", "sized.toml"):
+        assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "z-arm-sized" / name).read_bytes()
+    third = ran(Z_ARM, "--poses", 8, cwd=tmp_path)
+    assert third.returncode == 2
+    assert "exists" in third.stderr
+
+
+def test_limits_that_nothing_holds_are_said_with_the_numbers(tmp_path):
+    """Where the largest tube is too weak the command says which link, which limit, by how much, writes no sized arm and ends with 1."""
+    done = ran(Z_ARM, "--poses", 8, "--family", "tube", "--outer", "20 mm .. 60 mm", "--wall", "3 mm", "--out", "weak", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "cannot be held" in done.stderr
+    assert "O: even tube 60 x 3 mm has a slope of" in done.stderr
+    assert "times its limit of 0.5'" in done.stderr
+    assert sorted(path.name for path in (tmp_path / "weak").iterdir()) == ["report.html", "result.json"]
+    said = json.loads((tmp_path / "weak" / "result.json").read_text(encoding="utf-8"))
+    assert not said["holds"]
