@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -22,10 +22,13 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
+    from lostmotion.studies.analytic import Analytic, Pooled
     from lostmotion.studies.gear import GearStudy
     from lostmotion.studies.sizing import Sizing
 
 Approach = Literal["random", "up", "down"]
+Method = Literal["montecarlo", "analytic", "both"]
+_METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
 _SIGNS: dict[str, float] = {"random": 0.0, "up": 1.0, "down": -1.0}
 DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
@@ -245,6 +248,107 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
     return read_file(path, sidecar)
 
 
+@dataclass(frozen=True, repr=False)
+class AnalyticStudy:
+    """A study without sampling: `analytic` holds every pose, `pooled` all of them; `summary()`, `report("out/")`, `result()`."""
+
+    arm: Arm
+    poses: Poses
+    analytic: Analytic
+    pooled: Pooled
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.analytic import analytic_sheet
+
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled)
+
+    def summary(self) -> None:
+        """Print every figure."""
+        from lostmotion.screen import print_sheet
+
+        print_sheet(self.sheet)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report.folder import write_whole
+        from lostmotion.report.page import contents
+
+        return write_whole(contents(self.sheet, ()), out, force=force)
+
+    def result(self) -> dict[str, Any]:
+        """Give every printed figure as plain data, as in result.json."""
+        from lostmotion import __version__
+        from lostmotion.figures import plain
+
+        return plain(self.sheet, __version__)
+
+    def __repr__(self) -> str:
+        """Tell in a line what was studied."""
+        return f"<AnalyticStudy of '{self.arm.name}': {len(self.poses)} poses; mean {self.pooled.mean.value:.4g} m>"
+
+    def _repr_html_(self) -> str:
+        """Show the figures as tables in a notebook."""
+        from lostmotion.report.page import tables
+
+        return tables(self.sheet)
+
+
+@overload
+def study(
+    arm: Arm,
+    poses: int | Floats | Poses = DEFAULT_POSES,
+    robots: int = DEFAULT_ROBOTS,
+    visits: int = DEFAULT_VISITS,
+    seed: int = 1,
+    *,
+    pose_law: PoseLaw = "sobol",
+    approach: Approach = "random",
+    method: Literal["montecarlo", "both"] = "montecarlo",
+    threads: int | None = None,
+    tile: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Study: ...
+
+
+@overload
+def study(
+    arm: Arm,
+    poses: int | Floats | Poses = DEFAULT_POSES,
+    robots: int = DEFAULT_ROBOTS,
+    visits: int = DEFAULT_VISITS,
+    seed: int = 1,
+    *,
+    pose_law: PoseLaw = "sobol",
+    approach: Approach = "random",
+    method: Literal["analytic"],
+    threads: int | None = None,
+    tile: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> AnalyticStudy: ...
+
+
+@overload
+def study(
+    arm: Arm,
+    poses: int | Floats | Poses = DEFAULT_POSES,
+    robots: int = DEFAULT_ROBOTS,
+    visits: int = DEFAULT_VISITS,
+    seed: int = 1,
+    *,
+    pose_law: PoseLaw = "sobol",
+    approach: Approach = "random",
+    method: Method,
+    threads: int | None = None,
+    tile: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Study | AnalyticStudy: ...
+
+
 def study(  # noqa: PLR0913 - a study is these numbers
     arm: Arm,
     poses: int | Floats | Poses = DEFAULT_POSES,
@@ -254,10 +358,11 @@ def study(  # noqa: PLR0913 - a study is these numbers
     *,
     pose_law: PoseLaw = "sobol",
     approach: Approach = "random",
+    method: Method = "montecarlo",
     threads: int | None = None,
     tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
-) -> Study:
+) -> Study | AnalyticStudy:
     """How accurate is this arm before it is built, where in its workspace, and which part is to blame?
 
     poses     how many to choose by `pose_law` within the joint limits, or an array q (pose, joint) in rad and m
@@ -265,22 +370,28 @@ def study(  # noqa: PLR0913 - a study is these numbers
     visits    how often each returns to each pose (ISO 9283 asks for 30)
     seed      same seed, same bits, whatever the threads
     approach  how every joint's last motion before it stops goes: "up", "down", or "random", either way from visit to visit
+    method    "montecarlo": samples; "analytic": sums over terms and quadrature, milliseconds, no robots or visits drawn, gives an `AnalyticStudy`;
+              "both": all of the first, the figures of the second, and how far the two differ
     threads   left out: one per processor
 
     Raises InputError (a ValueError) for counts out of range, an unknown law or approach, and for q of another shape or not finite.
     """
-    if isinstance(poses, Integral):
-        chosen = sample_poses(arm, int(poses), pose_law, seed)
-    elif isinstance(poses, Poses):
-        chosen = poses
-    else:
-        from lostmotion.arm import as_poses
-
-        chosen = Poses(as_poses(arm, np.asarray(poses)), "given")
     if approach not in _SIGNS:
         raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
     if not isinstance(seed, Integral) or seed < 0:
         raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+    if method not in _METHODS:
+        raise refuse_argument("method", method, "one of " + ", ".join(_METHODS), 'method = "both"')
+    chosen = _chosen(arm, poses, pose_law, int(seed))
+    workers = threads or os.cpu_count() or 1
+    without: dict[str, Any] = {}
+    if method != "montecarlo":
+        from lostmotion.studies.analytic import analytic, pooled
+
+        every = analytic(arm, chosen, approach=_SIGNS[approach], threads=workers, progress=progress)
+        without = {"analytic": every, "pooled": pooled(every, chosen.replicates, workers)}
+        if method == "analytic":
+            return AnalyticStudy(arm, chosen, **without)
     found = answer(
         arm,
         chosen,
@@ -288,8 +399,18 @@ def study(  # noqa: PLR0913 - a study is these numbers
         visits=visits,
         seed=int(seed),
         approach=_SIGNS[approach],
-        threads=threads or os.cpu_count() or 1,
+        threads=workers,
         tile=tile,
         progress=progress,
     )
-    return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__})
+    return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__} | without)
+
+
+def _chosen(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int) -> Poses:
+    if isinstance(poses, Integral):
+        return sample_poses(arm, int(poses), law, seed)
+    if isinstance(poses, Poses):
+        return poses
+    from lostmotion.arm import as_poses
+
+    return Poses(as_poses(arm, np.asarray(poses)), "given")

@@ -62,6 +62,14 @@ class Approach(StrEnum):
     down = "down"
 
 
+class Method(StrEnum):
+    """Routes to the position error."""
+
+    montecarlo = "montecarlo"
+    analytic = "analytic"
+    both = "both"
+
+
 @app.command()
 def run(  # noqa: PLR0913, PLR0917 - options of a command line
     file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
@@ -75,6 +83,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     visits: Annotated[int, typer.Option(min=1, help="How often each returns to each pose; ISO 9283 asks for 30.")] = 30,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bits.")] = 1,
     approach: Annotated[Approach, typer.Option(help="Sign of every joint's last motion.")] = Approach.random,
+    method: Annotated[Method, typer.Option(help="By samples, by sums over terms without sampling, or both, compared.")] = Method.montecarlo,
     sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and arrays.nc. Default: NAME-accuracy.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
@@ -96,7 +105,9 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
 
         chosen = Poses(read_poses(poses_file, arm), "given")
     with ProgressBar() as bar:
-        answer = study(arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=approach.value, threads=threads, progress=bar)
+        answer = study(
+            arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=approach.value, method=method.value, threads=threads, progress=bar
+        )
     if _stopped:
         raise typer.Exit(_STOPPED)
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results

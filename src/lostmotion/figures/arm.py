@@ -63,7 +63,12 @@ def sheet(answer: Answer) -> Sheet:
 
 def sections(answer: Answer) -> list[Section]:
     """Which figures answer the user's questions? In reading order."""
-    return [_workspace(answer), _error(answer), _iso(answer), _levels(answer), _budget(answer), *_bending(answer), _torques(answer), _check(answer)]
+    found = [_workspace(answer), _error(answer), _iso(answer), _levels(answer), _budget(answer), *_bending(answer), _torques(answer), _check(answer)]
+    if answer.analytic is not None and answer.pooled is not None:
+        from lostmotion.figures.analytic import analytic_section, comparison
+
+        found += [analytic_section(answer.poses, answer.analytic, answer.pooled), comparison(answer.analytic, answer.sampled)]
+    return found
 
 
 def described_pose(answer: Answer, index: int) -> str:

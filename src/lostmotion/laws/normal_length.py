@@ -46,8 +46,8 @@ def normal_length(bias: Floats, covariance: Floats, levels: Sequence[float] = (0
     """How long are the vectors bias (n, 3) + N(0, covariance (n, 3, 3))? Mean, and the lengths that these shares stay below.
 
     `fourth` (n, 15) are the coefficients of the quartic form k_ijkl h_i h_j h_k h_l of the fourth cumulants, in the order of `kernel.FOURTHS`;
-    without it the vectors are normal. Zero covariance gives |bias|. NaN where the series has no quantile or the input is not finite. Raises ValueError for
-    shapes that do not belong together and levels outside LEAST_LEVEL..MOST_LEVEL.
+    without it the vectors are normal. Zero covariance gives |bias|. NaN where the series has no quantile or the input is not finite. Raises
+    ValueError for shapes that do not belong together and levels outside LEAST_LEVEL..MOST_LEVEL.
     """
     from scipy.special import ndtri
 

@@ -19,7 +19,7 @@ FOURTHS: Final = tuple((i, j, 4 - i - j) for i in range(5) for j in range(5 - i)
 _PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
-def _fourth_table():
+def _fourth_table() -> tuple[np.ndarray, np.ndarray]:
     """Which coefficient of the quartic form is an entry of the tensor part of, and how many entries share it? For pairs of pairs (6, 6)."""
     at, shared = np.empty((6, 6), np.int64), np.empty((6, 6))
     for a, first in enumerate(_PAIRS):
@@ -171,8 +171,8 @@ def _saddle(q, spread, square, end):
 def _contour(q, above, spread, square, mean, tensor, bent, nodes, weights, spare):
     """Lay the contour for shares of Q near q: nodes s, weights M (1 + d) ds exp(-s q) / pi, and what is left out alike; gives how many.
 
-    0 where all is on one side of q, -1 where no contour was found. To the right of the pole the integral is the share above, to the left less the share
-    below.
+    0 where all is on one side of q, -1 where no contour was found. To the right of the pole the integral is the share above, to the left less
+    the share below.
     """
     end = 1.0 / (2.0 * max(spread[0], spread[1], spread[2]))
     c = _saddle(q, spread, square, end)

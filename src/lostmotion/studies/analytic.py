@@ -22,6 +22,8 @@ from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_cas
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from numpy.typing import NDArray
+
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.poses import Poses
@@ -133,17 +135,17 @@ def _block(matrix: Screws, known: Cumulants, levels: tuple[float, ...]) -> Analy
         mean_bound,
         np.where(told[:, 1:], length.quantiles, np.nan),
         quantiles_bound,
-        told.all(axis=1),
+        np.asarray(told.all(axis=1)),
         _excess(covariance, forms),
         worst_case(matrix),
         root_sum_square(matrix),
     )
 
 
-def _told(figures: Floats, bounds: Floats) -> np.ndarray:
+def _told(figures: Floats, bounds: Floats) -> NDArray[np.bool_]:
     """Say which figures (pose, figure) are known well enough; those of a tool that does not err are."""
-    far = ~(bounds <= FAR_FROM_NORMAL * figures).all(axis=1)
-    return np.asarray((bounds <= MOST_LEFT_OUT * figures) & ~far[:, None])
+    near = np.all(bounds <= FAR_FROM_NORMAL * figures, axis=1, keepdims=True)
+    return np.asarray((bounds <= MOST_LEFT_OUT * figures) & near)
 
 
 def _excess(covariance: Floats, forms: Floats) -> Floats:

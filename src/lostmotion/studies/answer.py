@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
+    from lostmotion.studies.analytic import Analytic, Pooled
     from lostmotion.studies.poses import Poses
 
 
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 class Answer:
     """Everything that a study found, in SI and without a word of text.
 
-    tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there.
+    tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
+    sampling, at each pose and over all, where it was asked for.
     """
 
     arm: Arm
@@ -39,6 +41,8 @@ class Answer:
     bending: list[LinkBending]
     workspace: Workspace
     halving: Halving
+    analytic: Analytic | None = None
+    pooled: Pooled | None = None
 
 
 def answer(  # noqa: PLR0913 - a study is these numbers

@@ -1,0 +1,121 @@
+"""The figures of a study without sampling, by themselves or beside those of Monte Carlo."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.figures import Figure, Row, Section, Sheet, length
+from lostmotion.studies import kernel
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.analytic import Analytic, Pooled
+    from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.montecarlo import Sampled
+    from lostmotion.studies.poses import Poses
+
+_UNKNOWN: Final = "not normal here: use Monte Carlo"
+_ENDS: Final = "poses, bound"
+_BOUND: Final = "bound"
+# First order in the errors is no surer than this share, however sure the quadrature is.
+_SUREST: Final = 1e-4
+_WORDS: Final = (
+    ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
+    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by quadrature, with the terms' fourth cumulants."),
+    ("not normal", "a few two-sided, wavy or flat errors dominate: mean and quantiles need Monte Carlo. Bounds and mean squares hold all the same."),
+)
+
+
+def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled) -> Sheet:
+    """What is there to say about an arm without sampling?"""
+    section = analytic_section(poses, found, whole)
+    told = next((row for row in section.rows if row.label == "95 % below"), None)
+    verdict = (
+        f"Expect 95 % of positions within {told.figures[0]}."
+        if told is not None and math.isfinite(told.figures[0].value)
+        else _UNKNOWN.capitalize() + "."
+    )
+    return Sheet(
+        name=arm.name,
+        subject="predicted accuracy, without sampling",
+        counts=f"{len(poses)} poses, exact sums over terms",
+        verdict=verdict,
+        cards=(),
+        sections=(section,),
+        notes=arm.remarks,
+        words=_WORDS,
+        source=f"{len(poses)} poses ({poses.law}); nothing but the poses was drawn",
+        facts={"arm": arm.name, "method": "analytic", "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates}},
+    )
+
+
+def analytic_section(poses: Poses, found: Analytic, whole: Pooled) -> Section:
+    """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told."""
+    counted = f"sums over terms and quadrature, {len(poses)} poses"
+    rows = [Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value))]
+    for level, one in zip(whole.levels, whole.quantiles, strict=True):
+        rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))
+    if np.isfinite(found.mean).any():
+        rows += _worst_pose(found)
+    told = Figure(100 * float(found.normal.mean()), "%", samples=counted)
+    rows += [
+        Row("root mean square", (length(math.sqrt(float(found.mean_square.mean())), samples=counted),), "exact"),
+        Row("root-sum-square, worst pose", (length(float(found.rss.max()), samples=counted),), "|bias| + root of the sum of squared limits"),
+        Row("worst case, worst pose", (length(float(found.worst.max()), samples=counted),), "upper bound"),
+        Row("poses with every figure", (told,), "at the others the error is too far from normal for some"),
+        Row("excess, median pose", (Figure(float(np.median(found.excess)), "1", samples=counted),), "0 if normal, less if flat or two-sided"),
+    ]
+    note = "over all poses: what the choice of poses leaves, 95 %, and a bound on what fourth cumulants leave out; at a pose the bound alone"
+    return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
+
+
+def _worst_pose(found: Analytic) -> list[Row]:
+    at = int(np.nanargmax(found.mean))
+    here = f"pose {at}"
+    value, bound = float(found.mean[at]), float(found.mean_bound[at])
+    rows = [Row("worst pose, mean", (_bounded(value, bound, here),), here)]
+    for k, level in enumerate(found.levels):
+        value, bound = float(found.quantiles[at, k]), float(found.quantiles_bound[at, k])
+        rows.append(Row(f"worst pose, {100 * level:.4g} % below", (_bounded(value, bound, here),), _said(value)))
+    return rows
+
+
+def comparison(found: Analytic, sampled: Sampled) -> Section:
+    """How far do the two routes differ at each pose, in half-widths of Monte Carlo's interval there?"""
+    table = sampled.per_pose
+    rows = [_apart("mean", found.mean - table[:, kernel.MEAN], table[:, kernel.MEAN_ERROR])]
+    for k, level in enumerate(kernel.QUANTILES):
+        if level in found.levels:
+            value, low, high = (table[:, kernel.FIRST_QUANTILE + 3 * k + c] for c in range(3))
+            rows.append(_apart(f"{100 * level:.4g} % below", found.quantiles[:, found.levels.index(level)] - value, (high - low) / 2))
+    note = "differences at each pose in half-widths of Monte Carlo's 95 % interval there: most should lie below 1; all poses share their robots"
+    return Section("routes", "Without sampling against Monte Carlo", ("typical", "largest"), tuple(rows), note)
+
+
+def _apart(label: str, difference: Floats, half: Floats) -> Row:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.abs(difference) / half
+    shares = shares[np.isfinite(shares)]
+    counted = f"{len(shares)} poses"
+    if not len(shares):
+        return Row(label, (Figure(math.nan, "1", samples=counted), Figure(math.nan, "1", samples=counted)), "no pose to compare")
+    return Row(label, (Figure(float(np.median(shares)), "1", samples=counted), Figure(float(shares.max()), "1", samples=counted)), counted)
+
+
+def _of(estimate: Estimate, counted: str) -> Figure:
+    found = length(estimate.value, estimate.low, estimate.high, counted)
+    return Figure(found.value, found.unit, found.low, found.high, counted, _ENDS)
+
+
+def _bounded(value: float, bound: float, counted: str) -> Figure:
+    bound = max(bound, _SUREST * value)
+    found = length(value, value - bound, value + bound, counted)
+    return Figure(found.value, found.unit, found.low, found.high, counted, _BOUND)
+
+
+def _said(value: float) -> str:
+    return "" if math.isfinite(value) else _UNKNOWN
