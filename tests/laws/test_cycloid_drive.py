@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import Modification, Stage, normals, pin_angles
@@ -38,7 +39,7 @@ def test_equal_springs_give_the_closed_forms():
     found = members(drive, np.array([50.0, 400.0]))
     torque = np.array([50.0, 400.0])
     np.testing.assert_allclose(found["lobe contacts"], torque / mesh_stiffness(STAGE, 4e8, discs=2), rtol=2e-6)
-    np.testing.assert_allclose(found["output pins"], torque / output_pin_stiffness(2e8, 0.04, 8))
+    np.testing.assert_allclose(found["output pins"], torque / (2 * output_pin_stiffness(2e8, 0.04, 8)))
     np.testing.assert_allclose(found["eccentric bearing"], 2 * found["eccentric shaft"])
     alone = members(replace(drive, output=None), torque)
     # K = k (e z)^2 counts the force across the line of centres alone; the lobes press a little along it besides.
@@ -147,3 +148,22 @@ def test_impossible_eccentrics_are_refused(wrong):
     """Springs without stiffness, bearings that hold nothing, a crank off the middle."""
     with pytest.raises(ValueError, match=r"eccentric|bearing"):
         Eccentric(**wrong)
+
+
+@pytest.mark.parametrize("discs", [1, 2, 3, 4])
+def test_output_pins_between_several_discs(discs):
+    """Pins as springs in any direction, holes that only push along their disc's line of centres: least energy, pin by pin."""
+    count, circle, spring, turn = 24, 0.04, 2e8, 1e-4
+    ways = np.exp(2j * math.pi * np.arange(discs) / discs)
+    energy = 0.0
+    for place in circle * np.exp(2j * math.pi * (np.arange(count) + 0.3) / count):
+        seat = 1j * place * turn * 1e6  # µm, where the pin would stand without discs
+        found = minimize(
+            lambda at, seat=seat: abs(complex(*at) - seat) ** 2,
+            [0.0, 0.0],
+            constraints=[{"type": "ineq", "fun": lambda at, way=way: -(complex(*at) * way.conjugate()).real} for way in ways],
+        )
+        energy += spring / 2 * found.fun * 1e-12
+    torque = 2 * energy / turn
+    drive = replace(SPRINGS, discs=discs, output=OutputPins(count, circle, spring))
+    assert members(drive, np.array([torque]))["output pins"][0] == pytest.approx(turn, rel=5e-3)

@@ -72,6 +72,12 @@ class Built:
     jammed: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
     @property
+    def ends(self) -> tuple[Floats, Floats]:
+        """Give where the free way ends ahead, and behind (crank, gearbox), rad; where flanks interfere, both in the middle of the overlap."""
+        middle = (self.ahead - self.behind) / 2
+        return np.maximum(self.ahead, middle), np.minimum(-self.behind, middle)
+
+    @property
     def play(self) -> Floats:
         """Give the free play (gearbox,), rad, on average over the crank's turn; none where flanks interfere."""
         return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))

@@ -76,7 +76,7 @@ class Eccentric:
 
 @dataclass(frozen=True, slots=True)
 class OutputPins:
-    """Which pins take the torque from the discs? `count` on the radius `circle` (m), each of `stiffness` N/m at the discs, all discs together."""
+    """Which pins take the torque from the discs? `count` on the radius `circle` (m), each of `stiffness` N/m at the discs."""
 
     count: int
     circle: float
@@ -192,5 +192,8 @@ def members(drive: Drive, torque: Floats) -> dict[str, Floats]:
     out["disc body"] = drive.disc_body * torque / drive.discs
     out["ring body"] = drive.ring_body * torque / drive.discs
     if drive.output is not None:
-        out["output pins"] = torque / output_pin_stiffness(drive.output.stiffness, drive.output.circle, drive.output.count)
+        stiffness = output_pin_stiffness(drive.output.stiffness, drive.output.circle, drive.output.count)
+        # One disc leans on the half of the pins that lies its way. A second one, half a turn on, takes the other half and keeps the first one's pins
+        # from yielding sideways; three or more hold every pin in both directions.
+        out["output pins"] = torque / (stiffness * {1: 1, 2: 2}.get(drive.discs, 4))
     return out

@@ -71,7 +71,8 @@ class CycloidalGearbox(CycloidalStage):
     first_stage      planetary (RV) or cycloidal; left out: the input turns the eccentric
     frame            torsional stiffness of housing and output shaft, at the output
     input_shaft      torsional stiffness at the input
-    friction_torque  at the output without load (seals, preload); default 1 % of the rated torque. A load below it cannot hold the play closed
+    friction_torque  at the output without load (seals, preload), counted in friction's loop. A load below it cannot hold the play closed; left out:
+                     1 % of the rated torque for that, and none in the loop
     """
 
     kind: Literal["cycloidal"] = "cycloidal"

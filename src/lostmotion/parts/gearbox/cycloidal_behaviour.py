@@ -21,6 +21,7 @@ from lostmotion.parts.source import Condition, Draw, ErrorSource, Term
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
+    from lostmotion.laws.cycloid_built import Built
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -114,7 +115,7 @@ def behaviour(gearbox: CycloidalGearbox) -> Behaviour:
         wave_torque=rated * np.array(_WAVED),
         waves=waves,
         waves_left_out=left_out,
-        friction=np.concatenate([start, friction(gearbox, torque)]),
+        friction=np.concatenate([start, friction(gearbox, torque)]) + (gearbox.friction_torque or 0.0),
         jammed=made.jammed,
     )
 
@@ -138,17 +139,21 @@ def gearboxes(gearbox: CycloidalGearbox, torque: Floats, angles: int, count: int
     sign = np.sign(torque)[:, None]
     main = built(gearbox.drive, gearbox.scatter, share * torque, crank, count, seed)
     play, jammed = share * main.play, main.jammed
-    gone = np.where(sign[:, None] > 0, main.ahead, -main.behind)
-    turned = share * (main.rotation - gone).mean(axis=1)
+    turned = share * _beyond(main, sign)
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
         before = built(first.drive, first.scatter, torque / steps, crank, count, seed + 1)
         play, jammed = play + before.play / steps, jammed | before.jammed
-        gone = np.where(sign[:, None] > 0, before.ahead, -before.behind)
-        turned = turned + (before.rotation - gone).mean(axis=1) / steps
+        turned = turned + _beyond(before, sign) / steps
     elif first is not None:
         play = play + drawn_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
     return Made(play, turned, float(jammed.mean()))
+
+
+def _beyond(made: Built, sign: Floats) -> Floats:
+    """Give by how much a stage winds up beyond its play (torque, gearbox), on average over the crank; below zero the other way round."""
+    ahead, behind = made.ends
+    return np.asarray((made.rotation - np.where(sign[:, None] > 0, ahead, behind)).mean(axis=1))
 
 
 def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:

@@ -79,8 +79,8 @@ class OutputPins(Part):
     """The pins that take the torque from the discs' holes.
 
     clearance               of a pin in its hole, on the diameter, beyond what the eccentricity asks for
-    stiffness               of one pin at the discs; or
-    diameter, free_length   of a round pin, held at one end: from its seat to the middle of the discs
+    stiffness               of one pin at the discs, with its seat and its hole; or
+    diameter, free_length   of a round pin, held at one end: from its seat to the middle of the discs; seat and hole are then taken as rigid
     """
 
     count: Annotated[int, Field(ge=3, le=100)]
@@ -193,6 +193,7 @@ class CycloidalStage(Part):
             "eccentric bearing": eccentric.bearing is not None or eccentric.rollers is not None,
             "eccentric shaft": eccentric.shaft is not None,
             "output pins": eccentric.cranks > 1 or (pins is not None and (pins.stiffness is not None or pins.diameter is not None)),
+            "holes of the output pins": pins is None or pins.diameter is None,  # a stated stiffness has them in it
         }
         return tuple(name for name, stated in said.items() if not stated)
 
