@@ -81,6 +81,20 @@ def test_a_urdf_is_sized_by_its_sidecar(tmp_path):
     assert not reads_back(source, folder / "sized.toml", size.found)
 
 
+def test_a_urdf_without_a_sidecar_gets_one(tmp_path):
+    """Of a bare URDF, links get sections where a family and a material are named; their masses stay, and that is said."""
+    source = tmp_path / "bare.urdf"
+    source.write_bytes((EXAMPLES / "ur5e.urdf").read_bytes())
+    family = {"kind": "tube", "outer": "30 mm .. 200 mm", "wall": "3 mm"}
+    size = lostmotion.size(lostmotion.read(source), poses=8, family=family, material="aluminium")
+    assert all(link.mass > link.mass_before for link in size.found.links)
+    assert any("stays in full" in note for note in size.sheet.notes)
+    folder = size.report(tmp_path / "out", source)
+    assert not reads_back(source, folder / "sized.toml", size.found)
+    with pytest.raises(lostmotion.InputError, match="no link to size"):
+        lostmotion.size(lostmotion.read(source), poses=8)
+
+
 def test_a_bare_layout_is_written_too(tmp_path):
     """Dotted keys, links in tables of their own and sections that others still name come out as the sized arm as well."""
     text = """

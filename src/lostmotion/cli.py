@@ -1,4 +1,4 @@
-"""The command line: `lostmotion run FILE`, `lostmotion gear FILE`, `lostmotion bearing FILE`, `lostmotion catalog`, `lostmotion schema`."""
+"""The command line: one function here per command, `lostmotion run FILE` and the others that `lostmotion --help` lists."""
 
 from __future__ import annotations
 

@@ -223,13 +223,15 @@ def test_bending_without_a_tilt_is_the_study_s():
 
 
 def test_what_is_bolted_on_stays():
-    """A link that is stated to weigh more than its section keeps the difference; one of another material weighs what its section makes."""
+    """A link that is stated to weigh more than its section keeps the difference, one without a section all of it."""
     joint = two_links().joints[0]
     own = joint.link.total_mass
     stated = joint.model_copy(update={"link": joint.link.model_copy(update={"mass": own + 0.7})})
     thin = Tube(outer=0.06, wall=0.002)
     bare = with_section(joint, thin).link.total_mass
     assert with_section(stated, thin).link.total_mass == pytest.approx(bare + 0.7)
+    rigid = joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 2.0, "section": None, "material": None})})
+    assert with_section(rigid, thin, ALUMINIUM).link.total_mass == pytest.approx(bare + 2.0)
     steel = materials()["steel"]
     assert with_section(joint, thin, steel).link.total_mass == pytest.approx(bare * steel.density / ALUMINIUM.density)
 

@@ -140,7 +140,7 @@ def _bending(found: Sizing, counted: str) -> Section:
         if not link.holds:
             binds = f"{_BINDS[link.binds]} cannot be held"
         before = link.worst_before
-        now = "rigid" if before is None else f"now {before.slope / ARCMIN:.3g}' and {length(before.deflection)}"
+        now = "rigid as stated" if before is None else f"now {before.slope / ARCMIN:.3g}' and {length(before.deflection)}"
         figures = (
             _arcmin(link.worst.slope, counted),
             Figure(100 * slope, "%", samples=counted),
@@ -205,6 +205,9 @@ def _remarks(found: Sizing) -> list[str]:
     out = []
     if found.kept:
         out.append(f"links left as they are: {', '.join(found.kept)}")
+    added = [link.joint for link in found.links if link.before is None and link.mass_before]
+    if added:
+        out.append(f"links with a mass and no section as stated: {', '.join(added)}; that mass stays in full, and the section's comes on top")
     relieved = [f"{link.joint} by {', '.join(link.relieved_by)}" for link in found.links if link.relieved_by]
     if relieved:
         why = "where they bend most, links are relieved by the weight of others outboard, so that heavier ones might make them lighter"

@@ -68,9 +68,6 @@ def _put(tree: Any, found: Sizing, *, plain: bool) -> None:  # noqa: ANN401 - a 
             link["material"] = _table(stated_by(after.material), plain=plain)
         if after.mass is not None:
             link["mass"] = f"{after.mass:.12g} kg"
-        elif before.mass is not None:
-            link.pop("mass", None)
-            link.pop("centre_of_mass", None)
     _drop_idle_sections(tree)
 
 

@@ -65,20 +65,15 @@ class Found:
 def with_section(joint: Joint, section: Plain, material: Material | None = None) -> Joint:
     """Which joint is this one with another section of its link, all along?
 
-    A mass that was stated for the link stays as far as it is more than its section weighed: what is bolted on. Of a link of another material, or of
-    none, the section makes the mass.
+    A mass that was stated for the link stays as far as it is more than its section weighed: what is bolted on. Of a link without a section that is
+    all of it, since nobody says how much of it the new section takes the place of.
     """
     link = joint.link
-    extra = 0.0
     changed: dict[str, object] = {"section": section, "material": material or link.material, "compliance": None, "measured": None, "mass": None}
-    if link.mass is not None and link.section is not None:
-        own = link.model_copy(update={"mass": None}).total_mass
-        extra = max(link.mass - own, 0.0)
     out = link.model_copy(update=changed)
-    if extra:
-        out = out.model_copy(update={"mass": out.total_mass + extra})
-    elif link.mass is not None:
-        out = out.model_copy(update={"centre_of_mass": None})
+    if link.mass is not None:
+        own = link.model_copy(update={"mass": None}).total_mass
+        out = out.model_copy(update={"mass": out.total_mass + max(link.mass - own, 0.0)})
     return joint.model_copy(update={"link": out})
 
 
