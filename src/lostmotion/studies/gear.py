@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 import numpy as np
 
-from lostmotion.errors import refuse_argument
+from lostmotion.errors import DidNotConvergeError, refuse_argument
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_behaviour import LOST_MOTION, along
+from lostmotion.parts.gearbox.cycloidal_behaviour import LEVELS, LOST_MOTION, along
 from lostmotion.parts.gearbox.gearbox import Gearbox
 from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
 from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
@@ -100,7 +100,14 @@ def gear(gearbox: ErrorSource, torque: float | None = None, gearboxes: int = 100
     chosen = gearbox.rated_torque if torque is None else torque
     inside = None
     if isinstance(gearbox, CycloidalGearbox):
-        inside = drawn(gearbox, chosen or gearbox.rated_torque, gearboxes, seed)
+        try:
+            inside = drawn(gearbox, chosen or gearbox.rated_torque, gearboxes, seed)
+        except DidNotConvergeError as error:
+            highest = max(chosen or 0.0, LEVELS[-1] * gearbox.rated_torque)
+            raise DidNotConvergeError(
+                f"up to {highest:.4g} N m at the output, {LEVELS[-1]:g} times the rated torque or what was asked for, are more than the contacts of "
+                f"the lobes hold: a smaller torque, larger lobes or a stiffer material is needed ({error})"
+            ) from error
     found = None if chosen is None else _loop(gearbox, float(chosen), inside)
     return GearStudy(gearbox, chosen, gearboxes, seed, found, inside)
 

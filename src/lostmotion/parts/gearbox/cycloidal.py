@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from lostmotion.laws.cycloid import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal_behaviour import Behaviour, behaviour, sources
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
-from lostmotion.parts.gearbox.gearbox import refuse
+from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.source import AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, Part, TorqueAmount
 from lostmotion.units import Quantity, Toleranced
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.parts.source import ErrorSource
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
-Teeth = Annotated[int, Field(ge=6, le=1000)]
+Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
 # Of the plane in which involute flanks press on each other.
 _PRESSURE_ANGLE = math.radians(20)
 
@@ -35,7 +35,7 @@ class PlanetaryFirstStage(Part):
     sun_teeth: Teeth
     planet_teeth: Teeth
     module: LengthPlus
-    planets: Annotated[int, Field(ge=1, le=12)] = 2
+    planets: Annotated[int, Whole("", "2", low=1, high=12)] = 2
     play: ClearanceDim = Toleranced(0.0)
     mesh_stiffness: LinearStiffness | None = None
 

@@ -6,7 +6,7 @@ import functools
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from lostmotion.laws import beam, cycloid_drive
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
@@ -15,7 +15,7 @@ from lostmotion.laws.cycloid_bodies import disc_body, ring_body
 from lostmotion.laws.cycloid_built import Scatter
 from lostmotion.laws.cycloid_contact import Flanks
 from lostmotion.laws.rolling import roller_stiffness
-from lostmotion.parts.gearbox.gearbox import refuse
+from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.source import (
     ClearanceDim,
@@ -54,11 +54,11 @@ class Eccentric(Part):
     """
 
     clearance: ClearanceDim = Toleranced(0.0)
-    rollers: Annotated[int, Field(ge=3, le=200)] | None = None
+    rollers: Annotated[int, Whole("", "16", low=3, high=200)] | None = None
     roller_length: LengthPlus | None = None
     bearing: LinearStiffness | None = None
     shaft: LinearStiffness | None = None
-    cranks: Annotated[int, Field(ge=1, le=8)] = 1
+    cranks: Annotated[int, Whole("", "2", low=1, high=8)] = 1
     circle_radius: LengthPlus | None = None
 
     @model_validator(mode="after")
@@ -83,7 +83,7 @@ class OutputPins(Part):
     diameter, free_length   of a round pin, held at one end: from its seat to the middle of the discs; seat and hole are then taken as rigid
     """
 
-    count: Annotated[int, Field(ge=3, le=100)]
+    count: Annotated[int, Whole("", "8", low=3, high=100)]
     circle_radius: LengthPlus
     clearance: ClearanceDim = Toleranced(0.0)
     stiffness: LinearStiffness | None = None
@@ -128,12 +128,12 @@ class CycloidalStage(Part):
     """
 
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
-    pins: Annotated[int, Field(ge=3, le=1000)]
+    pins: Annotated[int, Whole("", "40", low=3, high=1000)]
     ring_radius: SizeDim
     pin_radius: SizeDim
     eccentricity: SizeDim
     width: LengthPlus
-    discs: Annotated[int, Field(ge=1, le=4)] = 1
+    discs: Annotated[int, Whole("", "2", low=1, high=4)] = 1
     relief: Relief = Relief()
     pin_position: LengthAmount = 0.0
     pin_size: LengthAmount = 0.0
