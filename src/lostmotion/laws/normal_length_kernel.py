@@ -44,7 +44,7 @@ _PER_POLE: Final = 2.6  # nodes within the way to the pole, at least
 _STEEP: Final = 2.0  # the contour's lean in the end; where that leads uphill because the normal part is large, the other
 _FLAT: Final = 0.8
 _NODES: Final = 256
-_SMALL: Final = 1e-10  # of the first node: the rest adds nothing
+_SMALL: Final = 1e-8  # of the first node: the rest adds nothing
 _FAR: Final = 0.35  # a quantile so far from the guess, in standard deviations, asks for a contour of its own
 _CLOSE: Final = 5e-3  # of the reach of a contour: the next of Halley's steps, which is of its cube, is not worth taking
 _STEPS: Final = 60
@@ -229,17 +229,18 @@ def _walk(q, c, step, bend, lean, rise, left, spread, square, mean, tensor, bent
         s = complex(x, y)
         nodes[k] = s
         spare[k] = 0.0
+        normal = abs(e)
         if bent:
             d = _edgeworth(s, spread, mean, tensor)
             size = abs(d)
-            spare[k] = abs(e) * size * (left[0] + size) * left[1]
+            spare[k] = normal * size * (left[0] + size) * left[1]
             e = e * (1.0 + d)
         weights[k] = e
         there = abs(e)
         top = max(top, there)
-        if not there <= uphill:
+        if not normal <= uphill:
             return -1
-        uphill = min(uphill, rise * there)
+        uphill = min(uphill, rise * normal)
         if there < _SMALL * top:
             return k + 1
     return -1

@@ -178,7 +178,7 @@ def pooled(found: Analytic, replicates: int = 1, threads: int = 1) -> Pooled:
 
 
 def _pooled_quantile(found: Analytic, mean_square: Floats, level: float, replicates: int, threads: int) -> Estimate:
-    """Find the root of the mean of all poses' shares below; the mean square bounds it from above (Chebyshev)."""
+    """Find the root of the mean of all poses' shares below: between the least and the largest quantile of single poses."""
     from scipy.optimize import brentq
 
     def shares(limit: float) -> tuple[Floats, Floats]:
@@ -187,10 +187,16 @@ def _pooled_quantile(found: Analytic, mean_square: Floats, level: float, replica
             blocks = list(pool.map(lambda at: share_below(found.bias[at], found.covariance[at], [limit], found.fourth[at]), parts))
         return np.concatenate([share[:, 0] for share, _ in blocks]), np.concatenate([left[:, 0] for _, left in blocks])
 
-    most = float(np.sqrt(mean_square.mean() / (1 - level)))
-    if not 0 < most < np.inf:
-        return Estimate(most, most, most)
-    value = float(brentq(lambda limit: shares(limit)[0].mean() - level, 0.0, most * (1 + 1e-9), xtol=1e-7 * most, rtol=1e-7))
+    single = normal_length(found.bias, found.covariance, (level,), found.fourth).quantiles
+    if not np.isfinite(single).all():  # the series has no quantile somewhere; the mean square bounds it (Chebyshev)
+        single = np.append(np.zeros(1), np.sqrt(mean_square.mean() / (1 - level)))
+    least, most = float(single.min()), float(single.max())
+    if most - least <= ACCURACY * most:
+        value = most
+    else:
+        value = float(brentq(lambda limit: shares(limit)[0].mean() - level, least * (1 - ACCURACY), most * (1 + ACCURACY), rtol=ACCURACY))
+    if not value > 0:
+        return Estimate(value, value, value)
     below, left = shares(value)
     step = 1e-3 * value
     density = float((shares(value + step)[0] - shares(value - step)[0]).mean()) / (2 * step)

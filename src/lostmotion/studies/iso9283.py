@@ -31,7 +31,7 @@ def pose_repeatability(attained: Floats) -> Floats:
 
 
 def expected_repeatability(covariance: Floats, visits: int | None = None) -> tuple[Floats, Floats]:
-    """Which RP_l is to be expected of visits that scatter normally with this covariance (n, 3, 3), and how much will it vary? Both (n,), m or its unit.
+    """Which RP_l is to be expected of visits that scatter normally with this covariance (n, 3, 3), and how much will it vary? Both (n,).
 
     `visits` None: what RP_l tends to with many visits, deviation 0. Otherwise the mean and standard deviation over sets of so many visits, to first
     order in 1 / visits: distances from the barycentre are shorter by sqrt(1 - 1/n), and s follows from the distances' third and fourth moments
