@@ -217,8 +217,10 @@ class _Search:
         if first == 0:
             return (low,)
         root = float(brentq(lambda x: _clipped(math.log(self.misfit((float(x),)))), scan[first - 1], scan[first], xtol=1e-12, rtol=1e-12))
-        while self.misfit((root,)) > 1:  # the bracket's other side, by rounding
-            root = min(root * (1 + 1e-12), scan[first])
+        nudge = 1e-12
+        while self.misfit((root,)) > 1:  # the root's other side, by rounding
+            root = min(root * (1 + nudge), scan[first])
+            nudge *= 2
         return self._in_steps((root,))
 
     def _stiffest(self, size: float) -> tuple[float, ...]:
