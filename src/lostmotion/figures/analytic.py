@@ -107,14 +107,19 @@ def _apart(label: str, difference: Floats, half: Floats) -> Row:
 
 
 def _of(estimate: Estimate, counted: str) -> Figure:
-    found = length(estimate.value, estimate.low, estimate.high, counted)
-    return Figure(found.value, found.unit, found.low, found.high, counted, _ENDS)
+    return _told(estimate.value, estimate.low, estimate.high, counted, _ENDS)
 
 
 def _bounded(value: float, bound: float, counted: str) -> Figure:
     bound = max(bound, _SUREST * value)
-    found = length(value, value - bound, value + bound, counted)
-    return Figure(found.value, found.unit, found.low, found.high, counted, _BOUND)
+    return _told(value, value - bound, value + bound, counted, _BOUND)
+
+
+def _told(value: float, low: float, high: float, counted: str, ends: str) -> Figure:
+    if math.isnan(value):
+        return Figure(math.nan, "1", samples=counted)
+    found = length(value, low, high, counted)
+    return Figure(found.value, found.unit, found.low, found.high, counted, ends)
 
 
 def _said(value: float) -> str:
