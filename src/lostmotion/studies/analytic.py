@@ -194,7 +194,9 @@ def _pooled_quantile(found: Analytic, mean_square: Floats, level: float, replica
     if most - least <= ACCURACY * most:
         value = most
     else:
-        value = float(brentq(lambda limit: shares(limit)[0].mean() - level, least * (1 - ACCURACY), most * (1 + ACCURACY), ACCURACY * most, ACCURACY))
+        value = float(
+            brentq(lambda limit: shares(limit)[0].mean() - level, least * (1 - ACCURACY), most * (1 + ACCURACY), xtol=ACCURACY * most, rtol=ACCURACY)
+        )
     if not value > 0:
         return Estimate(value, value, value)
     below, left = shares(value)
