@@ -151,7 +151,7 @@ def test_hostile_names_are_shown_not_run():
     assert not any("alert(1)" in script for script in reader.scripts)
     assert len([script for script in reader.scripts if script]) == 2 + 9
     assert "<script>alert" not in page
-    assert "<script>alert" not in report.tables_html(study)
+    assert "<script>alert" not in study._repr_html_()
     assert reader.tags.count("title") == 1
 
 

@@ -18,8 +18,9 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
-    from lostmotion.ask import Gear, Size, Study, gear, read, size, study
+    from lostmotion.ask import gear, read, size, study
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
+    from lostmotion.shown import Gear, Size, Study
     from lostmotion.studies.budget import costs
     from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
@@ -31,11 +32,11 @@ if TYPE_CHECKING:
 _HOME = {
     "read": "ask",
     "study": "ask",
-    "Study": "ask",
+    "Study": "shown",
     "gear": "ask",
-    "Gear": "ask",
+    "Gear": "shown",
     "size": "ask",
-    "Size": "ask",
+    "Size": "shown",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",

@@ -173,12 +173,12 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     dxf: Annotated[Path | None, typer.Option(help="Write the profiles to this DXF file too (cycloidal; needs ezdxf).")] = None,
 ) -> None:
     """Look at one gearbox: play and lost motion as built, what gives way, hysteresis, lobe loads, transmission error, profile."""
-    from lostmotion.ask import Gear
     from lostmotion.figures.gearbox import units_of
     from lostmotion.formats.dxf import CHORD_ERROR, can_draw
     from lostmotion.formats.part_file import read_gearbox
     from lostmotion.report.folder import refuse_existing
     from lostmotion.report.gearbox import refuse_existing_file, write_drawing
+    from lostmotion.shown import Gear
     from lostmotion.studies.gear import gear as look_at
 
     folder = out or Path(f"{file.stem}-gearbox")

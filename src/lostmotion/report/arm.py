@@ -1,4 +1,4 @@
-"""The report of a study: a folder with report.html, result.json and arrays.nc; and its tables for notebooks."""
+"""The report of a study: a folder with report.html, result.json and arrays.nc."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.figures.arm import sheet
 from lostmotion.report.folder import refuse_existing, write_whole
-from lostmotion.report.page import contents, tables
+from lostmotion.report.page import contents
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,11 +22,6 @@ def write_folder(study: Answer, out: str | Path, *, force: bool = False) -> Path
     """
     refuse_existing(out, force=force)
     return write_whole(_contents(study), out, force=force)
-
-
-def tables_html(study: Answer) -> str:
-    """Show every figure of a study in a notebook: its tables as compact HTML that needs nothing else."""
-    return tables(sheet(study))
 
 
 def _contents(study: Answer) -> dict[str, bytes]:
