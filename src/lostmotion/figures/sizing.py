@@ -86,19 +86,20 @@ def _masses(found: Sizing) -> tuple[float, float]:
     return sum(link.mass_before for link in found.links), sum(link.mass for link in found.links)
 
 
-def _missed(link: LinkSize) -> str:
+def _missed(found: Sizing, link: LinkSize) -> str:
     """Say by how much the section that misses its limits by least misses them."""
     limit = f"{link.limits[0] / ARCMIN:.4g}'" if link.binds == 0 else str(length(link.limits[1]))
     value = f"{link.worst.slope / ARCMIN:.4g}'" if link.binds == 0 else str(length(link.worst.deflection))
     share = link.shares[link.binds]
-    return f"{link.joint}: even {section_said(link.section)} has a {_BINDS[link.binds]} of {value}, {share:.3g} times its limit of {limit}"
+    which = f"even {section_said(link.section)} has a {_BINDS[link.binds]} of {value}"
+    return f"{link.joint}: {which}, {share:.3g} times its limit of {limit}, at {pose_said(found, link.index)}"
 
 
 def _verdict(found: Sizing) -> str:
     before, after = _masses(found)
     failing = [link for link in found.links if not link.holds]
     if failing:
-        return f"The limits cannot be held with the sections allowed ({_limits(found)}). {'; '.join(_missed(link) for link in failing)}."
+        return f"The limits cannot be held with the sections allowed ({_limits(found)}). {'; '.join(_missed(found, link) for link in failing)}."
     text = f"The links come to {_kg(after)}, now {_kg(before)}, with {_limits(found)} held at the worst pose of each."
     text += f" The r.m.s. tool error goes from {length(found.rms_before)} to {length(found.rms)}."
     if all(link.binds == 0 for link in found.links):
