@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, linprog
 
+from lostmotion.laws.chance import Normal
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
-from lostmotion.laws.cycloid_built import LEAST_ARM, Scatter, built, clearance_angle, drawn_gaps
+from lostmotion.laws.cycloid_built import LEAST_ARM, Scatter, built, clearance_angle, drawn, drawn_gaps
 from lostmotion.laws.cycloid_contact import Flanks
 from lostmotion.laws.cycloid_drive import Drive, Eccentric, OutputPins, loaded_disc, members
 from lostmotion.units import Toleranced
@@ -165,3 +166,31 @@ def test_first_contact_counts_both_discs():
     gap = drawn_gaps(DRIVE, SCATTER, crank, 6, 2)
     each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
     np.testing.assert_array_equal(built(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
+
+
+def test_misplaced_output_pins_meet_their_holes_as_circles_do():
+    """Pins turned until the first one leaves its hole's room, circle by circle, against the first order; loaded, errors average."""
+    clearance, position, pins = 30e-6, 12e-6, OutputPins(8, 0.04)
+    drive = replace(DRIVE, discs=1, output=pins)
+    scatter = Scatter(output_clearance=Toleranced(clearance), output_position=position)
+    crank = np.array([0.5])
+    found = built(drive, scatter, np.array([]), crank, 40, 3)
+    without = built(drive, replace(scatter, output_position=0.0), np.array([]), crank, 40, 3)
+    place = pins.circle * np.exp(2j * math.pi * np.arange(8) / 8)
+    way = STAGE.eccentricity * np.exp(1j * crank[0])
+    law = Normal()
+    off = [drawn(position, law, f"output_position {axis} disc 0", 3, (40, 8)) for axis in "xy"]
+    for ends, sign in ((found.ahead - without.ahead, 1), (found.behind - without.behind, -1)):
+        for gearbox in range(40):
+
+            def room(turn: float, error: np.ndarray, sign: int = sign) -> float:
+                gone = place * (np.exp(1j * sign * turn) - 1) + error - way
+                return float((STAGE.eccentricity + clearance / 2 - np.abs(gone)).min())
+
+            error = off[0][gearbox] + 1j * off[1][gearbox]
+            true = brentq(room, 0, 5e-3, args=(error,)) - brentq(room, 0, 5e-3, args=(np.zeros(8),))
+            assert ends[0, gearbox] == pytest.approx(true, abs=0.02 * clearance / pins.circle)
+    assert (found.play < without.play).mean() > 0.9  # one of many comes early
+    heavy = built(replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1).rotation[0, 0]
+    # along the line of centres each pin errs with the deviation s: s/(Rw sqrt(sum of squared sines)), a quarter of the pins' count for half of them
+    assert heavy.std() == pytest.approx(position / law.bound / (pins.circle * math.sqrt(8 / 4)), rel=0.1)

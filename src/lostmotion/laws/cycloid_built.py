@@ -41,7 +41,8 @@ class Scatter:
 
     The same all over one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material taken off (`roller`, `circle`), and the
     diametral clearances of the crank bearings and of the output pins in their holes, with their ±. Each pin or lobe for itself, as ± of a normal
-    law: its place (`pin_position`, radially and tangentially), its radius (`pin_size`), the disc's flank along its normal (`flank_form`).
+    law: its place (`pin_position`, radially and tangentially), its radius (`pin_size`), the disc's flank along its normal (`flank_form`); each
+    output pin against its hole, in both directions (`output_position`).
     """
 
     ring_radius: Toleranced = _NONE
@@ -51,6 +52,7 @@ class Scatter:
     circle: Toleranced = _NONE
     crank_clearance: Toleranced = _NONE
     output_clearance: Toleranced = _NONE
+    output_position: float = 0.0
     pin_position: float = 0.0
     pin_size: float = 0.0
     flank_form: float = 0.0
@@ -139,12 +141,13 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
+    early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
     rotation = np.empty((len(torque), len(crank), gearboxes))
-    for sign, start in ((1.0, ahead), (-1.0, behind)):
+    for way, (sign, start) in enumerate(((1.0, ahead), (-1.0, behind))):
         chosen = np.flatnonzero(np.sign(torque) == sign)
         if len(chosen):
-            rotation[chosen] = sign * (_side_by_side(drive, torque[chosen], crank, gap, start, threads) + free)
-    ahead, behind = ahead.min(axis=0) + free, behind.min(axis=0) + free
+            rotation[chosen] = sign * (_side_by_side(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way])
+    ahead, behind = (ahead + early[0]).min(axis=0) + free, (behind + early[1]).min(axis=0) + free
     return Built(ahead, behind, torque, rotation, (ahead + behind < 0).all(axis=0))
 
 
@@ -154,6 +157,35 @@ def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -
     if drive.output is not None:
         out = out + drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
     return np.asarray(out)
+
+
+def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> tuple[Floats, Floats]:
+    """Give what misplaced output pins add, rad, to the free way (way, disc, crank, gearbox) and, loaded, to the turn (way, crank, gearbox).
+
+    A pin at phi from the line of centres, misplaced along it by d, meets its hole at (Gw/2 + d)/(Rw sin phi): the first to do so ends the free way,
+    and under load they turn the output by sum(sin phi d)/(Rw sum(sin phi^2)), on average over the discs.
+    """
+    shape = (2, drive.discs, len(crank), gearboxes)
+    pins = drive.output
+    if pins is None or not scatter.output_position:
+        return np.zeros(shape), np.zeros((2, len(crank), gearboxes))
+    half = drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes)[:, None] / 2
+    early, uneven = np.empty(shape), np.empty(shape)
+    for disc in range(drive.discs):
+        first, second = (
+            drawn(scatter.output_position, Normal(), f"output_position {way} disc {disc}", seed, (gearboxes, pins.count)) for way in "xy"
+        )
+        turned = (crank + 2 * math.pi * disc / drive.discs)[:, None, None]
+        off = first * np.cos(turned) + second * np.sin(turned)
+        sine = np.sin(2 * math.pi * np.arange(pins.count) / pins.count - turned)
+        for way, sign in enumerate((1.0, -1.0)):
+            leaning = np.maximum(sign * sine, 0.0)
+            touches = leaning > LEAST_ARM
+            lever = pins.circle * np.where(touches, leaning, 1.0)
+            with_error = np.where(touches, (half + off) / lever, np.inf).min(axis=-1)
+            early[way, disc] = with_error - np.where(touches, half / lever, np.inf).min(axis=-1)
+            uneven[way, disc] = (leaning * off).sum(axis=-1) / (pins.circle * (leaning**2).sum(axis=-1))
+    return early, uneven.mean(axis=1)
 
 
 def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, start: Floats, threads: int) -> Floats:

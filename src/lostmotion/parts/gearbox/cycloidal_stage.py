@@ -79,6 +79,7 @@ class OutputPins(Part):
     """The pins that take the torque from the discs' holes.
 
     clearance               of a pin in its hole, on the diameter, beyond what the eccentricity asks for
+    position                ± of each pin against its hole, in both directions
     stiffness               of one pin at the discs, with its seat and its hole; or
     diameter, free_length   of a round pin, held at one end: from its seat to the middle of the discs; seat and hole are then taken as rigid
     """
@@ -86,6 +87,7 @@ class OutputPins(Part):
     count: Annotated[int, Whole("", "8", low=3, high=100)]
     circle_radius: LengthPlus
     clearance: ClearanceDim = Toleranced(0.0)
+    position: LengthAmount = 0.0
     stiffness: LinearStiffness | None = None
     diameter: LengthPlus | None = None
     free_length: LengthPlus | None = None
@@ -229,6 +231,7 @@ class CycloidalStage(Part):
             circle=self.relief.circle,
             crank_clearance=self.eccentric.clearance,
             output_clearance=self.output_pins.clearance if self.output_pins else none,
+            output_position=self.output_pins.position if self.output_pins else 0.0,
             pin_position=self.pin_position,
             pin_size=self.pin_size,
             flank_form=self.flank_form,
