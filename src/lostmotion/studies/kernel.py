@@ -69,7 +69,9 @@ def carry_to_tool(at, place, local):
         frame = at[place[t]]
         if t == 0 or place[t] != place[t - 1]:
             for i in range(3):
-                way[i] = at[-1, i, 3] - frame[i, 3]
+                # no array expression: the check of its shapes alone takes Numba three seconds to compile
+                for p in range(poses):
+                    way[i, p] = at[-1, i, 3, p] - frame[i, 3, p]
         for i in range(3):
             _turn(frame[i], local[0, t], local[1, t], local[2, t], out[i, t])
             _turn(frame[i], local[3, t], local[4, t], local[5, t], out[i + 3, t])
@@ -280,7 +282,9 @@ def run_block(
                 for t in range(n_product):
                     at_product[t] = product_tables[t] * ROW + np.int64(mix(here ^ product_keys[t]) >> np.uint64(51))
                 e = kept[v]
-                e[:, :] = fixed
+                for c in range(3):
+                    for i in range(LANES):
+                        e[c, i] = fixed[c, i]
                 _add_terms(width, e, visit_screws, tables, at_visit)
                 for t in range(n_product):
                     a0 = at_product[t]
