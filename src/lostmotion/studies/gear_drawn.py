@@ -13,7 +13,7 @@ from lostmotion.laws.cycloid import ratio as ratio_of
 from lostmotion.laws.cycloid_built import built
 from lostmotion.laws.cycloid_contact import efficiency
 from lostmotion.laws.cycloid_drive import crank_force, loaded_disc, nominal_gaps, pitch_of_crank
-from lostmotion.parts.gearbox.cycloidal_behaviour import ALIKE, LOST_MOTION, along, gearboxes, wind_up
+from lostmotion.parts.gearbox.cycloidal_behaviour import LOST_MOTION, along, gearboxes, plain_springs, wind_up
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
@@ -103,7 +103,7 @@ def drawn(gearbox: CycloidalGearbox, torque: float, count: int, seed: int) -> Dr
     """What does the drawing tell under a torque (N m) above zero? Raises DidNotConvergeError where the contact law does not hold the load."""
     small = np.array([LOST_MOTION * gearbox.rated_torque])
     made = gearboxes(gearbox, np.array([-small[0], small[0]]), _ANGLES, count, seed)
-    alike = sum(float(angle[0]) for name, angle in wind_up(gearbox, small).items() if name.removeprefix("first stage, ") in ALIKE)
+    alike = float(plain_springs(wind_up(gearbox, small))[0])
     found = gearbox.behaviour
     members = {name: float(along(torque, found.torque, angle)) for name, angle in found.wind_up.items()}
     rubbing = None

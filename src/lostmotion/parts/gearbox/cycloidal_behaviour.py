@@ -35,7 +35,7 @@ _WAVED: Final = (0.1, 1.0)
 _WAVING: Final = 48
 _MOST_WAVES: Final = 4
 # Members that are plain springs and the same in all gearboxes.
-ALIKE: Final = ("output pins", "first stage", "frame", "input shaft")
+_ALIKE: Final = ("output pins", "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the levels
 _ANGLES: Final = 4
 
@@ -100,7 +100,7 @@ def behaviour(gearbox: CycloidalGearbox) -> Behaviour:
     small = LEVELS.index(LOST_MOTION)
     both_ways = made.wind_up[1 + small] - made.wind_up[0]
     drawn = wind_up(gearbox, torque)
-    alike = sum((angle for name, angle in drawn.items() if name.removeprefix("first stage, ") in ALIKE), np.zeros_like(torque))
+    alike = plain_springs(drawn)
     # Flanks that differ take the load one after the other: on average that winds up more than flanks as drawn.
     uneven = made.wind_up[1:].mean(axis=1) - (sum(drawn.values()) - alike)
     members = drawn | {"lobe contacts": drawn["lobe contacts"] + uneven}
@@ -164,6 +164,11 @@ def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
     if first is not None and first.kind == "cycloidal":
         out |= {f"first stage, {name}": angle / steps for name, angle in cycloid_drive.members(first.drive, torque / steps).items()}
     return out | _outside(gearbox, torque)
+
+
+def plain_springs(members: dict[str, Floats]) -> Floats:
+    """Which part of the members' wind-up (torque,) is the same in all gearboxes, and so not in what `gearboxes` gives?"""
+    return np.asarray(np.sum([angle for name, angle in members.items() if name.removeprefix("first stage, ") in _ALIKE], axis=0))
 
 
 def _outside(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
