@@ -64,7 +64,7 @@ def looked_at(name):
 def plain(**more):
     """Look at a steel gearbox of one disc without tolerances, with these fields besides."""
     part = CycloidalGearbox.model_validate({**PLAIN, **more}, context={"text": True})
-    return lostmotion.ask.Gear("plain", (), gear(part, gearboxes=2))
+    return lostmotion.Gear("plain", (), gear(part, gearboxes=2))
 
 
 def stated(tmp_path, name):

@@ -18,9 +18,11 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
-    from lostmotion.ask import gear, read, size, study
+    from lostmotion.ask.gear import Gear, gear
+    from lostmotion.ask.read import read
+    from lostmotion.ask.size import Size, size
+    from lostmotion.ask.study import Study, study
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
-    from lostmotion.shown import Gear, Size, Study
     from lostmotion.studies.budget import costs
     from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
@@ -30,13 +32,13 @@ if TYPE_CHECKING:
 
 # In reading order: from the file to the answer, then the pieces in between, then what can go wrong.
 _HOME = {
-    "read": "ask",
-    "study": "ask",
-    "Study": "shown",
-    "gear": "ask",
-    "Gear": "shown",
-    "size": "ask",
-    "Size": "shown",
+    "read": "ask.read",
+    "study": "ask.study",
+    "Study": "ask.study",
+    "gear": "ask.gear",
+    "Gear": "ask.gear",
+    "size": "ask.size",
+    "Size": "ask.size",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",

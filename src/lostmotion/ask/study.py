@@ -1,15 +1,16 @@
-"""The front door's verbs: read an arm, study it, size its links; look at one gearbox."""
+"""Study an arm."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
+from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
-from lostmotion.shown import AnalyticStudy, Gear, Size, Study
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 
@@ -17,8 +18,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    import xarray
+
     from lostmotion.arm import Arm
+    from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
+    from lostmotion.studies.analytic import Analytic, Pooled
 
 Approach = Literal["random", "up", "down"]
 Method = Literal["montecarlo", "analytic", "both"]
@@ -27,63 +32,6 @@ _SIGNS: dict[str, float] = {"random": 0.0, "up": 1.0, "down": -1.0}
 DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
-DEFAULT_GEARBOXES = 1000
-DEFAULT_SIZING_POSES = 1024
-
-
-def gear(path: str | Path, joint: str | None = None, torque: float | None = None, gearboxes: int = DEFAULT_GEARBOXES, seed: int = 1) -> Gear:
-    """What does the gearbox in this file do: play, lost motion, wind-up and through what, hysteresis, transmission error?
-
-    path      a file about a gearbox, or an arm with the `joint` whose gearbox is meant
-    torque    N m at the output; left out: the rated one
-    gearboxes how many are built of a drawing
-    seed      same seed, same bits
-
-    Raises InputError with every mistake in the file, and as `studies.gear.gear`.
-    """
-    from lostmotion.formats.part_file import read_gearbox
-    from lostmotion.studies.gear import gear as look_at
-
-    found = read_gearbox(path, joint)
-    return Gear(found.name, found.notes, look_at(found.part, torque, gearboxes, seed))
-
-
-def size(
-    arm: Arm,
-    by: str | Path | None = None,
-    poses: int = DEFAULT_SIZING_POSES,
-    seed: int = 1,
-    *,
-    also: Floats | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
-    **asked: Any,  # noqa: ANN401 - keys of a file's table
-) -> Size:
-    """Which sections make the links of this arm as light as their limits allow, and what would other limits cost?
-
-    by      a TOML that says how (`formats.sizing`); left out: the paper's condition (4), each link among sections like its own
-    poses   how many to look at, by a Sobol sequence; corners of the joints' ranges are looked at besides, and `also` (pose, joint), rad and m
-    asked   keys of its table as in the file, slope="0.5 arcmin", deflection=2500, tilt="10 deg", family={"kind": "tube", ...}
-
-    Raises InputError with every mistake in file and keys.
-    """
-    from pathlib import Path
-
-    from lostmotion.formats.sizing import read_sizing
-    from lostmotion.studies.sizing import size_links
-
-    plan, wanted = read_sizing(None if by is None else Path(by), asked, arm)
-    chosen = sample_poses(arm, poses, seed=seed)
-    return Size(size_links(arm, wanted, plan.limits, chosen, tilt=plan.tilt, step=plan.step, also=also, progress=progress))
-
-
-def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
-    """Which arm does this file describe? Native TOML or URDF, by its ending.
-
-    `sidecar` is the TOML that says what a URDF cannot (gearboxes, bearings, sections, tolerances). Raises InputError with every mistake in the file.
-    """
-    from lostmotion.formats import read as read_file
-
-    return read_file(path, sidecar)
 
 
 @overload
@@ -202,3 +150,75 @@ def _chosen(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int) -> P
     from lostmotion.arm import as_poses
 
     return Poses(as_poses(arm, np.asarray(poses)), "given")
+
+
+class Study(Answer, Shown):
+    """A study that can be looked at: `summary()`, `report("out/")`, `arrays()`, `result()`; every attribute of `Answer` besides."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give what an engineer asks for: workspace, error, AP and RP, budget, torques, each with its interval and sample."""
+        from lostmotion.figures.arm import sheet
+
+        return sheet(self)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report.arm import write_folder
+
+        return write_folder(self, out, force=force)
+
+    def arrays(self) -> xarray.Dataset:
+        """Give every result per pose and per robot with its name, unit and coordinates."""
+        from lostmotion.arrays import dataset
+
+        return dataset(self)
+
+    def __repr__(self) -> str:
+        """Tell the result in a few lines."""
+        from lostmotion.figures.arm import sections
+
+        wanted = {"error": 4, "iso9283": 4, "budget": 3}
+        lines = [
+            f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} robots x {self.sampled.visits} visits, seed {self.seed}"
+        ]
+        for section in sections(self):
+            for row in section.rows[: wanted.get(section.key, 0)]:
+                interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""
+                share = f", {row.figures[1]} of the mean square" if section.key == "budget" else ""
+                lines.append(f"  {row.label:32} {row.figures[0]}{interval}{share}")
+        return "\n".join(lines) + ">"
+
+
+@dataclass(frozen=True, repr=False)
+class AnalyticStudy(Shown):
+    """A study without sampling: `analytic` holds every pose, `pooled` all of them; `summary()`, `report("out/")`, `result()`."""
+
+    arm: Arm
+    poses: Poses
+    analytic: Analytic
+    pooled: Pooled
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.analytic import analytic_sheet
+
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report.folder import write_whole
+        from lostmotion.report.page import contents
+
+        return write_whole(contents(self.sheet, ()), out, force=force)
+
+    def __repr__(self) -> str:
+        """Tell in a line what was studied."""
+        return f"<AnalyticStudy of '{self.arm.name}': {len(self.poses)} poses; mean {self.pooled.mean.value:.4g} m>"

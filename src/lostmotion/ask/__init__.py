@@ -1,0 +1,1 @@
+"""The front door: one file per verb, with what its answer can be asked."""

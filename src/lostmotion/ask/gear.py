@@ -1,0 +1,71 @@
+"""Look at one gearbox."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.ask.shown import Shown
+from lostmotion.errors import refuse_argument
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.figures import Sheet
+    from lostmotion.studies.gear import GearStudy
+
+DEFAULT_GEARBOXES = 1000
+
+
+def gear(path: str | Path, joint: str | None = None, torque: float | None = None, gearboxes: int = DEFAULT_GEARBOXES, seed: int = 1) -> Gear:
+    """What does the gearbox in this file do: play, lost motion, wind-up and through what, hysteresis, transmission error?
+
+    path      a file about a gearbox, or an arm with the `joint` whose gearbox is meant
+    torque    N m at the output; left out: the rated one
+    gearboxes how many are built of a drawing
+    seed      same seed, same bits
+
+    Raises InputError with every mistake in the file, and as `studies.gear.gear`.
+    """
+    from lostmotion.formats.part_file import read_gearbox
+    from lostmotion.studies.gear import gear as look_at
+
+    found = read_gearbox(path, joint)
+    return Gear(found.name, found.notes, look_at(found.part, torque, gearboxes, seed))
+
+
+@dataclass(frozen=True)
+class Gear(Shown):
+    """One gearbox that was looked at: `summary()`, `report("out/")`, `result()`, `drawing()`; `study` holds every number."""
+
+    name: str
+    notes: tuple[str, ...]
+    study: GearStudy
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.gearbox import gearbox_sheet
+
+        return gearbox_sheet(self.name, self.study, self.notes)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed, profile.dxf into the folder `out`, whole or not at all.
+
+        Gives the folder. Raises OutputExistsError where it exists and `force` is not set.
+        """
+        from lostmotion.formats.dxf import can_draw
+        from lostmotion.report.gearbox import write_gearbox
+
+        drawing = self.drawing() if self.study.drawn is not None and can_draw() else None
+        return write_gearbox(self.sheet, self.study, drawing, out, force=force)
+
+    def drawing(self) -> bytes:
+        """Give the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""
+        from lostmotion.formats.dxf import profile_dxf
+        from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+
+        gearbox = self.study.gearbox
+        if not isinstance(gearbox, CycloidalGearbox):
+            raise refuse_argument("dxf", f"a gearbox of kind '{gearbox.kind}'", "one by its drawing, of kind 'cycloidal'")
+        return profile_dxf(gearbox, self.name)

@@ -1,0 +1,51 @@
+"""`lostmotion gear`: look at one gearbox."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lostmotion.cli.app import amount, app
+
+
+@app.command()
+def gear(  # noqa: PLR0913, PLR0917 - options of a command line
+    file: Annotated[Path, typer.Argument(help="TOML with [gearbox], or an arm file with --joint.")],
+    joint: Annotated[str | None, typer.Option(help="Which joint's gearbox, of an arm.")] = None,
+    torque: Annotated[
+        str | None, typer.Option(help="Torque at the output, '200 N m'; '500 N' for a drive that slides. Default: the rated one.")
+    ] = None,
+    gearboxes: Annotated[int, typer.Option(min=2, help="How many gearboxes of a drawing are built.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same bits.")] = 1,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and profile.dxf. Default: NAME-gearbox.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder, or the file of --dxf.")] = False,  # noqa: FBT002 - a switch
+    dxf: Annotated[Path | None, typer.Option(help="Write the profiles to this DXF file too (cycloidal; needs ezdxf).")] = None,
+) -> None:
+    """Look at one gearbox: play and lost motion as built, what gives way, hysteresis, lobe loads, transmission error, profile."""
+    from lostmotion.ask.gear import Gear
+    from lostmotion.figures.gearbox import units_of
+    from lostmotion.formats.dxf import CHORD_ERROR, can_draw
+    from lostmotion.formats.part_file import read_gearbox
+    from lostmotion.report.folder import refuse_existing
+    from lostmotion.report.gearbox import refuse_existing_file, write_drawing
+    from lostmotion.studies.gear import gear as look_at
+
+    folder = out or Path(f"{file.stem}-gearbox")
+    refuse_existing(folder, force=force)
+    if dxf is not None:
+        refuse_existing_file(dxf, force=force)
+    found = read_gearbox(file, joint)
+    units = units_of(found.part)
+    asked = amount("--torque", torque, units.torque, "200 N m" if units.torque == "N m" else "500 N")
+    answer = Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
+    drawing = None if dxf is None else answer.drawing()
+    written = answer.report(folder, force=force)
+    if dxf is not None and drawing is not None:
+        write_drawing(drawing, dxf, force=force)
+    answer.summary()
+    typer.echo(f"\nReport: {written / 'report.html'}")
+    if answer.study.drawn is not None:
+        drawn = f"{dxf or written / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
+        typer.echo(f"Drawing: {drawn}" if can_draw() else "Drawing: none, for want of ezdxf: pip install 'lostmotion[dxf]'")

@@ -1,0 +1,86 @@
+"""`lostmotion run`: study an arm."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lostmotion.cli.app import STOPPED, app, stopped
+
+if TYPE_CHECKING:
+    from lostmotion.studies.poses import Poses
+
+
+class PoseChoice(StrEnum):
+    """Laws by which poses are chosen."""
+
+    sobol = "sobol"
+    uniform = "uniform"
+    normal = "normal"
+    grid = "grid"
+
+
+class Approach(StrEnum):
+    """From which side the joints arrive."""
+
+    random = "random"
+    up = "up"
+    down = "down"
+
+
+class Method(StrEnum):
+    """Routes to the position error."""
+
+    montecarlo = "montecarlo"
+    analytic = "analytic"
+    both = "both"
+
+
+@app.command()
+def run(  # noqa: PLR0913, PLR0917 - options of a command line
+    file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
+    poses: Annotated[
+        int,
+        typer.Option(min=1, help="How many poses to visit; rounded up to 8 x a power of two for sobol, to a multiple of 8 for uniform and normal."),
+    ] = 2048,
+    pose_law: Annotated[PoseChoice, typer.Option(help="How poses are chosen within the joint limits; 'normal' is the paper's.")] = PoseChoice.sobol,
+    poses_file: Annotated[Path | None, typer.Option(help="CSV of poses to visit instead: one column per joint, header like 'A [deg]'.")] = None,
+    robots: Annotated[int, typer.Option(min=1, help="How many robots are built.")] = 1000,
+    visits: Annotated[int, typer.Option(min=1, help="How often each returns to each pose; ISO 9283 asks for 30.")] = 30,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same bits.")] = 1,
+    approach: Annotated[Approach, typer.Option(help="Sign of every joint's last motion.")] = Approach.random,
+    method: Annotated[Method, typer.Option(help="By samples, by sums over terms without sampling, or both, compared.")] = Method.montecarlo,
+    sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and arrays.nc. Default: NAME-accuracy.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
+    threads: Annotated[int | None, typer.Option(min=1, help="Default: one per processor. Changes no result.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but where the report is.")] = False,  # noqa: FBT002 - a switch
+) -> None:
+    """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
+    from lostmotion.ask.read import read
+    from lostmotion.ask.study import study
+    from lostmotion.report.folder import refuse_existing
+    from lostmotion.screen import ProgressBar
+
+    folder = out or Path(f"{file.stem}-accuracy")
+    refuse_existing(folder, force=force)  # before the work, not after it
+    arm = read(file, sidecar)
+    chosen: int | Poses = poses
+    if poses_file is not None:
+        from lostmotion.formats.poses import read_poses
+        from lostmotion.studies.poses import Poses
+
+        chosen = Poses(read_poses(poses_file, arm), "given")
+    with ProgressBar() as bar:
+        answer = study(
+            arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=approach.value, method=method.value, threads=threads, progress=bar
+        )
+    if stopped:
+        raise typer.Exit(STOPPED)
+    written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
+    if not quiet:
+        answer.summary()
+    typer.echo(f"\nReport: {written / 'report.html'}")

@@ -1,0 +1,59 @@
+"""`lostmotion size`: choose the sections of an arm's links."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lostmotion.cli.app import STOPPED, app, stopped
+
+
+@app.command()
+def size(  # noqa: PLR0913, PLR0917 - options of a command line
+    file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
+    by: Annotated[
+        Path | None, typer.Option(help="TOML with [sizing]: limits, and what each link may be made of. Default: sections like its own.")
+    ] = None,
+    slope: Annotated[str | None, typer.Option(help="Most slope of a link's tip, '0.5 arcmin'. Default: that, the paper's.")] = None,
+    deflection: Annotated[
+        str | None, typer.Option(help="Most deflection of a link's tip: its length over this, '2500'. Default: that, the paper's.")
+    ] = None,
+    family: Annotated[str | None, typer.Option(help="Kind of section for every link, 'tube', with --outer and --wall; others by --by.")] = None,
+    outer: Annotated[str | None, typer.Option(help="Outside diameter of the tubes, '30 mm .. 200 mm'.")] = None,
+    wall: Annotated[str | None, typer.Option(help="Wall of the tubes, '3 mm', '2 mm .. 6 mm' or '5 %' of the outside diameter.")] = None,
+    tilt: Annotated[str | None, typer.Option(help="By how much the base may lean from level, towards any side, '10 deg'.")] = None,
+    poses: Annotated[int, typer.Option(min=1, help="How many poses to look at; rounded up to 8 x a power of two.")] = 1024,
+    poses_file: Annotated[Path | None, typer.Option(help="CSV of poses to look at besides: one column per joint, header like 'A [deg]'.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same poses.")] = 1,
+    sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and sized.toml. Default: NAME-sized.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
+) -> None:
+    """Choose the lightest sections of an arm's links that keep slope and deflection within limits, and say what other limits would cost."""
+    from lostmotion.ask.read import read
+    from lostmotion.ask.size import size as size_links
+    from lostmotion.formats.poses import read_poses
+    from lostmotion.formats.sized import reads_back
+    from lostmotion.report.folder import refuse_existing
+    from lostmotion.screen import ProgressBar
+
+    folder = out or Path(f"{file.stem}-sized")
+    refuse_existing(folder, force=force)
+    tube = {name: text for name, text in (("kind", family), ("outer", outer), ("wall", wall)) if text is not None}
+    words = {"slope": slope, "deflection": deflection, "tilt": tilt, "family": {"kind": "tube", **tube} if tube else None}
+    arm = read(file, sidecar)
+    also = None if poses_file is None else read_poses(poses_file, arm)
+    with ProgressBar() as bar:
+        answer = size_links(arm, by, poses, seed, also=also, progress=bar, **{name: word for name, word in words.items() if word is not None})
+    if stopped:
+        raise typer.Exit(STOPPED)
+    written = answer.report(folder, file, sidecar, force=force)
+    answer.summary()
+    typer.echo(f"\nReport: {written / 'report.html'}")
+    if not answer.found.holds:
+        typer.echo(f"lostmotion: {answer.sheet.verdict}", err=True)
+        raise typer.Exit(1)
+    doubt = reads_back(file, written / "sized.toml", answer.found)
+    typer.echo(f"Sized arm: {written / 'sized.toml'}" + (f"; {doubt}" if doubt else ""))

@@ -1,0 +1,53 @@
+"""`lostmotion statics`: what every joint carries and how much the arm gives."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lostmotion import __version__
+from lostmotion.cli.app import amount, app
+
+
+@app.command()
+def statics(  # noqa: PLR0913, PLR0917 - options of a command line
+    file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
+    tilt: Annotated[str | None, typer.Option(help="By how much the base may lean from level, towards any side, '10 deg'.")] = None,
+    poses: Annotated[int, typer.Option(min=1, help="How many poses to visit; rounded up to 8 x a power of two.")] = 4096,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same poses.")] = 1,
+    sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print data for machines, and write nothing.")] = False,  # noqa: FBT002 - a switch
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html and result.json. Default: NAME-statics.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
+) -> None:
+    """Say what every joint carries and which reducers do, and how much the arm gives: where, in which direction, by which part."""
+    from lostmotion.ask.read import read
+    from lostmotion.figures.statics import statics_sheet
+    from lostmotion.formats.own_reducers import read_reducers
+    from lostmotion.report.folder import refuse_existing
+    from lostmotion.studies.poses import sample_poses
+    from lostmotion.studies.survey import survey
+
+    folder = out or Path(f"{file.stem}-statics")
+    if not as_json:
+        refuse_existing(folder, force=force)
+    leaning = amount("--tilt", tilt, "rad", "10 deg", above=-sys.float_info.min)
+    arm = read(file, sidecar)
+    found = survey(arm, sample_poses(arm, poses, seed=seed), leaning)
+    sheet = statics_sheet(found, read_reducers(file) if file.suffix == ".toml" else ())
+    if as_json:
+        import json
+
+        from lostmotion.figures import plain
+
+        typer.echo(json.dumps(plain(sheet, __version__), indent=2, ensure_ascii=False, allow_nan=False))
+        return
+    from lostmotion.report.statics import write_statics
+    from lostmotion.screen import print_sheet
+
+    written = write_statics(sheet, found, folder, force=force)
+    print_sheet(sheet)
+    typer.echo(f"\nReport: {written / 'report.html'}")
