@@ -46,16 +46,34 @@ def quantile(hist: np.ndarray, level: float) -> float:
 def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: float, largest: float = math.inf) -> Estimate:
     """Which error leaves this share of all samples below it, and how sure is that?
 
-    Leaving out one group of robots, or one independent set of poses, at a time gives a variance each (jackknife, B. Efron 1982, ch. 3); the
-    interval is Student's with the fewer degrees of freedom, and never inside the bin that the value was read in. Poses that were given or
-    gridded are taken as they are. `largest` is the largest sample, m: no quantile lies above it.
+    The share below differs from group to group of robots and from set to set of poses; what that leaves of the share's own uncertainty is read
+    back as errors (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635), so that the longer tail has the longer half. Never inside the bin that the
+    value was read in; NaN for an end beyond all samples. Poses that were given or gridded are taken as they are. `largest` is the largest sample, m:
+    no quantile lies above it.
     """
     hist = group_hist.sum(axis=0)
-    value = min(quantile(hist, level), largest)
-    found = _interval(value, [pseudo_values(hists, level) for hists in (group_hist, replicate_hist)])
+    value = quantile(hist, level)
+    # What one cell of group and set adds by itself counts in both families: never too narrow, at most by a root of two too wide.
+    spread = [_mean_square(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
+    if len(group_hist) < 2:  # noqa: PLR2004 - one robot says nothing of others
+        return Estimate(min(value, largest), math.nan, math.nan)
+    variance, freedom = _satterthwaite(spread, [len(group_hist) - 1, len(replicate_hist) - 1])
+    half = student(freedom) * math.sqrt(variance)
+    value = min(value, largest)
     at = int(np.searchsorted(bin_edges(), value, side="right"))
     bin_low, bin_high = (0.0, 0.0) if value == 0 else bin_edges()[[max(at - 1, 0), min(at, len(hist))]]
-    return Estimate(value, max(min(found.low, bin_low), 0.0), max(found.high, bin_high))
+    # Added to the log odds, so that both ends stay shares: those of 99 % stay below 100 %.
+    odds, wide = level / (1 - level), math.exp(half / (level * (1 - level)))
+    ends = [quantile(hist, odds * by / (1 + odds * by)) for by in (1 / wide, wide)]
+    return Estimate(value, min(ends[0], bin_low, value), max(min(ends[1], largest), bin_high, value))
+
+
+def _shares_below(hists: np.ndarray, value: float) -> Floats:
+    """Which share of each histogram's samples (member, bin) lies below the value? (member,), on a straight line within a bin."""
+    edges = bin_edges()
+    at = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, hists.shape[1] - 1))
+    part = min(max((value - edges[at]) / (edges[at + 1] - edges[at]), 0.0), 1.0)
+    return np.asarray((hists[:, :at].sum(axis=1) + part * hists[:, at]) / np.maximum(hists.sum(axis=1), 1))
 
 
 def pseudo_values(hists: np.ndarray, level: float) -> Floats:
@@ -68,14 +86,38 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
 
 
 def pooled_mean(robot_means: Floats) -> Estimate:
-    """What is the mean over robots and poses of these means (set of poses, robot), and how sure is that?"""
-    return _interval(float(robot_means.mean()), [robot_means.mean(axis=0), robot_means.mean(axis=1)])
+    """What is the mean over robots and poses of these means (set of poses, robot), and how sure is that?
+
+    Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots. Mean squares of both less that of what is left of
+    each cell give the variance of the grand mean (S. Searle et al., Variance Components, 1992, ch. 4), F. Satterthwaite's formula (Biometrics
+    Bulletin 2 (1946) 110) its degrees of freedom; components below zero count as none.
+    """
+    sets, robots = robot_means.shape
+    value = float(robot_means.mean())
+    if robots < 2:  # noqa: PLR2004 - one robot says nothing of others
+        return Estimate(value, math.nan, math.nan)
+    of_robots, of_sets = robot_means.mean(axis=0), robot_means.mean(axis=1)
+    squares = [_mean_square(of_robots), _mean_square(of_sets)]
+    freedoms = [robots - 1, sets - 1]
+    cells = 0.0
+    if sets > 1:
+        left = robot_means - of_robots - of_sets[:, None] + value
+        cells = float((left**2).sum()) / ((sets - 1) * (robots - 1)) / (sets * robots)
+    # The cells' part is in both; a family that shows less than that differs by nothing of its own.
+    real = [k for k in (0, 1) if squares[k] > cells]
+    if len(real) > 1:
+        variance, freedom = _satterthwaite([*squares, -cells], [*freedoms, (sets - 1) * (robots - 1)])
+    else:
+        k = real[0] if real else 0
+        variance, freedom = max(squares[k], cells), float(freedoms[k])
+    half = student(freedom) * math.sqrt(variance)
+    return Estimate(value, value - half, value + half)
 
 
 def difference(first: Floats, second: Floats, value: float, resolution: float = 0.0) -> Estimate:
     """How sure is a difference of which each member's part is known, from the same draws? Never surer than the resolution it was read with."""
-    found = _interval(value, [first - second])
-    return Estimate(value, min(found.low, value - resolution), max(found.high, value + resolution))
+    half = student(len(first) - 1) * math.sqrt(_mean_square(first - second))
+    return Estimate(value, min(value - half, value - resolution), max(value + half, value + resolution))
 
 
 def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
@@ -116,17 +158,20 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
     return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-def _interval(value: float, families: list[Floats]) -> Estimate:
-    """Add the variances of the mean of each family of independent replications (those of one member add none)."""
-    if len(families[0]) < 2:  # noqa: PLR2004 - one robot says nothing of others
-        return Estimate(value, math.nan, math.nan)
-    spread = [family for family in families if len(family) > 1]
-    variance = sum(float(family.var(ddof=1)) / len(family) for family in spread)
-    half = student(min(len(family) - 1 for family in spread)) * math.sqrt(variance)
-    return Estimate(value, value - half, value + half)
+def _mean_square(members: Floats) -> float:
+    """Give the squared standard error of the mean of independent members; none of a single one."""
+    return float(members.var(ddof=1)) / len(members) if len(members) > 1 else 0.0
 
 
-def student(freedom: int) -> float:
+def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, float]:
+    """Add variances up: the sum, and how many degrees of freedom it has."""
+    total = sum(squares)
+    if not total > 0:
+        return 0.0, float(max(freedoms))
+    return total, total**2 / sum(square**2 / freedom for square, freedom in zip(squares, freedoms, strict=True) if freedom > 0)
+
+
+def student(freedom: float) -> float:
     """How many standard errors is half of a 95 % interval, with so many degrees of freedom? NaN for none."""
     from scipy.special import stdtrit
 

@@ -1,0 +1,106 @@
+"""Do intervals hold the truth as often as they say?"""
+
+import numpy as np
+import pytest
+
+from lostmotion import sample_poses
+from lostmotion.studies import kernel
+from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.kernel import bin_edges
+from lostmotion.studies.montecarlo import run
+
+from .conftest import arm_of
+
+SETS = 8
+
+
+@pytest.mark.parametrize(("of_sets", "of_robots", "of_cells"), [(0.0, 1.0, 0.0), (1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.1, 0.3)])
+def test_the_interval_of_a_pooled_mean_covers_whatever_differs(of_sets, of_robots, of_cells):
+    """1 000 made-up studies each: robots, sets of poses, their product or all of these differ, and 95 % intervals hold the truth in 93-97 %.
+
+    Where sets or cells alone differ, a component that is estimated below zero counts as none: there it may be up to 99 %.
+    """
+    rng = np.random.default_rng(7)
+    held = 0
+    for _ in range(1000):
+        means = rng.normal(0, of_robots, 60) + rng.normal(0, of_sets / 2, (SETS, 1)) + rng.normal(0, of_cells, (SETS, 60))
+        found = pooled_mean(5 + means)
+        held += found.low <= 5 <= found.high
+    assert 0.93 <= held / 1000 <= (0.97 if of_robots > of_cells else 0.99)
+
+
+@pytest.mark.slow
+def test_the_interval_of_a_pooled_quantile_covers():
+    """1 000 made-up studies of 128 robots: errors of a logarithmic normal law, robots and sets of poses that differ; 50, 95 % held in 93-97 %."""
+    rng = np.random.default_rng(8)
+    robots, groups, samples = 128, 32, 16
+    spread = (0.1, 0.3, 0.4)  # of sets, of robots, of samples
+    edges = bin_edges()
+    scale = {0.5: 0.0, 0.95: 1.6448536269514722}
+    held = dict.fromkeys(scale, 0)
+    for _ in range(1000):
+        logs = rng.normal(0, spread[0], (SETS, 1, 1)) + rng.normal(0, spread[1], (robots, 1)) + rng.normal(0, spread[2], (SETS, robots, samples))
+        bins = np.searchsorted(edges, 1e-3 * np.exp(logs), side="right") - 1
+        whose = np.repeat(np.arange(robots) * groups // robots, samples)
+        by_group = np.bincount((whose * kernel.BINS + bins.reshape(SETS, -1)).ravel(), minlength=groups * kernel.BINS).reshape(groups, -1)
+        by_set = np.array([np.bincount(each.ravel(), minlength=kernel.BINS) for each in bins])
+        for level, normal in scale.items():
+            truth = 1e-3 * np.exp(normal * np.linalg.norm(spread))
+            found = pooled_quantile(by_group, by_set, level)
+            held[level] += found.low <= truth <= found.high
+    assert all(0.93 <= count / 1000 <= 0.97 for count in held.values()), held
+
+
+@pytest.mark.slow
+def test_the_intervals_of_whole_studies_cover():
+    """300 studies of a small arm, each with its own poses, robots and visits, against one of 8 192 poses and 4 000 robots.
+
+    95 % hold, within 3.3 deviations of a count of 300 (1.3 % each).
+    """
+    play = {"backlash": "0.5 arcmin ± 0.2 arcmin"}
+    small = arm_of(
+        2, gearbox=play, bearing=None, encoder={"noise": "0.5 arcmin", "zero": "0.3 arcmin"}, mounting=None, link={"length": "400 mm ± 50 µm"}
+    )
+
+    def told(poses, robots, seed):
+        found = run(small, sample_poses(small, poses, seed=seed), robots, 4, seed)
+        means = [pooled_mean(found.robot_means[:, :, k]) for k in range(3)]
+        return [*means, *(pooled_quantile(found.group_hist, found.replicate_hist, level) for level in (0.5, 0.95))]
+
+    truth = [each.value for each in told(8192, 4000, 10**6)]
+    held = np.zeros(len(truth))
+    for seed in range(300):
+        held += [each.low <= true <= each.high for each, true in zip(told(64, 128, seed), truth, strict=True)]
+    assert (np.abs(held / 300 - 0.95) <= 3.3 * np.sqrt(0.95 * 0.05 / 300)).all(), held / 300
+
+
+def test_a_99_percent_interval_of_few_robots_ends_below_all_samples():
+    """The upper end of a quantile never passes the largest sample nor is missing, however few robots there are; of one robot nothing is said."""
+    rng = np.random.default_rng(9)
+    hist = np.zeros((4, kernel.BINS), np.int64)
+    np.add.at(hist, (np.repeat(np.arange(4), 50), rng.integers(5000, 5400, 200)), 1)
+    largest = float(bin_edges()[5400])
+    found = pooled_quantile(hist, hist.sum(axis=0)[None], 0.99, largest)
+    assert found.low < found.value <= found.high <= largest
+    alone = pooled_quantile(hist[:1], hist[:1], 0.5)
+    assert np.isnan(alone.low)
+    assert np.isnan(alone.high)
+    assert np.isnan(pooled_mean(rng.normal(size=(8, 1))).low)
+
+
+def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():
+    """A thousand robots over sets without a difference: the half-width is 1.96 standard errors, not the 2.36 of eight sets."""
+    rng = np.random.default_rng(10)
+    robots = rng.normal(1, 0.1, 1000)
+    found = pooled_mean(np.tile(robots, (SETS, 1)))
+    assert (found.high - found.low) / 2 == pytest.approx(1.9623 * robots.std(ddof=1) / np.sqrt(1000), rel=1e-4)
+
+
+def test_the_robots_quantile_covers():
+    """400 made-up studies of 300 robots over sets that differ: the value that 95 % of robots stay below is held in at least 93 %."""
+    rng = np.random.default_rng(11)
+    held = 0
+    for _ in range(400):
+        found = pooled_robots_quantile(rng.normal(1, 0.2, 300) + rng.normal(0, 0.02, (SETS, 1)))
+        held += found.low <= 1 + 0.2 * 1.6448536 <= found.high
+    assert held / 400 >= 0.93
