@@ -194,3 +194,65 @@ def test_misplaced_output_pins_meet_their_holes_as_circles_do():
     heavy = built(replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1).rotation[0, 0]
     # along the line of centres each pin errs with the deviation s: s/(Rw sqrt(sum of squared sines)), a quarter of the pins' count for half of them
     assert heavy.std() == pytest.approx(position / law.bound / (pins.circle * math.sqrt(8 / 4)), rel=0.1)
+
+
+CRANKS = Eccentric(bearing=4e8, cranks=2, circle=0.036)
+
+
+def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.ndarray:
+    """Read off by how much (gearbox, crank) a disc's bores stand beside their places, as complex numbers."""
+    x, y = (drawn(position, Normal(), f"crank_position {way} disc {disc}", 3, (gearboxes, cranks)) for way in "xy")
+    return x + 1j * y
+
+
+@pytest.mark.parametrize("eccentric", [Eccentric(), CRANKS, Eccentric(cranks=3, circle=0.036)])
+def test_bores_beside_their_places_move_and_turn_the_disc(eccentric):
+    """The disc laid on its cranks by rotation and shift of all bores at once, and the gaps measured on its true profile."""
+    drive, psi, gearbox = replace(DRIVE, made=Modification(), eccentric=eccentric), 0.4, 0
+    found = drawn_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
+    points = flank(STAGE, np.linspace(0, 2 * math.pi, 400_001))[0] @ [1, 1j]
+    pins = STAGE.ring_radius * np.exp(2j * math.pi * np.arange(STAGE.pins) / STAGE.pins)
+    circle = eccentric.circle if eccentric.cranks > 1 else 0.0
+    for disc in (0, 1):
+        # in axes along the line of centres at this disc, whose crank stands half a turn on
+        off = _bores_off(2e-7, eccentric.cranks, 4, disc)[gearbox] * np.exp(-1j * math.pi * disc)
+        shafts = circle * np.exp(1j * (2 * math.pi * np.arange(eccentric.cranks) / eccentric.cranks - math.pi * disc))
+        turned = (np.conj(shafts) * off).imag.sum() / max((np.abs(shafts) ** 2).sum(), 1.0e-30)
+        centre, turn = planet_pose(STAGE, np.array(psi))
+        placed = points * np.exp(1j * (turn + turned)) + complex(*centre) + off.mean()
+        seen = np.array([np.abs(placed - pin).min() for pin in pins]) - STAGE.pin_radius
+        # pins are numbered from the same place; the other disc meets them half a turn on
+        np.testing.assert_allclose(np.sort(found[disc]), np.sort(seen), atol=6e-10)
+        assert np.ptp(seen) > 3e-8
+
+
+@pytest.mark.parametrize(("cranks", "missing"), [(2, 0.02), (3, 0.08)])
+def test_bores_that_do_not_fit_take_room_from_the_bearings(cranks, missing):
+    """How far a rigid disc moves with all its bores in their bearings' clearance, by linear programming, against the room that is left."""
+    clearance = 10e-6
+    drive = replace(DRIVE, discs=1, made=Modification(), eccentric=replace(CRANKS, cranks=cranks))
+    scatter = Scatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)
+    crank, many = 2 * math.pi * np.arange(6) / 6, 40
+    free = built(drive, scatter, np.array([]), crank, many, 3)
+    tight = built(drive, replace(scatter, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
+    left = ((free.ahead - tight.ahead) / (clearance_angle(drive, scatter, 1, 3) / 2))[0]
+    off = _bores_off(4e-6, cranks, many, 0)
+    around = np.exp(2j * math.pi * np.arange(64) / 64)
+    true = np.empty((len(crank), many))
+    for k, psi in enumerate(crank):
+        shafts = np.exp(1j * (2 * math.pi * np.arange(cranks) / cranks - psi))
+        tangent = 1j * shafts
+        for gearbox in range(many):
+            error = off[gearbox] * np.exp(-1j * psi)
+            error = error - error.mean() - (np.conj(tangent) * error).real.mean() * tangent
+            # shift along and across, turn times Rc: each bore within a polygon around its crank
+            held = np.vstack([np.column_stack([around.real, around.imag, (np.conj(around) * t).real]) for t in tangent])
+            room = np.concatenate([clearance / 2 + (np.conj(around) * e).real for e in error])
+            best = linprog([0, -1 / LEVER, -1 / CRANKS.circle], held, room * 1e6, bounds=[(None, None)] * 3)
+            true[k, gearbox] = -best.fun * 1e-6
+    true /= float(clearance_angle(drive, scatter, 1, 3)[0]) / 2
+    assert (left.mean() - true.mean()) == pytest.approx(missing, abs=0.02)
+    assert left.mean() < 0.995
+    jammed = built(drive, replace(scatter, crank_position=60e-6), np.array([]), crank, many, 3)
+    alone = built(drive, replace(scatter, crank_position=60e-6, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
+    assert ((jammed.ahead - alone.ahead).mean(axis=0) < 1e-12).mean() > 0.5  # then bearings are pressed instead of free

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.chance import Normal, of_tolerance
-from lostmotion.laws.cycloid import first_contact_error, gaps, gaps_from_pins, normals, pin_angles
+from lostmotion.laws.cycloid import arms, first_contact_error, gaps, gaps_from_pins, normals, pin_angles
 from lostmotion.laws.cycloid_drive import crank_play, loaded_disc
 from lostmotion.units import Toleranced
 
@@ -42,7 +42,8 @@ class Scatter:
     The same all over one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material taken off (`roller`, `circle`), and the
     diametral clearances of the crank bearings and of the output pins in their holes, with their ±. Each pin or lobe for itself, as ± of a normal
     law: its place (`pin_position`, radially and tangentially), its radius (`pin_size`), the disc's flank along its normal (`flank_form`); each
-    output pin against its hole, in both directions (`output_position`).
+    output pin against its hole (`output_position`), and each bore of a disc for its crank against the flank and the other shafts
+    (`crank_position`), in both directions.
     """
 
     ring_radius: Toleranced = _NONE
@@ -53,6 +54,7 @@ class Scatter:
     crank_clearance: Toleranced = _NONE
     output_clearance: Toleranced = _NONE
     output_position: float = 0.0
+    crank_position: float = 0.0
     pin_position: float = 0.0
     pin_size: float = 0.0
     flank_form: float = 0.0
@@ -120,7 +122,10 @@ def drawn_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, se
         theta = pin_angles(stage, crank + 2 * math.pi * disc / drive.discs)[:, None]
         # dR takes off (1 - K1 cos theta)/D of itself, as a pin that stands farther out does; the twin's pins move the other way
         taken = roller + np.abs(gaps_from_pins(stage, theta, np.zeros(1), np.ones(1), np.zeros(1))) * circle
-        shift = normals(stage, theta)[..., 0] * off
+        moved, turned, _ = _bores(drive, scatter, disc, gearboxes, seed)
+        across, along = _in_line_of_centres(moved, crank + 2 * math.pi * disc / drive.discs)
+        normal_to = normals(stage, theta)
+        shift = normal_to[..., 0] * (off + along[..., None]) + normal_to[..., 1] * across[..., None] + arms(stage, theta) * turned[:, None]
         flank = each("flank_form", f"flank_form disc {disc}")
         out[disc] = gaps(stage, theta, drive.made) + taken + flank - shift + gaps_from_pins(stage, theta, radius, radial, tangential)
     return out
@@ -142,6 +147,7 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
+    early = early - _room_lost(drive, scatter, gearboxes, seed)[:, None]
     rotation = np.empty((len(torque), len(crank), gearboxes))
     for way, (sign, start) in enumerate(((1.0, ahead), (-1.0, behind))):
         chosen = np.flatnonzero(np.sign(torque) == sign)
@@ -157,6 +163,38 @@ def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -
     if drive.output is not None:
         out = out + drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
     return np.asarray(out)
+
+
+def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int) -> tuple[Floats, Floats, Floats]:
+    """How do misplaced bores make a disc sit on its cranks: moved (gearbox, 2) m, turned (gearbox,) rad, each still off by (gearbox, crank, 2) m?
+
+    By least squares, as bearings alike that all carry place it; in the axes of the output.
+    """
+    count, circle = drive.eccentric.cranks, drive.eccentric.circle
+    off = np.stack([drawn(scatter.crank_position, Normal(), f"crank_position {way} disc {disc}", seed, (gearboxes, count)) for way in "xy"], axis=-1)
+    moved = off.mean(axis=1)
+    if count == 1:
+        return moved, np.zeros(gearboxes), np.zeros_like(off)
+    angle = 2 * math.pi * np.arange(count) / count
+    tangent = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+    around = (off * tangent).sum(axis=-1).mean(axis=1)
+    return moved, around / circle, off - moved[:, None] - around[:, None, None] * tangent
+
+
+def _in_line_of_centres(shift: Floats, crank: Floats) -> tuple[Floats, Floats]:
+    """Give shifts (gearbox, 2) in the output's axes across and along the line of centres, both (crank, gearbox)."""
+    cosine, sine = np.cos(crank)[:, None], np.sin(crank)[:, None]
+    return shift[:, 1] * cosine - shift[:, 0] * sine, shift[:, 0] * cosine + shift[:, 1] * sine
+
+
+def _room_lost(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+    """By how much (disc, gearbox; rad) do bores that do not fit the cranks shorten the free way, either way?
+
+    A bearing off by r within its half clearance g moves as freely as one of sqrt(g^2 - r^2), and not at all from r = g on; the worst one counts.
+    """
+    half = np.maximum(drawn_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes), 0.0) / 2
+    off = np.stack([np.linalg.norm(_bores(drive, scatter, disc, gearboxes, seed)[2], axis=-1).max(axis=1) for disc in range(drive.discs)])
+    return np.asarray(crank_play(drive) * (half - np.sqrt(np.maximum(half**2 - off**2, 0.0))))
 
 
 def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> tuple[Floats, Floats]:

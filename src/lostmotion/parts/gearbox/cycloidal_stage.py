@@ -47,6 +47,7 @@ class Eccentric(Part):
     """The eccentric with its bearings, one per disc and crankshaft.
 
     clearance       diametral working clearance of each bearing
+    position        ± of each disc's bore for it, in both directions: against the flank and, with several crankshafts, against where these stand
     rollers, roller_length   its rolling elements; or
     bearing         its stiffness across the axis
     shaft           stiffness of the shaft with its seats, at one disc
@@ -54,6 +55,7 @@ class Eccentric(Part):
     """
 
     clearance: ClearanceDim = Toleranced(0.0)
+    position: LengthAmount = 0.0
     rollers: Annotated[int, Whole("", "16", low=3, high=200)] | None = None
     roller_length: LengthPlus | None = None
     bearing: LinearStiffness | None = None
@@ -232,6 +234,7 @@ class CycloidalStage(Part):
             crank_clearance=self.eccentric.clearance,
             output_clearance=self.output_pins.clearance if self.output_pins else none,
             output_position=self.output_pins.position if self.output_pins else 0.0,
+            crank_position=self.eccentric.position,
             pin_position=self.pin_position,
             pin_size=self.pin_size,
             flank_form=self.flank_form,
