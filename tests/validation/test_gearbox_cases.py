@@ -53,3 +53,12 @@ def test_an_rv_stands_off_by_half_its_lost_motion_and_its_rigidity(tmp_path, red
     assert error_under(tmp_path, f"{reducer}-100", torque) / ARCMIN == pytest.approx(by_rule, rel=1e-9)
     if reducer == "RV-160E":
         assert by_rule == pytest.approx(3.44, abs=0.005)
+
+
+def test_nabtescos_example_of_the_torsion_angle(tmp_path):
+    """RV-160E under 1 300 N m, beyond the lost motion's range: 1/2 + (1300 - 47.0)/392 = 3.70'.
+
+    Source: Nabtesco, Precision Reduction Gear RV, E series, "Calculation of torsion angle". Its other example, 30 N m within that range, lies on the
+    straight line from no load to half the lost motion; here play and spring are apart, and the whole band is passed as soon as friction is.
+    """
+    assert error_under(tmp_path, "RV-160E-100", 1300.0) / ARCMIN == pytest.approx(3.70, abs=0.005)
