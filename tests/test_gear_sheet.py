@@ -192,6 +192,16 @@ def test_the_makers_figures_of_an_rv_come_back(tmp_path):
     assert figure(found, "loop", "wind-up at 412 N m").value == pytest.approx(412 / 108)
 
 
+def test_a_ratio_that_nobody_stated_is_not_known(tmp_path):
+    """A name of the catalogue without its ratio has none, rather than one turn for one."""
+    (tmp_path / "named.toml").write_text('gearbox = "RV-42N"')
+    found = lostmotion.gear(tmp_path / "named.toml")
+    assert found.result()["ratio"] is None
+    assert str(figure(found, "stated", "ratio")) == "not known"
+    (tmp_path / "named.toml").write_text('gearbox = "RV-42N-126"')
+    assert str(figure(lostmotion.gear(tmp_path / "named.toml"), "stated", "ratio")) == "126"
+
+
 def test_wind_up_in_zones(tmp_path):
     """Two zones, 20 N m at 10 N m/arcmin and 80 N m at 20: 2' and 4' more."""
     found = stated(tmp_path, "worm")

@@ -119,8 +119,13 @@ def _said(study: GearStudy, units: Units) -> str:
 
 
 def _facts(name: str, study: GearStudy, units: Units) -> dict[str, Any]:
-    gearbox = study.gearbox
-    return {"gearbox": name, "kind": gearbox.kind, "ratio": gearbox.ratio, f"{units.what}_{units.torque.replace(' ', '')}": study.torque}
+    gearbox, ratio = study.gearbox, _ratio(study.gearbox).value
+    return {
+        "gearbox": name,
+        "kind": gearbox.kind,
+        "ratio": None if math.isnan(ratio) else ratio,
+        f"{units.what}_{units.torque.replace(' ', '')}": study.torque,
+    }
 
 
 def _doubts(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
@@ -153,16 +158,20 @@ def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]
 
 
 def _ratio(gearbox: AnyGearbox) -> Figure:
-    return _pure(gearbox.ratio)
+    """Give the ratio; a row of a catalogue may leave it out."""
+    stated = gearbox.kind != "catalogue" or "ratio" in gearbox.model_fields_set
+    return _pure(gearbox.ratio if stated else math.nan)
 
 
 def _pure(value: float) -> Figure:
     """Give a pure number, a whole one as such."""
-    return Figure(int(value) if float(value).is_integer() else value, "1", samples=_STATED)
+    return Figure(int(value) if value.is_integer() else value, "1", samples=_STATED)
 
 
 def _stated(gearbox: StatedGearbox, units: Units) -> Section:
-    rows = [Row("ratio", (_ratio(gearbox),), "below zero: input and output go opposite ways" if gearbox.ratio < 0 else "")]
+    ratio = _ratio(gearbox)
+    opposite = "below zero: input and output go opposite ways" if gearbox.ratio < 0 else ""
+    rows = [Row("ratio", (ratio,), "none is stated" if math.isnan(ratio.value) else opposite)]
     if isinstance(gearbox, WolfromGearbox):
         rows.append(Row("turns of the carrier per turn of the output", (_pure(gearbox.carrier_turns),)))
     if gearbox.rated_torque is not None:
