@@ -42,7 +42,10 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
 # Where drawings of gearboxes name materials, in themselves and in their first stage.
 MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material")
 _FIRST: Final = "first_stage"
-SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES}
+# What a file may ask for besides an arm; a command of its own does it.
+SWEEP: Final = "sweep"
+SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'
+SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES, SWEEP: SWEEP_EXAMPLE}
 # No arm has as many, shared parts counted wherever they are used; a hostile file would have them all checked one by one.
 _MOST_ENTRIES: Final = 20_000
 # Stands where a reference led nowhere, so that the rest of the link is still checked.
@@ -201,6 +204,8 @@ class Draft:
 
     def arm(self) -> Arm:
         """Which arm is it? Raises InputError with every mistake noted on the way and every one that the model finds."""
+        if self.tree.pop(SWEEP, None) is not None:
+            self.note("the arm as it stands: its [sweep] is carried out by `lostmotion sweep`")
         self.fill_in_shared_parts()
         self._check_size()
         try:

@@ -10,7 +10,7 @@ from lostmotion.arm import Arm
 from lostmotion.catalogue.gearboxes import CheckedRow
 from lostmotion.formats.clearances import ALSO as IN_BEARINGS
 from lostmotion.formats.dh import DH_KEYS, Row
-from lostmotion.formats.draft import MATERIALS_OF_GEARBOXES, SHARED
+from lostmotion.formats.draft import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.formats.own_reducers import FILE, ROWS
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 
@@ -67,6 +67,7 @@ def json_schema() -> Schema:
         "description": f"a file with [[{ROWS}]], beside this one or below",
         "examples": ["my_reducers.toml"],
     }
+    schema["properties"][SWEEP] = {"type": "object", "description": _SWEEP, "examples": [{"gearboxes.wrist.backlash": ["0.5 arcmin", "1 arcmin"]}]}
     schema = _with_renamed_references(schema, {name: kind["title"] for name, kind in kinds.items()})
     schema["$defs"] = {kind["title"]: kind for _, kind in sorted(schema["$defs"].items(), key=lambda item: str(item[1]["title"]))}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "lostmotion arm", "description": _DESCRIPTION}
@@ -75,6 +76,7 @@ def json_schema() -> Schema:
 _ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
 _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
 _FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
+_SWEEP: Final = "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, to, steps, spacing }"
 _COMPLIANCE_FILE: Final = {"type": "string", "description": "a CSV with a matrix (6, 6), beside this file or below", "examples": ["forearm.csv"]}
 _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",

@@ -39,9 +39,13 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
     A sidecar that is not given is NAME.toml beside NAME.urdf, where there is one. Joints may be revolute, continuous (taken as +-180 degrees, with
     a note), prismatic and fixed. Raises InputError with every mistake found, each with its line and element.
     """
-    tree = read_tree(read_text(path, MEGABYTES), str(path))
     sidecar = sidecar or find_sidecar(path)
-    said = {} if sidecar is None else read_toml(sidecar)
+    return arm_of(path, sidecar, {} if sidecar is None else read_toml(sidecar))
+
+
+def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
+    """Which arm do this URDF and what its sidecar says describe? The tree `said` is used up; mistakes in it are told of the file `sidecar`."""
+    tree = read_tree(read_text(path, MEGABYTES), str(path))
     chain = _chain(tree, said.pop("tip", None), str(sidecar or path), path.with_suffix(".toml").name)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
     draft.written.update({("joints", index): f"joints.{joint.name}" for index, joint in enumerate(chain)})

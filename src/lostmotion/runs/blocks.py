@@ -1,0 +1,172 @@
+"""One block of one design: a record of fixed size, the same bits whoever computes it and when."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from lostmotion.runs.order import Order, made_with, order_of
+from lostmotion.runs.stream import poses_between
+from lostmotion.studies import kernel
+from lostmotion.studies.budget import Tally
+from lostmotion.studies.intervals import robots_quantile
+from lostmotion.studies.montecarlo import Plan, sample_block
+from lostmotion.studies.poses import Poses
+from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+
+ZSTD_LEVEL: Final = 3
+_INTERVAL: Final = ("", "_low", "_high")
+# What is kept of every pose, in m and m^2: the kernel's columns, AP and RP over the robots, exact mean squares by level, bounds.
+COLUMNS: Final = (
+    *("mean", "mean_half_interval", "mean_square", "largest", "largest_robot", "largest_visit"),
+    *(f"q{100 * level:.0f}{end}" for level in kernel.QUANTILES for end in _INTERVAL),
+    *(f"{name}{end}" for name in ("ap", "rp") for end in ("_mean", *(f"_q95{end}" for end in _INTERVAL))),
+    *("bias_square", "robot_square", "visit_square", "worst_case", "root_sum_square"),
+)
+PARTS: Final = ("variance", "own_bias", "shared_bias")
+OF_ROBOTS: Final = ("mean", "ap", "rp")
+_AP: Final = kernel.COLUMNS
+_SQUARES: Final = _AP + 8
+
+
+class Record(NamedTuple):
+    """What is kept of a block.
+
+    poses      (row, len(COLUMNS)) one row per pose, m and m^2; NaN in rows beyond the block's last pose
+    histogram  (group, kernel.BINS) how many samples of each group of robots fall into each bin of the error
+    robots     (robot, 3) mean error, AP and RP of each robot, summed over the block's poses, m; NaN for AP and RP of a single visit
+    parts      (part, 3) variance, own and shared bias of each part, summed over the poses, m^2, in the order of `Order.parts`
+    """
+
+    poses: Floats
+    histogram: np.ndarray
+    robots: Floats
+    parts: Floats
+
+
+class Piece(NamedTuple):
+    """Shape and type of one array of a record, and what its axes are."""
+
+    shape: tuple[int, int]
+    kind: str
+    axes: tuple[str, str]
+    words: str
+
+    @property
+    def size(self) -> int:
+        """Count its bytes."""
+        return self.shape[0] * self.shape[1] * np.dtype(self.kind).itemsize
+
+
+def pieces(order: Order) -> dict[str, Piece]:
+    """Which arrays make a record of this order?"""
+    return {
+        "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "column"), ", ".join(COLUMNS)),
+        "histogram": Piece((design_of(order, 0).plan.groups, kernel.BINS), "<i8", ("group", "bin"), "samples by size of the error"),
+        "robots": Piece((order.robots, len(OF_ROBOTS)), "<f8", ("robot", "column"), "sums over the block's poses: " + ", ".join(OF_ROBOTS)),
+        "parts": Piece((max(len(order.parts), 1), len(PARTS)), "<f8", ("part", "column"), "sums over the block's poses: " + ", ".join(PARTS)),
+    }
+
+
+def pack(record: Record) -> dict[str, bytes]:
+    """Which bytes stand for a record? Each array as a chunk of Zarr: little-endian, Zstandard."""
+    from numcodecs.zstd import Zstd
+
+    codec = Zstd(level=ZSTD_LEVEL, checksum=False)
+    return {name: bytes(codec.encode(np.ascontiguousarray(value))) for name, value in record._asdict().items()}
+
+
+def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
+    """Which record do these bytes stand for? Raises ValueError for bytes that are none of this order's, before they take any room."""
+    from numcodecs.zstd import Zstd
+
+    found = {}
+    for name, piece in pieces(order).items():
+        if _unpacked_size(packed[name]) != piece.size:
+            raise ValueError(f"{name}: bytes of another size")
+        found[name] = np.frombuffer(Zstd().decode(packed[name]), piece.kind).reshape(piece.shape)
+    return Record(**found)
+
+
+def _unpacked_size(raw: bytes) -> int:
+    """How many bytes does a Zstandard frame say it holds? -1 where it does not say (RFC 8878, 3.1.1.1); if it lies, decoding fails."""
+    if raw[:4] != b"\x28\xb5\x2f\xfd" or len(raw) < 6:  # noqa: PLR2004 - shorter than any frame
+        return -1
+    flag, alone, dictionary = raw[4] >> 6, raw[4] >> 5 & 1, raw[4] & 3
+    width = (1 if alone else 0, 2, 4, 8)[flag]
+    at = 5 + (0 if alone else 1) + (0, 1, 2, 4)[dictionary]
+    return int.from_bytes(raw[at : at + width], "little") + (256 if flag == 1 else 0) if width else -1
+
+
+class Design(NamedTuple):
+    """An arm of the sweep and the plan of its study, with what was drawn for every robot."""
+
+    arm: Arm
+    plan: Plan
+
+
+def design_of(order: Order, design: int) -> Design:
+    """Which arm is this design, and how is it studied? Kept for the next blocks."""
+    return _design_of(order.text(), design)
+
+
+@functools.lru_cache(maxsize=4)
+def _design_of(text: bytes, design: int) -> Design:
+    order = order_of(text)
+    arm = order.read(design)
+    # The plan's poses play no part in a block, which is given its own.
+    return Design(arm, Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), order.robots, order.visits, order.seed, order.approach))
+
+
+def matrix_of(order: Order, design: int, block: int) -> Screws:
+    """How does every elementary error move the tool at the poses of this block?"""
+    arm = design_of(order, design).arm
+    return screws(arm, poses_between(arm, order.law, order.poses, order.seed, *order.span(block)), approach=order.approach)
+
+
+def compute(order: Order, design: int, block: int) -> Record:
+    """What is to be kept of this block of this design?"""
+    first, last = order.span(block)
+    matrix = matrix_of(order, design, block)
+    plan = design_of(order, design).plan
+    sample = sample_block(plan, matrix, first)
+    rows = np.full((order.block, len(COLUMNS)), np.nan)
+    found = rows[: last - first]
+    found[:, :_AP] = sample.per_pose
+    sums = np.column_stack([sample.robot_sums, np.full((order.robots, 2), np.nan)])
+    if order.visits > 1:
+        spread = np.concatenate([sample.ap_rp.mean(axis=2)[..., None], robots_quantile(sample.ap_rp)], axis=-1)
+        found[:, _AP:_SQUARES] = spread.reshape(last - first, -1)
+        sums[:, 1:] = sample.ap_rp.sum(axis=0).T
+    found[:, _SQUARES] = (matrix.bias[:, 3:] ** 2).sum(axis=1)
+    found[:, _SQUARES + 1] = matrix.squares[matrix.columns("robot")].sum(axis=0)
+    found[:, _SQUARES + 2] = matrix.squares[matrix.columns("visit", "robot x visit")].sum(axis=0)
+    found[:, _SQUARES + 3] = worst_case(matrix)
+    found[:, _SQUARES + 4] = root_sum_square(matrix)
+    tally = Tally.of(matrix)
+    parts = np.zeros((max(len(order.parts), 1), len(PARTS)))
+    at = [order.parts.index(owner) for owner in tally.owners]
+    parts[at] = np.column_stack([tally.variance, tally.own_bias, tally.shared_bias])
+    return Record(rows, np.ascontiguousarray(sample.group_hist), sums, parts)
+
+
+def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, bytes], dict[str, str]]:
+    """Which bytes stand for this block, and which versions made them? For workers that know nothing but the order's text."""
+    return pack(compute(order_of(text), design, block)), made_with()
+
+
+def parts_of(order: Order) -> tuple[str, ...]:
+    """Which parts do the designs have, in the order of the first design and then of those that have others?"""
+    found: dict[str, None] = {}
+    for design in range(order.designs):
+        arm = order.read(design)
+        found |= dict.fromkeys(screws(arm, arm.limits.mean(axis=1)[None], approach=order.approach).owners)
+    return tuple(found)

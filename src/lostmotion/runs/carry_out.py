@@ -1,0 +1,106 @@
+"""Carry an order out: what is done stays, the rest is computed and kept block by block."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.errors import LostmotionError, refuse_argument
+from lostmotion.formats.designs import read_sweep, texts
+from lostmotion.runs.blocks import parts_of
+from lostmotion.runs.order import Order, check_block, made_with, usual_block
+from lostmotion.runs.stream import rounded
+from lostmotion.runs.workers import on_dask, on_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lostmotion.runs.order import Law
+    from lostmotion.runs.store import Store
+
+MOST_WORKERS = 1024
+
+
+def order(  # noqa: PLR0913 - a run is these numbers
+    path: Path,
+    sidecar: Path | None = None,
+    by: Path | None = None,
+    *,
+    poses: int,
+    robots: int,
+    visits: int,
+    seed: int,
+    pose_law: Law = "sobol",
+    approach: int = 0,
+    block: int | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Order:
+    """What does this run consist of? Reads the arm, and every design that its `[sweep]`, or that of the file `by`, asks for.
+
+    Raises InputError with every mistake in the files, and for counts out of range.
+    """
+    from lostmotion.studies.montecarlo import Plan
+    from lostmotion.studies.poses import POSE_LAWS, Poses
+
+    arm, axes = read_sweep(path, sidecar, by, progress)
+    Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
+    if pose_law not in POSE_LAWS:
+        raise refuse_argument("pose law", pose_law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+    if not 0 <= seed < 2**63:
+        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+    count, sets = rounded(arm, poses, pose_law)
+    found = Order(
+        made_with=made_with(),
+        arm=path.name,
+        files=texts(path, sidecar, axes),
+        axes=axes,
+        poses=count,
+        sets=8 if sets > 1 else 1,
+        law=pose_law,
+        robots=robots,
+        visits=visits,
+        seed=seed,
+        approach=-1 if approach < 0 else 1 if approach > 0 else 0,
+        block=min(check_block(block or usual_block(robots), robots), count // sets),
+        parts=(),
+    )
+    return found.model_copy(update={"parts": parts_of(found)})
+
+
+def carry_out(
+    store: Store,
+    workers: int = 1,
+    dask: str | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> int:
+    """Compute every block that is not done yet, and keep it; gives how many there were to compute. Interrupted or killed, it goes on from there.
+
+    Raises LostmotionError where the store cannot be written, another process is at it, or workers of other versions compute.
+    """
+    if not 1 <= workers <= MOST_WORKERS:
+        raise refuse_argument("workers", workers, f"from 1 to {MOST_WORKERS}", "workers = 4")
+    with store.locked():
+        there = store.done(progress)
+        total, done = there.size, int(there.sum())
+        todo = ((int(k) // store.order.blocks, int(k) % store.order.blocks) for k in np.flatnonzero(~there))
+        text = store.order.text()
+        for design, block, packed, versions in on_threads(text, todo, workers) if dask is None else on_dask(text, todo, dask):
+            _refuse_others(store.order.made_with, versions)
+            try:
+                store.write(design, block, packed)
+            except OSError as error:
+                raise LostmotionError(
+                    f"'{store.folder}' cannot be written: {error.strerror or error}\n  {done} of {total} blocks are kept; the same command goes on"
+                ) from error
+            done += 1
+            if progress is not None:
+                progress(f"block {done} of {total}", done, total)
+    return total - int(there.sum())
+
+
+def _refuse_others(mine: dict[str, str], theirs: dict[str, str]) -> None:
+    other = [f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]]
+    if other:
+        raise LostmotionError(f"the workers are of other versions: {', '.join(other)}\n  install the same ones: others might compute other last bits")

@@ -1,0 +1,203 @@
+"""The folder of a big run: its order, a Zarr group of blocks, and the ledger of those that are done. A killed run goes on from it.
+
+    run.json          the order: arm file, values swept, counts, seed, versions (`runs.order`)
+    blocks.zarr/      arrays (design, block, ...), one chunk per block, to be opened with Zarr or xarray
+    ledger/           a file for each block that is done, with the SHA-256 of its chunks
+    report.html, result.json    once all blocks are done
+
+Nothing in it tells the time or is drawn at random, so that two runs of one order can be compared byte by byte. A file is put in place
+whole or not at all; a block counts as done once its chunks are what its ledger says, and is computed again where they are not.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import numpy as np
+
+from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.runs.blocks import ZSTD_LEVEL, Record, pieces, unpack
+from lostmotion.runs.ledger import PARTIAL, digest, entry, place, read_entry, read_regular
+from lostmotion.runs.order import Order, order_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+ORDER: Final = "run.json"
+BLOCKS: Final = "blocks.zarr"
+LEDGER: Final = "ledger"
+_LARGEST_ORDER: Final = 20_000_000
+_PARTIAL: Final = re.compile(rf"\.[0-9a-f]{{8}}{re.escape(PARTIAL)}$")
+
+
+class Store:
+    """A run's folder: `begin` one or go on with it, or `open` it to read."""
+
+    def __init__(self, folder: Path, order: Order) -> None:
+        """Take a folder that was looked at already."""
+        self.folder = folder
+        self.order = order
+        self._pieces = pieces(order)
+
+    @classmethod
+    def begin(cls, folder: Path, order: Order) -> Self:
+        """Give the store of this order in this folder, new or as an earlier run left it.
+
+        Raises OutputExistsError for a folder that holds anything else, or a run of another order; then nothing in it is touched.
+        """
+        folder = folder.absolute()
+        text = order.text()
+        if len(text) > _LARGEST_ORDER:
+            raise LostmotionError(f"the files of this arm take {len(text)} bytes; at most {_LARGEST_ORDER} go into a run's store")
+        if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+            raise OutputExistsError(f"'{folder}' is no folder\n  name another one with --out")
+        there = read_regular(folder / ORDER, _LARGEST_ORDER)
+        if there is None:
+            if folder.exists() and any(not _PARTIAL.search(each.name) for each in os.scandir(folder)):
+                raise OutputExistsError(f"'{folder}' exists and holds no run\n  it is left alone; name another folder with --out")
+            place(folder / ORDER, text)
+        elif there != text:
+            try:
+                lines = order.differences(order_of(there))
+            except LostmotionError:
+                lines = ["its order cannot be read"]
+            said = "\n".join(f"  {line}" for line in lines or ["written differently"])
+            raise OutputExistsError(
+                f"'{folder}' holds another run, which this one cannot go on with:\n{said}\n  name another folder with --out, or remove that one"
+            )
+        store = cls(folder, order)
+        store._refuse_links()
+        for name, content in _metadata(order).items():
+            if read_regular(folder / name, _LARGEST_ORDER) != content:
+                place(folder / name, content)
+        return store
+
+    @classmethod
+    def open(cls, folder: Path) -> Self:
+        """Give the store in this folder, to be read. Raises LostmotionError for a folder that no run of this package made."""
+        folder = folder.absolute()
+        text = read_regular(folder / ORDER, _LARGEST_ORDER)
+        if text is None:
+            raise LostmotionError(f"'{folder}' holds no run: no {ORDER} in it\n  name the folder that `lostmotion sweep` wrote")
+        order = order_of(text)
+        store = cls(folder, order)
+        store._refuse_links()
+        for name, content in _metadata(order).items():
+            if read_regular(folder / name, _LARGEST_ORDER) != content:
+                raise LostmotionError(f"'{folder / name}' is not what the run's order says\n  run the same `lostmotion sweep` again to mend it")
+        return store
+
+    def _refuse_links(self) -> None:
+        for name in (BLOCKS, LEDGER, *(f"{BLOCKS}/{name}" for name in self._pieces)):
+            if (self.folder / name).is_symlink():
+                raise LostmotionError(f"'{self.folder / name}' is a link that leads elsewhere; such a store is not touched")
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep a second run from writing here at the same time, where the system has such locks; the lock dies with the process."""
+        try:
+            import fcntl
+        except ImportError:  # no such locks here: two runs at once would only compute the same blocks twice
+            yield
+            return
+        with (self.folder / ORDER).open("rb") as held:
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise LostmotionError(f"another process is at work in '{self.folder}'\n  wait for it, or name another folder with --out") from None
+            yield
+
+    def done(self, progress: Callable[[str, int, int], None] | None = None) -> np.ndarray:
+        """Which blocks are done (design, block), their chunks as the ledger says? Sweeps out what a killed run left half written."""
+        self._sweep_out()
+        out = np.zeros((self.order.designs, self.order.blocks), bool)
+        listed = self._listed()
+        for k, (design, block) in enumerate(listed):
+            out[design, block] = self._packed(design, block) is not None
+            if progress is not None:
+                progress("checking what is done", k + 1, len(listed))
+        return out
+
+    def _listed(self) -> list[tuple[int, int]]:
+        found = []
+        with suppress(FileNotFoundError), os.scandir(self.folder / LEDGER) as entries:
+            for each in entries:
+                match = re.fullmatch(r"(\d{1,9})\.(\d{1,12})\.json", each.name)
+                if match and int(match[1]) < self.order.designs and int(match[2]) < self.order.blocks:
+                    found.append((int(match[1]), int(match[2])))
+        return sorted(found)
+
+    def _sweep_out(self) -> None:
+        for name in ("", LEDGER, BLOCKS, *(f"{BLOCKS}/{name}" for name in self._pieces)):
+            with suppress(FileNotFoundError), os.scandir(self.folder / name) as entries:
+                for each in entries:
+                    if _PARTIAL.search(each.name):
+                        Path(each.path).unlink(missing_ok=True)
+
+    def write(self, design: int, block: int, packed: Mapping[str, bytes]) -> None:
+        """Keep a block: its chunks first, then its line in the ledger, each whole or not at all."""
+        for name in self._pieces:
+            place(self._chunk(name, design, block), packed[name])
+        place(self._entry(design, block), entry({name: digest(packed[name]) for name in self._pieces}))
+
+    def read(self, design: int, block: int) -> Record:
+        """Give a block. Raises LostmotionError where it is not there as the ledger says."""
+        packed = self._packed(design, block)
+        try:
+            if packed is not None:
+                return unpack(self.order, packed)
+        except (ValueError, RuntimeError):
+            pass
+        raise LostmotionError(f"block {block} of design {design} in '{self.folder}' is not done, or damaged\n  run the same `lostmotion sweep` again")
+
+    def _packed(self, design: int, block: int) -> dict[str, bytes] | None:
+        """Give a block's chunks where all of them are as the ledger says."""
+        sums = read_entry(self._entry(design, block))
+        out = {}
+        for name, piece in self._pieces.items():
+            # What cannot be packed is stored as it is, with a few bytes around it.
+            raw = read_regular(self._chunk(name, design, block), piece.size + piece.size // 100 + 1000)
+            if raw is None or sums.get(name) != digest(raw):
+                return None
+            out[name] = raw
+        return out
+
+    def _chunk(self, name: str, design: int, block: int) -> Path:
+        return self.folder / BLOCKS / name / f"c.{design}.{block}.0.0"
+
+    def _entry(self, design: int, block: int) -> Path:
+        return self.folder / LEDGER / f"{design}.{block}.json"
+
+
+def _metadata(order: Order) -> dict[str, bytes]:
+    """What do the metadata of the Zarr group say, by file? Made in memory, so that what is on disk is never believed."""
+    import zarr
+    from zarr.codecs import ZstdCodec
+    from zarr.storage import MemoryStore
+
+    held: dict[str, Any] = {}
+    about = {"lostmotion": order.made_with["lostmotion"], "arm": order.arm, "robots": order.robots, "visits": order.visits, "seed": order.seed}
+    group = zarr.create_group(MemoryStore(held), zarr_format=3, attributes={**about, "parts": list(order.parts)})
+    for name, piece in pieces(order).items():
+        group.create_array(
+            name,
+            shape=(order.designs, order.blocks, *piece.shape),
+            chunks=(1, 1, *piece.shape),
+            dtype=piece.kind,
+            fill_value=0,
+            compressors=ZstdCodec(level=ZSTD_LEVEL, checksum=False),
+            chunk_key_encoding={"name": "default", "separator": "."},
+            dimension_names=("design", "block", *piece.axes),
+            attributes={"long_name": piece.words},
+        )
+    return {f"{BLOCKS}/{name}": json_text(value.to_bytes()) for name, value in held.items()}
+
+
+def json_text(raw: bytes) -> bytes:
+    """Write JSON in one way, whatever the order of its keys was."""
+    return (json.dumps(json.loads(raw), indent=1, sort_keys=True, ensure_ascii=False) + "\n").encode()

@@ -1,0 +1,94 @@
+"""Any stretch of a long row of poses without the poses before it: the same as `studies.poses.sample_poses` gives whole."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import refuse_argument
+from lostmotion.laws.chance import Normal
+from lostmotion.runs.order import MOST_POSES
+from lostmotion.studies.draws import key
+from lostmotion.studies.poses import REPLICATES
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+    from lostmotion.runs.order import Law
+    from lostmotion.spatial import Floats
+
+_BITS: Final = 30  # of SciPy's Sobol points
+_WORDS: Final = 4  # that Philox makes of one count
+
+
+def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
+    """How many poses does a law make of so many, and in how many independent sets? As `sample_poses`, up to eight times 2^30."""
+    if not 1 <= poses <= MOST_POSES:
+        raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", "poses = 100000")
+    if law == "grid":
+        joints = len(arm.moving)
+        steps = max(math.ceil(poses ** (1 / joints) - 1e-9), 1)
+        if steps**joints > MOST_POSES:
+            found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
+            raise refuse_argument("poses on a grid", found, f"at most {MOST_POSES}", 'pose_law = "sobol"')
+        return steps**joints, 1
+    each = math.ceil(poses / REPLICATES)
+    return REPLICATES * (1 << (each - 1).bit_length() if law == "sobol" else each), REPLICATES
+
+
+def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: int) -> Floats:
+    """Which poses stand from number `first` up to `last` in a row of `poses`, rounded already? q (pose, joint), rad or m; within one set."""
+    low, high = arm.limits.T
+    joints = len(low)
+    if law == "grid":
+        steps = round(poses ** (1 / joints))
+        axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
+        at = np.unravel_index(np.arange(first, last), (steps,) * joints) if steps > 1 else np.zeros((joints, last - first), int)
+        return np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)])
+    each = poses // REPLICATES
+    if law == "sobol":
+        u = _sobol(joints, each, seed, first // each, first % each, first % each + last - first)
+    else:
+        u = np.column_stack([_uniforms(seed, f"poses.{law}.{k}", first, last) for k in range(joints)])
+    if law == "normal":
+        middle, sigma = (low + high) / 2, (high - low) / 6
+        shape = Normal(cut=3.0)
+        return np.asarray(middle + sigma * shape.quantile(u) * (3.0 / shape.bound))
+    return np.asarray(low + u * (high - low))
+
+
+def _sobol(joints: int, each: int, seed: int, of_set: int, first: int, last: int) -> Floats:
+    """Sobol points are sums without carry of those at powers of two, chosen by the bits of their number in SciPy's order."""
+    start, steps = _sobol_steps(joints, max(each - 1, 0).bit_length(), seed, of_set)
+    number = np.arange(first, last)
+    out = np.repeat(start[None], last - first, axis=0)
+    for bit, step in enumerate(steps):
+        out ^= np.where((number >> bit & 1)[:, None] == 1, step, 0)
+    return np.asarray(out / 2.0**_BITS)
+
+
+@functools.lru_cache(maxsize=32)
+def _sobol_steps(joints: int, bits: int, seed: int, of_set: int) -> tuple[np.ndarray, np.ndarray]:
+    """Give the first point of a scrambled sequence (joint,), and by which bits those at powers of two (bit, joint) differ from it."""
+    from scipy.stats import qmc
+
+    rng = np.random.Generator(np.random.Philox(seed=key(seed, f"poses.sobol.{of_set}")))
+    engine = qmc.Sobol(joints, scramble=True, rng=rng, bits=_BITS)
+    start = _whole(engine.random_base2(0)[0])
+    steps = np.zeros((bits, joints), np.int64)
+    for bit in range(bits):
+        engine.fast_forward((1 << bit) - engine.num_generated)
+        steps[bit] = _whole(engine.random(1)[0]) ^ start
+    return start, steps
+
+
+def _whole(point: Floats) -> np.ndarray:
+    return np.asarray(point * 2.0**_BITS).astype(np.int64)
+
+
+def _uniforms(seed: int, name: str, first: int, last: int) -> Floats:
+    generator = np.random.Philox(key=key(seed, name)).advance(first // _WORDS)
+    raw = generator.random_raw(last - first // _WORDS * _WORDS)[first % _WORDS :]
+    return np.asarray(((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)

@@ -1,0 +1,117 @@
+"""Who computes the blocks: threads of this process, or the workers of a Dask cluster. They hand back bytes; only the caller writes."""
+
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.errors import InputError, LostmotionError, Problem, refuse_argument, shown
+from lostmotion.runs.blocks import compute_packed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from concurrent.futures import Future
+
+    Packed = dict[str, bytes]
+    Done = tuple[int, int, Packed, dict[str, str]]
+
+# Blocks handed out for each worker at a time: enough to keep it busy, few enough to bound what waits in memory.
+_AHEAD: Final = 2
+_LOCAL: Final = "local:"
+_MOST_LOCAL: Final = 1024
+_SECONDS_TO_CONNECT: Final = 20
+
+
+def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> Iterator[Done]:
+    """Compute these blocks of an order on threads, and hand each on with the versions that made it, in the order asked for."""
+    pool = ThreadPoolExecutor(workers)
+    waiting: deque[tuple[int, int, Future[tuple[Packed, dict[str, str]]]]] = deque()
+    try:
+        for design, block in todo:
+            waiting.append((design, block, pool.submit(compute_packed, text, design, block)))
+            if len(waiting) >= _AHEAD * workers:
+                first, second, future = waiting.popleft()
+                yield first, second, *future.result()
+        while waiting:
+            first, second, future = waiting.popleft()
+            yield first, second, *future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def on_dask(text: bytes, todo: Iterable[tuple[int, int]], address: str) -> Iterator[Done]:
+    """Compute these blocks of an order on a Dask cluster, `local:N` or the address of a scheduler, and hand each on as it comes.
+
+    A block whose worker dies is computed by another. Raises LostmotionError where Dask is not installed, does not answer, or loses one block's
+    workers again and again; InputError for an address that is none.
+    """
+    with _client(address) as (client, workers):
+        from distributed import as_completed
+
+        held = client.scatter(text, broadcast=True)
+        rest = iter(todo)
+        at = {}
+
+        def hand_out() -> Iterator[Any]:
+            for design, block in rest:
+                future = client.submit(compute_packed, held, design, block, pure=False)
+                at[future.key] = (design, block)
+                yield future
+                if len(at) >= _AHEAD * max(workers(), 1):
+                    return
+
+        running = as_completed(list(hand_out()))
+        for future in running:
+            packed, versions = _result(future)
+            yield *at.pop(future.key), packed, versions
+            future.release()
+            running.update(list(hand_out()))
+
+
+def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: ANN401 - Dask publishes no types
+    from concurrent.futures import CancelledError
+
+    from distributed import KilledWorker
+
+    try:
+        packed, versions = future.result()
+    except KilledWorker as error:
+        raise LostmotionError(f"the workers of one block died again and again: {error}\n  look at their memory; the same command goes on") from error
+    except (CancelledError, OSError) as error:
+        raise LostmotionError(f"the Dask scheduler is gone ({error})\n  what is done is kept; the same command goes on") from error
+    return packed, versions
+
+
+@contextmanager
+def _client(address: str) -> Iterator[tuple[Any, Callable[[], int]]]:
+    """Connect to a cluster, or start one on this machine that nobody else can reach; gives the client, and how many threads its workers have."""
+    local = _local_workers(address)
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'") from None
+    if local is None:
+        try:
+            client = Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
+        except (OSError, ValueError) as error:
+            found = f"no Dask scheduler at {shown(address)} ({error})"
+            raise InputError([Problem("", "--dask", found, "the address of a running scheduler, or local:N", "--dask tcp://10.0.0.5:8786")]) from None
+        with client:
+            yield client, lambda: sum(client.nthreads().values())
+        return
+    with (
+        LocalCluster(n_workers=local, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        yield client, lambda: local
+
+
+def _local_workers(address: str) -> int | None:
+    if not address.startswith("local"):
+        return None
+    count = address.removeprefix(_LOCAL)
+    if not count.isdecimal() or not 1 <= int(count) <= _MOST_LOCAL:
+        raise refuse_argument("--dask", address, "local:N with N worker processes, or the address of a scheduler", "--dask local:4")
+    return int(count)
