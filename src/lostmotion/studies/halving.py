@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies.intervals import Estimate, difference, pseudo_values, quantile
+from lostmotion.studies.intervals import RESOLUTION, Estimate, difference, pseudo_values, quantile
 from lostmotion.studies.montecarlo import Plan, sample_block
 from lostmotion.studies.screws import Screws, screws
 
@@ -21,8 +21,6 @@ _POSES: Final = 128
 _ROBOTS: Final = 512
 _VISITS: Final = 4
 LEVEL: Final = 0.95
-# A quantile read from the histogram is sure to a tenth of a bin's width of 0.27 %.
-_RESOLUTION: Final = 2.7e-4
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ def halving(
             progress("halving each part", done, len(matrix.owners))
         factor = np.array([0.5 if info.owner == owner else 1.0 for info in matrix.infos])
         after, after_groups = _quantiles(plan, replace(matrix, tool=matrix.tool * factor))
-        gains[owner] = difference(before_groups, after_groups, before - after, _RESOLUTION * before)
+        gains[owner] = difference(before_groups, after_groups, before - after, RESOLUTION * before)
     return Halving(gains, before, len(chosen) * plan.robots * plan.visits)
 
 

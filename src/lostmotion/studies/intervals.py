@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -15,6 +15,12 @@ from lostmotion.studies.kernel import bin_edges
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
+
+# A quantile read from the histogram is sure to a tenth of a bin's width of 0.27 %.
+RESOLUTION: Final = 2.7e-4
+# Groups of robots by which the choice of robots is told from that of poses: at most so many, of at least so many robots.
+_GROUPS: Final = 16
+_IN_GROUP: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,21 +94,39 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
 def pooled_mean(robot_means: Floats) -> Estimate:
     """What is the mean over robots and poses of these means (set of poses, robot), and how sure is that?
 
-    Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots. Mean squares of both less that of what is left of
-    each cell give the variance of the grand mean (S. Searle et al., Variance Components, 1992, ch. 4), F. Satterthwaite's formula (Biometrics
-    Bulletin 2 (1946) 110) its degrees of freedom; components below zero count as none.
+    Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots (`two_way`).
     """
-    sets, robots = robot_means.shape
     value = float(robot_means.mean())
-    if robots < 2:  # noqa: PLR2004 - one robot says nothing of others
+    if robot_means.shape[1] < 2:  # noqa: PLR2004 - one robot says nothing of others
         return Estimate(value, math.nan, math.nan)
-    of_robots, of_sets = robot_means.mean(axis=0), robot_means.mean(axis=1)
+    half = two_way(robot_means).half
+    return Estimate(value, value - half, value + half)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """What is left of uncertainty: the variance that more robots take down, the one that more poses take down, and half of the 95 % interval."""
+
+    of_robots: float
+    of_poses: float
+    half: float
+
+
+def two_way(values: Floats) -> Spread:
+    """How sure is the mean of these values (set of poses, robot or group of robots)?
+
+    Mean squares of both less what is left of each cell give the variance of the grand mean (S. Searle et al., Variance Components, 1992, ch. 4),
+    F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) its degrees of freedom. A component that comes out below zero counts as none.
+    """
+    sets, robots = values.shape
+    whole = float(values.mean())
+    of_robots, of_sets = values.mean(axis=0), values.mean(axis=1)
     squares = [_mean_square(of_robots), _mean_square(of_sets)]
     freedoms = [robots - 1, sets - 1]
     cells = 0.0
     if sets > 1:
-        left = robot_means - of_robots - of_sets[:, None] + value
-        cells = float((left**2).sum()) / ((sets - 1) * (robots - 1)) / (sets * robots)
+        rest = values - of_robots - of_sets[:, None] + whole
+        cells = float((rest**2).sum()) / ((sets - 1) * (robots - 1)) / (sets * robots)
     # The cells' part is in both; a family that shows less than that differs by nothing of its own.
     real = [k for k in (0, 1) if squares[k] > cells]
     if len(real) > 1:
@@ -110,14 +134,30 @@ def pooled_mean(robot_means: Floats) -> Estimate:
     else:
         k = real[0] if real else 0
         variance, freedom = max(squares[k], cells), float(freedoms[k])
-    half = student(freedom) * math.sqrt(variance)
-    return Estimate(value, value - half, value + half)
+    of_poses = min(max(squares[1] - cells, 0.0), variance)
+    return Spread(variance - of_poses, of_poses, student(freedom) * math.sqrt(variance))
 
 
 def difference(first: Floats, second: Floats, value: float, resolution: float = 0.0) -> Estimate:
     """How sure is a difference of which each member's part is known, from the same draws? Never surer than the resolution it was read with."""
     half = student(len(first) - 1) * math.sqrt(_mean_square(first - second))
     return Estimate(value, min(value - half, value - resolution), max(value + half, value + resolution))
+
+
+def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], level: float) -> Estimate:
+    """By how much is a quantile of all samples lower after than before, from the same draws? Each the counts by group of robots and by set of poses.
+
+    Groups and sets are left out one at a time, before and after together (jackknife, B. Efron 1982, ch. 3). Never surer than the bins' width.
+    """
+    values = [quantile(hists[0].sum(axis=0), level) for hists in (before, after)]
+    value = values[0] - values[1]
+    if len(before[0]) < 2:  # noqa: PLR2004 - one robot says nothing of others
+        return Estimate(value, math.nan, math.nan)
+    squares = [_mean_square(pseudo_values(first, level) - pseudo_values(second, level)) for first, second in zip(before, after, strict=True)]
+    variance, freedom = _satterthwaite(squares, [len(hists) - 1 for hists in before])
+    half = student(freedom) * math.sqrt(variance)
+    half = max(half, RESOLUTION * values[0])
+    return Estimate(value, value - half, value + half)
 
 
 def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
@@ -139,14 +179,24 @@ def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
 def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate:
     """Which value do this share of the robots stay below on the average over the poses, and how sure is that?
 
-    robot_means (set of poses, robot). The order statistics' interval, widened by what the choice of poses leaves.
+    robot_means (set of poses, robot). The order statistics' interval, widened by what the choice of poses leaves (`quantile_spread`).
     """
     value, low, high = (float(x) for x in robots_quantile(robot_means.mean(axis=0), level))
-    sets = len(robot_means)
-    of_poses = 0.0
-    if sets > 1:
-        of_poses = student(sets - 1) * float(robots_quantile(robot_means, level)[:, 0].std(ddof=1)) / math.sqrt(sets)
+    of_poses = student(len(robot_means) - 1) * math.sqrt(quantile_spread(robot_means, level)) if len(robot_means) > 1 else 0.0
     return Estimate(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
+
+
+def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
+    """Which variance does the choice of poses leave in the value that this share of the robots (set of poses, robot) stays below?
+
+    From the quantiles of groups of robots over each set, so that what the choice of robots does can be told apart (`two_way`).
+    """
+    sets, robots = robot_means.shape
+    if sets < 2:  # noqa: PLR2004 - nothing differs
+        return 0.0
+    groups = min(max(robots // _IN_GROUP, 1), _GROUPS)
+    of_groups = [np.quantile(part, level, axis=1) for part in np.array_split(robot_means, groups, axis=1)]
+    return _mean_square(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to tell apart
 
 
 def share_interval(hits: int, count: int) -> tuple[float, float]:
