@@ -119,11 +119,11 @@ def _said(study: GearStudy, units: Units) -> str:
 
 
 def _facts(name: str, study: GearStudy, units: Units) -> dict[str, Any]:
-    gearbox, ratio = study.gearbox, _ratio(study.gearbox).value
+    gearbox, ratio = study.gearbox, _ratio(study.gearbox)
     return {
         "gearbox": name,
         "kind": gearbox.kind,
-        "ratio": None if math.isnan(ratio) else ratio,
+        "ratio": ratio and ratio.value,
         f"{units.what}_{units.torque.replace(' ', '')}": study.torque,
     }
 
@@ -147,7 +147,8 @@ def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
 
 
 def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]:
-    cards = [Card("ratio", str(_ratio(gearbox)), "turns of the input per turn of the output")]
+    ratio = _ratio(gearbox)
+    cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
     cards.append(Card("play", str(units.of_angle(gearbox.play.nominal, _STATED)), "" if gearbox.play.nominal else "none is stated"))
     if study.loop is not None:
         between = f"between ± {study.loop.small:.4g} {units.torque}"
@@ -157,21 +158,21 @@ def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]
     return cards
 
 
-def _ratio(gearbox: AnyGearbox) -> Figure:
-    """Give the ratio; a row of a catalogue may leave it out."""
+def _ratio(gearbox: AnyGearbox) -> Figure | None:
+    """Give the ratio, unless a row of a catalogue leaves it out."""
     stated = gearbox.kind != "catalogue" or "ratio" in gearbox.model_fields_set
-    return _pure(gearbox.ratio if stated else math.nan)
+    return _pure(gearbox.ratio) if stated else None
 
 
 def _pure(value: float) -> Figure:
     """Give a pure number, a whole one as such."""
-    return Figure(int(value) if value.is_integer() else value, "1", samples=_STATED)
+    return Figure(int(value) if float(value).is_integer() else value, "1", samples=_STATED)
 
 
 def _stated(gearbox: StatedGearbox, units: Units) -> Section:
     ratio = _ratio(gearbox)
     opposite = "below zero: input and output go opposite ways" if gearbox.ratio < 0 else ""
-    rows = [Row("ratio", (ratio,), "none is stated" if math.isnan(ratio.value) else opposite)]
+    rows = [] if ratio is None else [Row("ratio", (ratio,), opposite)]
     if isinstance(gearbox, WolfromGearbox):
         rows.append(Row("turns of the carrier per turn of the output", (_pure(gearbox.carrier_turns),)))
     if gearbox.rated_torque is not None:
