@@ -168,9 +168,9 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     A link that no section serves gets the one that misses its limits by least (`LinkSize.holds`).
     """
     tell = progress or (lambda *_: None)
-    corners = _corners(arm)
-    given = np.zeros((0, corners.shape[1])) if also is None else as_poses(arm, also)
-    q = np.vstack([poses.q, given, corners])
+    ends = corners(arm)
+    given = np.zeros((0, ends.shape[1])) if also is None else as_poses(arm, also)
+    q = np.vstack([poses.q, given, ends])
     sized = arm
     found: dict[str, Found] = {}
     for turn in range(_ROUNDS):
@@ -197,7 +197,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
         tilt,
         poses,
         len(given),
-        len(corners),
+        len(ends),
         q,
         links,
         kept,
@@ -219,10 +219,10 @@ def _mass(arm: Arm, wanted: Mapping[str, Wanted]) -> float:
     return sum(joint.link.total_mass for joint in arm.joints if joint.name in wanted)
 
 
-def _corners(arm: Arm) -> Floats:
-    """Give the corners of the joints' ranges (pose, joint): all, or of many joints those of the first ones with the others half way."""
+def corners(arm: Arm, most: int = _MOST_CORNERS) -> Floats:
+    """Where are the corners of the joints' ranges (pose, joint), rad or m? All, or at most so many: the last joints half way."""
     ends = arm.limits
-    moving = min(len(ends), int(math.log2(_MOST_CORNERS)))
+    moving = min(len(ends), int(math.log2(most)))
     out = np.tile(ends.mean(axis=1), (2**moving, 1))
     for k in range(moving):
         out[:, k] = ends[k][(np.arange(2**moving) >> k) & 1]
