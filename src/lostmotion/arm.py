@@ -299,41 +299,41 @@ def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None
     return np.column_stack(out)
 
 
-def terms(arm: Arm, q: Floats, *, approach: float = 0.0, at: Floats | None = None) -> list[PlacedTerm]:
+def terms(arm: Arm, q: Floats, *, approach: float | Floats = 0.0, at: Floats | None = None) -> list[PlacedTerm]:
     """Which elementary errors does every part of the arm make at these poses? In walking order.
 
-    `approach` is the sign of every joint's last motion: -1, +1, or 0 where it differs from visit to visit. `at` are the arm's
-    frames at q where they are known already.
+    `approach` is the sign of the joints' last motion: -1, +1, or 0 where it differs from visit to visit; one for all, or (pose, joint). `at` are
+    the arm's frames at q where they are known already.
     """
     values = as_poses(arm, q)
     here = frames(arm, values) if at is None else at
     return [PlacedTerm(owner, place, term) for owner, place, source, felt in conditions(arm, values, here, approach) for term in source.terms(felt)]
 
 
-def conditions(arm: Arm, q: Floats, at: Floats, approach: float = 0.0) -> Iterator[tuple[str, int, ErrorSource, Condition]]:
+def conditions(arm: Arm, q: Floats, at: Floats, approach: float | Floats = 0.0) -> Iterator[tuple[str, int, ErrorSource, Condition]]:
     """What does every part feel at these poses? Its owner's name, the index of its place, the part, the condition there; `at` are the frames at q."""
     carried = _wrenches(arm, at, arm.payload, arm.gravity_in_base)
-    for owner, place, angle, axis, source in _sources(arm, q):
+    for owner, place, angle, arriving, axis, source in _sources(arm, q, np.broadcast_to(np.asarray(approach, dtype=float), q.shape)):
         gravity = _into(at[place], arm.gravity_in_base)
-        yield owner, place, source, Condition(angle, axis, carried[place], gravity, np.full(len(q), float(approach)))
+        yield owner, place, source, Condition(angle, axis, carried[place], gravity, arriving)
 
 
-def _sources(arm: Arm, q: Floats) -> Iterator[tuple[str, int, Floats, Floats, ErrorSource]]:
-    """Walk the parts: owner, index of the place, joint value, unit twist there, the part."""
+def _sources(arm: Arm, q: Floats, approach: Floats) -> Iterator[tuple[str, int, Floats, Floats, Floats, ErrorSource]]:
+    """Walk the parts: owner, index of the place, joint value, sign of the joint's last motion, unit twist there, the part."""
     still, nothing = np.zeros(len(q)), np.zeros(6)
     for name, source in arm.base.sources.items():
-        yield f"base {name}", 0, still, nothing, source
-    column = iter(q.T)
+        yield f"base {name}", 0, still, still, nothing, source
+    column = iter(zip(q.T, approach.T, strict=True))
     for k, joint in enumerate(arm.joints):
         seat, tip = 3 * k + 1, 3 * k + 3
         owner = f"joints.{joint.name}"
-        angle = still if isinstance(joint, FixedJoint) else next(column)
+        angle, arriving = (still, still) if isinstance(joint, FixedJoint) else next(column)
         if joint.mounting is not None:
             across_what = joint.twist if joint.twist.any() else np.eye(6)[2]
-            yield f"{owner}.mounting", seat, angle, across_what, joint.mounting
+            yield f"{owner}.mounting", seat, angle, arriving, across_what, joint.mounting
         for name, source in joint.sources.items():
-            yield f"{owner}.{name}", seat + 1, angle, joint.twist, source
-        yield f"{owner}.link", tip, angle, nothing, joint.elastic_link
+            yield f"{owner}.{name}", seat + 1, angle, arriving, joint.twist, source
+        yield f"{owner}.link", tip, angle, arriving, nothing, joint.elastic_link
 
 
 def steps_of(at: Floats) -> Floats:

@@ -100,10 +100,10 @@ class Screws:
         return tuple(dict.fromkeys(info.owner for info in self.infos))
 
 
-def screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> Screws:
+def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> Screws:
     """How does every elementary error move the tool at these poses, to first order?
 
-    q (pose, joint) rad or m; `approach` the sign of every joint's last motion, 0 where it differs from visit to visit.
+    q (pose, joint) rad or m; `approach` the sign of the joints' last motion, 0 where it differs from visit to visit: one for all, or (pose, joint).
     First order in the errors; `exact.check` says what that leaves out. Raises ValueError for q of another shape or not finite.
     """
     at = frames(arm, q)
