@@ -1,0 +1,309 @@
+"""What would ISO 9283 say of robots built to this design? Each is drawn once, sent through the standard's cycles, and judged by its definitions.
+
+The standard's drives are quasi-static here: no overshoot, no settling, no speed. Every joint arrives from where the motion before came from, and
+that decides the side of its play.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import refuse_argument
+from lostmotion.studies import exact
+from lostmotion.studies.inverse import bring
+from lostmotion.studies.iso9283 import characteristics as iso
+from lostmotion.studies.iso9283.cube import NAMES
+from lostmotion.studies.iso9283.fitted import left_by_frames
+from lostmotion.studies.screws import screws
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.exact import ExactCheck
+    from lostmotion.studies.iso9283.cube import Cube
+    from lostmotion.studies.screws import Screws
+
+CYCLES: Final = 30
+PATH_CYCLES: Final = 10
+LOADS: Final = (1.0, 0.1)
+ROBOTS: Final = 1000
+MOST_ROBOTS: Final = 20_000
+MOST_CYCLES: Final = 1000
+MOST_PATH_POINTS: Final = 200
+PATH_POINTS: Final = 20
+# The standard looks at vAP at these, at distances and the path between the last two.
+FROM_THREE_SIDES: Final = (0, 1, 3)
+DISTANCE: Final = (1, 3)
+# Of the cube's side: from how far a pose is approached along an axis.
+_APPROACH: Final = 0.1
+# A joint that turns or slides by less than this (rad, m) between two poses stands still.
+_STILL: Final = 1e-7
+_AT_ONCE: Final = 500
+SHOWN_ROBOTS: Final = 3
+_CHECKED: Final = 8
+# Numbers of the poses of each experiment, so that each has visits of its own while robots are the same.
+_NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000}
+
+
+@dataclass(frozen=True)
+class PoseSheet:
+    """The five poses under one load, robot by robot, m and rad.
+
+    load                  share of the payload
+    barycentre, turn      (pose, robot, 3) the average error of a robot's visits, and its rotation: AP_x, AP_y, AP_z and AP_a, AP_b, AP_c
+    repeatability         (pose, robot) RP_l
+    scatter               (pose, robot, 6) 3 s about and along the axes: RP_a, RP_b, RP_c first
+    fitted                (pose, robot) AP_p left once each robot's frames fit best over the five poses
+    expected, deviation   (pose,) mean and standard deviation of RP_l if visits scattered normally with the terms' covariance: no samples
+    from_any_side         (pose, robot) RP_l if every joint arrived from either side at random, so that nothing held the side of its play
+    shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
+    """
+
+    load: float
+    barycentre: Floats
+    turn: Floats
+    repeatability: Floats
+    scatter: Floats
+    fitted: Floats
+    expected: Floats
+    deviation: Floats
+    from_any_side: Floats
+    shown: Floats
+
+    @property
+    def accuracy(self) -> Floats:
+        """Give AP_p (pose, robot), m."""
+        return np.asarray(np.linalg.norm(self.barycentre, axis=-1))
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """What was found for robots built to one design; see `PoseSheet` for the five poses.
+
+    approach (5, joint)          sign with which each joint arrives in the cycle
+    still                        names of joints that do not move in the cycle
+    loads                        a sheet for each load, the full one first
+    multi_directional (3, robot) vAP_p at P1, P2 and P4, m
+    distance (2, robot)          AD_p and RD between P2 and P4, m
+    path (2, robot)              AT_p and RT_p along the line, m
+    path_ends, path_points       which poses the line joins, and how many points of it were looked at
+    path_profile (2, point, 2)   AT and RT at each point: mean over robots, 95 % of robots below
+    check                        how far the sum of small errors stands off their exact composition, on a sample at the five poses
+    """
+
+    arm: Arm
+    cube: Cube
+    cycles: int
+    robots: int
+    seed: int
+    approach: Floats
+    still: tuple[str, ...]
+    loads: tuple[PoseSheet, ...]
+    multi_directional: Floats
+    distance: Floats
+    path: Floats
+    path_ends: tuple[int, int]
+    path_points: int
+    path_profile: Floats
+    check: ExactCheck
+
+
+def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
+    arm: Arm,
+    cube: Cube,
+    *,
+    cycles: int = CYCLES,
+    robots: int = ROBOTS,
+    seed: int = 1,
+    path: tuple[int, int] = DISTANCE,
+    path_points: int = PATH_POINTS,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Predicted:
+    """What would the sheet of ISO 9283 say of robots built to this design, in this cube?
+
+    cycles   visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
+    robots   how many are built
+    path     the poses that the line for AT and RT joins, 0 for P1; the line is run 10 times
+    Raises InputError for numbers out of range, and for a path that the arm cannot follow.
+    """
+    for name, value, least, most in (
+        ("robots", robots, 2, MOST_ROBOTS),
+        ("cycles", cycles, 2, MOST_CYCLES),
+        ("path_points", path_points, 2, MOST_PATH_POINTS),
+    ):
+        if not least <= value <= most:
+            raise refuse_argument(name, value, f"from {least} to {most}", f"{name} = 30")
+    told = progress or (lambda _what, _done, _of: None)
+    steps = len(LOADS) + 2
+    arrives, still = cycle_approach(cube.q)
+    sheets = []
+    for number, load in enumerate(LOADS):
+        told("visiting the five poses", number, steps)
+        first = _NUMBERS["cycle"] + len(NAMES) * number
+        sheets.append(_pose_sheet(_loaded(arm, load), cube, arrives, load, seed, first, robots, cycles))
+    told("arriving from three sides", len(LOADS), steps)
+    sides = _from_sides(arm, cube, arrives, seed, robots, cycles)
+    told("following the path", len(LOADS) + 1, steps)
+    profile, at_rt = _along_path(arm, cube, arrives, path, path_points, seed, robots)
+    distance = sheets[0][1]
+    return Predicted(
+        arm,
+        cube,
+        cycles,
+        robots,
+        seed,
+        arrives,
+        tuple(joint.name for joint, stands in zip(arm.moving, still, strict=True) if stands),
+        tuple(sheet for sheet, _ in sheets),
+        sides,
+        distance,
+        at_rt,
+        path,
+        path_points,
+        profile,
+        exact.check(screws(arm, cube.q, approach=arrives), 0, np.arange(len(NAMES)), seed, min(robots, _CHECKED), min(cycles, _CHECKED)),
+    )
+
+
+def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
+    """With which sign does every joint arrive at P1 to P5 (5, joint), in the cycle P5, P4, P3, P2, P1, and which joints never move (joint,)?
+
+    A joint that stands still between two poses keeps the sign of its motion before; one that never moves rests where it is, said as +1. Joints turn
+    straight from pose to pose.
+    """
+    before = np.roll(q, -1, axis=0)
+    signs = np.where(np.abs(q - before) < _STILL, 0.0, np.sign(q - before))
+    still = np.asarray(~signs.any(axis=0))
+    for _ in range(len(q)):
+        signs = np.where(signs == 0, np.roll(signs, -1, axis=0), signs)
+    return np.where(still, 1.0, signs), still
+
+
+def _loaded(arm: Arm, share: float) -> Arm:
+    """Give the arm with a share of its payload: of its mass and of the process force and moment."""
+    payload = arm.payload
+    lighter = payload.model_copy(
+        update={
+            "mass": payload.mass * share,
+            "force": tuple(share * x for x in payload.force),
+            "moment": tuple(share * x for x in payload.moment),
+        }
+    )
+    return arm if share == 1 else arm.model_copy(update={"payload": lighter})
+
+
+def _errors(matrix: Screws, row: int, number: int, seed: int, robots: int, visits: int) -> Floats:
+    """Give the tool's error (robot, visit, 6) at one pose, rad and m: what the study's kernel would draw for pose `number`."""
+    out = np.empty((robots, visits, 6))
+    for first in range(0, robots, _AT_ONCE):
+        last = min(first + _AT_ONCE, robots)
+        robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(first, last), np.arange(visits), indexing="ij"))
+        draws = exact.draws_of(matrix, seed, number, robot, visit)
+        out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, visits, 6)
+    return out
+
+
+def visit_covariance(matrix: Screws) -> Floats:
+    """How do the visits of one robot scatter (pose, 3, 3), m^2, on the average over robots? Exact sum over terms."""
+    columns = matrix.columns("visit", "robot x visit")
+    shift = matrix.tool[:, 3:][:, :, columns]
+    return np.asarray(shift @ np.swapaxes(shift, 1, 2))
+
+
+def _pose_sheet(  # noqa: PLR0913, PLR0917 - one experiment's numbers
+    arm: Arm, cube: Cube, arrives: Floats, load: float, seed: int, first: int, robots: int, cycles: int
+) -> tuple[PoseSheet, Floats]:
+    matrix, loose = screws(arm, cube.q, approach=arrives), screws(arm, cube.q)
+    errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles) for k in range(len(NAMES))])
+    shift, turn = errors[..., 3:], errors[..., :3]
+    barycentre = iso.axis_accuracy(shift)
+    command = cube.poses[:, :3, 3]
+    expected, deviation = iso.expected_repeatability(visit_covariance(matrix), cycles)
+    sheet = PoseSheet(
+        load,
+        barycentre,
+        iso.axis_accuracy(turn),
+        iso.pose_repeatability(shift),
+        iso.axis_repeatability(errors),
+        np.linalg.norm(left_by_frames(barycentre, command, cube.poses[:, :3, :3]), axis=-1),
+        expected,
+        deviation,
+        iso.pose_repeatability(np.stack([_errors(loose, k, first + k, seed, robots, cycles)[..., 3:] for k in range(len(NAMES))])),
+        shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
+    )
+    a, b = DISTANCE
+    ends = command[a] + shift[a], command[b] + shift[b]
+    far = float(np.linalg.norm(command[b] - command[a]))
+    return sheet, np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
+
+
+def _from_sides(arm: Arm, cube: Cube, arrives: Floats, seed: int, robots: int, cycles: int) -> Floats:
+    """Give vAP (pose, robot): each pose approached along the base's x, y and z."""
+    out = np.empty((len(FROM_THREE_SIDES), robots))
+    for row, pose in enumerate(FROM_THREE_SIDES):
+        q = np.tile(cube.q[pose], (3, 1))
+        matrix = screws(arm, q, approach=side_approach(arm, cube, pose, arrives[pose]))
+        number = _NUMBERS["sides"] + 3 * row
+        shift = np.stack([_errors(matrix, k, number + k, seed, robots, cycles)[..., 3:] for k in range(3)], axis=1)
+        out[row] = iso.multi_directional_accuracy(shift)
+    return out
+
+
+def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
+    """With which sign does each joint arrive (3, joint) at one of the five poses, coming along the base's x, y and z?
+
+    From a tenth of the cube's side away, on the side of the cube's middle, so that all of it is within reach; at the middle itself coming along the
+    axes' own directions. Joints that stand still then keep the sign of the cycle, `otherwise` (joint,).
+    """
+    here = cube.poses[pose]
+    inward = np.sign(cube.centre - here[:3, 3])
+    before = np.tile(here, (3, 1, 1))
+    before[:, :3, 3] += np.diag(np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)) * (_APPROACH * cube.side)
+    q, reached = bring(arm, before, np.tile(cube.q[pose], (3, 1)), turned=cube.rotation is not None)
+    if not reached.all():
+        raise refuse_argument("cube", f"no way to {NAMES[pose]} along the base's axes", "a cube within reach", "a smaller --cube")
+    moved = cube.q[pose] - q
+    return np.asarray(np.where(np.abs(moved) < _STILL, otherwise, np.sign(moved)))
+
+
+def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floats:
+    """Through which joint values (point, joint) does the straight line between two of the five poses lead?
+
+    Raises InputError where the line is none, or leaves the arm's reach.
+    """
+    a, b = ends
+    if a == b or not {a, b} <= set(range(len(NAMES))):
+        raise refuse_argument("path", ends, "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
+    share = np.linspace(0.0, 1.0, points)[:, None]
+    wanted = np.tile(cube.poses[a], (points, 1, 1))
+    wanted[:, :3, 3] = (1 - share) * cube.poses[a, :3, 3] + share * cube.poses[b, :3, 3]
+    q = np.empty((points, cube.q.shape[1]))
+    here = cube.q[a]
+    for k in range(points):
+        found, reached = bring(arm, wanted[k : k + 1], here[None], turned=cube.rotation is not None)
+        if not reached[0]:
+            raise refuse_argument(
+                "path", f"{NAMES[a]} {NAMES[b]}", "a line that the arm can follow without a change of configuration", '--path "P3 P5"'
+            )
+        q[k] = here = found[0]
+    return q
+
+
+def _along_path(arm: Arm, cube: Cube, arrives: Floats, ends: tuple[int, int], points: int, seed: int, robots: int) -> tuple[Floats, Floats]:
+    """Give AT and RT at each point (2, point, 2), mean over robots and 95 % of them below, and of the whole path (2, robot)."""
+    q = path_poses(arm, cube, ends, points)
+    signs = np.sign(np.where(np.abs(np.diff(q, axis=0)) < _STILL, 0.0, np.diff(q, axis=0)))
+    signs = np.vstack([signs[:1], signs])  # the run-up comes along the line too
+    matrix = screws(arm, q, approach=np.where(signs == 0, arrives[ends[0]], signs))
+    along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
+    found = np.empty((2, points, robots))
+    for k in range(points):
+        errors = _errors(matrix, k, _NUMBERS["path"] + k, seed, robots, PATH_CYCLES)[..., 3:][:, None]
+        found[:, k] = iso.path_accuracy(errors, along), iso.path_repeatability(errors, along)
+    profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
+    return profile, found.max(axis=1)
