@@ -13,6 +13,7 @@ from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
+from lostmotion.studies.stopping import MOST_ROBOTS, Tolerance, run_until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic import Analytic, Pooled
+    from lostmotion.studies.montecarlo import Sampled
 
 Approach = Literal["random", "up", "down"]
 Method = Literal["montecarlo", "analytic", "both"]
@@ -45,6 +47,8 @@ def study(
     pose_law: PoseLaw = "sobol",
     approach: Approach = "random",
     method: Literal["montecarlo", "both"] = "montecarlo",
+    until: float | str | None = None,
+    most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
@@ -62,6 +66,8 @@ def study(
     pose_law: PoseLaw = "sobol",
     approach: Approach = "random",
     method: Literal["analytic"],
+    until: float | str | None = None,
+    most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
@@ -79,6 +85,8 @@ def study(
     pose_law: PoseLaw = "sobol",
     approach: Approach = "random",
     method: Method,
+    until: float | str | None = None,
+    most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
@@ -95,6 +103,8 @@ def study(  # noqa: PLR0913 - a study is these numbers
     pose_law: PoseLaw = "sobol",
     approach: Approach = "random",
     method: Method = "montecarlo",
+    until: float | str | None = None,
+    most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
@@ -108,6 +118,9 @@ def study(  # noqa: PLR0913 - a study is these numbers
     approach  how every joint's last motion before it stops goes: "up", "down", or "random", either way from visit to visit
     method    "montecarlo": samples; "analytic": sums over terms and quadrature, milliseconds, no robots or visits drawn, gives an `AnalyticStudy`;
               "both": all of the first, the figures of the second, and how far the two differ
+    until     how sure mean, 95 % error, AP and RP are to be: 0.01 or "1 %", half of each 95 % interval as a share of the figure, or "2 digits".
+              Begins with `poses` and `robots` and takes more, poses only where it chooses them, in two stages or a few; says whether that was reached
+    most_robots  how many are built at most, with `until`
     threads   left out: one per processor
 
     Raises InputError (a ValueError) for counts out of range, an unknown law or approach, and for q of another shape or not finite.
@@ -118,28 +131,29 @@ def study(  # noqa: PLR0913 - a study is these numbers
         raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
     if method not in _METHODS:
         raise refuse_argument("method", method, "one of " + ", ".join(_METHODS), 'method = "both"')
+    tolerance = None if until is None else Tolerance.of(until)
+    if tolerance is not None and method == "analytic":
+        raise refuse_argument("until", until, "a method that draws robots: without sampling there are none", 'method = "both"')
     chosen = _chosen(arm, poses, pose_law, int(seed))
     workers = threads or os.cpu_count() or 1
-    without: dict[str, Any] = {}
+    common: dict[str, Any] = {"approach": _SIGNS[approach], "threads": workers, "progress": progress}
+    besides: dict[str, Any] = {}
+    sampled: Sampled | None = None
+    if tolerance is not None:
+        more = (lambda count: sample_poses(arm, count, pose_law, int(seed))) if isinstance(poses, Integral) and pose_law != "grid" else None
+        chosen, sampled, besides["stopping"] = run_until(
+            arm, chosen, robots, visits, int(seed), tolerance, most_robots=most_robots, more=more, tile=tile, **common
+        )
+        robots = sampled.robots
     if method != "montecarlo":
         from lostmotion.studies.analytic import analytic, pooled
 
-        every = analytic(arm, chosen, approach=_SIGNS[approach], threads=workers, progress=progress)
-        without = {"analytic": every, "pooled": pooled(every, chosen.replicates, workers)}
+        every = analytic(arm, chosen, **common)
+        besides |= {"analytic": every, "pooled": pooled(every, chosen.replicates, workers)}
         if method == "analytic":
-            return AnalyticStudy(arm, chosen, **without)
-    found = answer(
-        arm,
-        chosen,
-        robots=robots,
-        visits=visits,
-        seed=int(seed),
-        approach=_SIGNS[approach],
-        threads=workers,
-        tile=tile,
-        progress=progress,
-    )
-    return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__} | without)
+            return AnalyticStudy(arm, chosen, **besides)
+    found = answer(arm, chosen, robots=robots, visits=visits, seed=int(seed), tile=tile, sampled=sampled, **common)
+    return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__} | besides)
 
 
 def _chosen(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int) -> Poses:

@@ -53,6 +53,10 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bits.")] = 1,
     approach: Annotated[Approach, typer.Option(help="Sign of every joint's last motion.")] = Approach.random,
     method: Annotated[Method, typer.Option(help="By samples, by sums over terms without sampling, or both, compared.")] = Method.montecarlo,
+    until: Annotated[
+        str | None, typer.Option(help="Go on until mean, 95 % error, AP and RP are this sure: '1 %' of each figure, or '2 digits' of it.")
+    ] = None,
+    most_robots: Annotated[int, typer.Option(min=1, help="How many robots are built at most, with --until.")] = 10_000,
     sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and arrays.nc. Default: NAME-accuracy.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
@@ -76,7 +80,18 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
         chosen = Poses(read_poses(poses_file, arm), "given")
     with ProgressBar() as bar:
         answer = study(
-            arm, chosen, robots, visits, seed, pose_law=pose_law.value, approach=approach.value, method=method.value, threads=threads, progress=bar
+            arm,
+            chosen,
+            robots,
+            visits,
+            seed,
+            pose_law=pose_law.value,
+            approach=approach.value,
+            method=method.value,
+            until=until,
+            most_robots=most_robots,
+            threads=threads,
+            progress=bar,
         )
     if stopped:
         raise typer.Exit(STOPPED)

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, digits, find_row, length
+from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length
+from lostmotion.figures.budget import budget_section, levels_section
+from lostmotion.figures.stopping import stopping_section, told
+from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies import kernel
-from lostmotion.studies.budget import costs
 from lostmotion.studies.causes import NEXT
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
+    from lostmotion.studies.stopping import Stopping
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (
@@ -42,7 +45,7 @@ def sheet(answer: Answer) -> Sheet:
         name=answer.arm.name,
         subject="predicted accuracy",
         counts=f"{sampled.robots} robots x {sampled.visits} visits x {len(poses)} poses, seed {answer.seed}",
-        verdict=_verdict(found),
+        verdict=_verdict(found, answer.stopping),
         cards=tuple(_cards(found)),
         sections=found,
         notes=answer.arm.remarks,
@@ -63,12 +66,28 @@ def sheet(answer: Answer) -> Sheet:
 
 def sections(answer: Answer) -> list[Section]:
     """Which figures answer the user's questions? In reading order."""
-    found = [_workspace(answer), _error(answer), _iso(answer), _levels(answer), _budget(answer), *_bending(answer), _torques(answer), _check(answer)]
+    found = [
+        _workspace(answer),
+        _error(answer),
+        _iso(answer),
+        levels_section(answer),
+        waterfall_section(answer.waterfall, _repeats(answer)),
+        budget_section(answer),
+        *_bending(answer),
+        _torques(answer),
+        _check(answer),
+    ]
+    if answer.stopping is not None:
+        found.append(stopping_section(answer.stopping))
     if answer.analytic is not None and answer.pooled is not None:
         from lostmotion.figures.analytic import analytic_section, comparison
 
         found += [analytic_section(answer.poses, answer.analytic, answer.pooled), comparison(answer.analytic, answer.sampled)]
     return found
+
+
+def _repeats(answer: Answer) -> Estimate | None:
+    return pooled_mean(answer.sampled.robot_means[:, :, 2]) if answer.sampled.visits > 1 else None
 
 
 def described_pose(answer: Answer, index: int) -> str:
@@ -178,59 +197,6 @@ def _iso(answer: Answer) -> Section:
     )
 
 
-def _levels(answer: Answer) -> Section:
-    tally = answer.sampled.tally
-    counted = f"exact sum over terms, {tally.poses} poses"
-    names = (
-        ("from load and pose", "a controller that knows the load can take it away"),
-        ("from how each robot was built", "calibration can take it away"),
-        ("from visit to visit", "nothing takes it away"),
-    )
-    rows = [
-        Row(
-            label,
-            (
-                length(math.sqrt(level / tally.poses), samples=counted),
-                Figure(100 * level / tally.total if tally.total else 0.0, "%", samples=counted),
-            ),
-            note,
-        )
-        for (label, note), level in zip(names, tally.levels, strict=True)
-    ]
-    rows.append(Row("all together", (length(math.sqrt(tally.total / tally.poses), samples=counted), Figure(100.0, "%", samples=counted))))
-    left = tally.total - float(tally.levels[0])
-    share = Figure(100 * left / tally.total if tally.total else 0.0, "%", samples=counted)
-    rows.append(Row("left when load and pose are compensated", (length(math.sqrt(max(left, 0.0) / tally.poses), samples=counted), share)))
-    return Section("levels", "What can be done about it", ("r.m.s. error", "share of mean square"), tuple(rows))
-
-
-def _budget(answer: Answer) -> Section:
-    halving = answer.halving
-    exact = f"exact sum over terms, {len(answer.poses)} poses"
-    counted = f"{halving.samples} paired samples"
-    rows = []
-    for cost in costs(answer.sampled.tally):
-        gain = halving.gains[cost.part]
-        scale = 1e6
-        rows.append(
-            Row(
-                cost.part.removeprefix("joints."),
-                (
-                    Figure(cost.alone * 1e6, "µm", samples=exact),
-                    Figure(100 * cost.share, "%", samples=exact),
-                    Figure(gain.value * scale, "µm", gain.low * scale, gain.high * scale, counted),
-                ),
-                "cancels part of the others" if cost.share < -5e-4 else "",  # noqa: PLR2004 - shows as -0.1 % or more
-            ),
-        )
-    read_on = f"{digits(halving.before * 1e3)} mm on the {halving.samples} samples used for it"
-    note = (
-        "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: by how much the 95 % error falls when "
-        f"this part errs half as much, its interval counting robots; read on {read_on}"
-    )
-    return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
-
-
 def _bending(answer: Answer) -> list[Section]:
     """Lay out how links bend, the whole and below it by cause; no section for links that are rigid."""
     if not answer.bending:
@@ -295,7 +261,7 @@ def _check(answer: Answer) -> Section:
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _verdict(found: Sequence[Section]) -> str:
+def _verdict(found: Sequence[Section], stopping: Stopping | None) -> str:
     """Say in a sentence or three what the user asked: how far off, which part is dearest, how well it repeats."""
     error = find_row(found, "error", "95 % below")
     said = []
@@ -308,6 +274,8 @@ def _verdict(found: Sequence[Section]) -> str:
     repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
     if repeats is not None:
         said.append(f"95 % of the robots built repeat within {repeats.figures[0]}.")
+    if stopping is not None:
+        said.append(told(stopping) + ".")
     return " ".join(said)
 
 

@@ -5,7 +5,6 @@ Points are thinned by their order, so the same study draws the same plot.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,8 +12,9 @@ import numpy as np
 from lostmotion.figures import length
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
 from lostmotion.plots.bending import bending
+from lostmotion.plots.budget import budget, levels
+from lostmotion.plots.waterfall import waterfall
 from lostmotion.studies import kernel
-from lostmotion.studies.budget import costs
 from lostmotion.studies.histogram import binned, linear_bins
 from lostmotion.studies.intervals import pooled_quantile, pooled_robots_quantile
 
@@ -31,7 +31,6 @@ _ERROR_SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.
 _MOST_CLOUD: Final = 6000
 _MOST_POSES: Final = 2000
 _MOST_IN_SPACE: Final = 1500
-_PARTS_SHOWN: Final = 15
 
 
 def plots(answer: Answer) -> list[Plot]:
@@ -43,12 +42,18 @@ def plots(answer: Answer) -> list[Plot]:
         ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with the 50, 95 and 99 % lines."),
         ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the line that 95 % of robots stay below."),
         ("levels", "levels", levels, "Stacked bars of the r.m.s. error as built, with load and pose compensated, and calibrated as well."),
+        (
+            "waterfall",
+            "waterfall",
+            lambda answer: waterfall(answer.waterfall),
+            "Waterfall of the 95 % error: as built, less what calibration, load compensation and mapping take off.",
+        ),
         ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the dearest on top."),
         ("bending", "bending", bending, "Stacked bars of each link's largest deflection by whose weight it is."),
         ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
     ]
     missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
-    missing |= set() if answer.sampled.tally.owners else {"levels", "budget"}
+    missing |= set() if answer.sampled.tally.owners else {"levels", "waterfall", "budget"}
     missing |= set() if answer.bending else {"bending"}
     return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing]
 
@@ -131,85 +136,6 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
         figure.update_yaxes(title_text="robots [1]" if column == 1 else None, row=1, col=column)
         mark(figure, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95 % below", unit, axes=str(column) if column > 1 else "")
     figure.update_layout(margin_t=76, bargap=0)
-    return figure
-
-
-def levels(answer: Answer) -> go.Figure:
-    """What can be done about the error? Its r.m.s. as built, with load and pose compensated, and calibrated too, split by cause."""
-    import plotly.graph_objects as go
-
-    tally = answer.sampled.tally
-    squares = np.asarray(tally.levels, dtype=float) / tally.poses
-    stages = ("as built", "load and pose<br>compensated", "and each robot<br>calibrated")
-    left = np.array([squares[k:].sum() for k in range(len(stages))])
-    unit = length(math.sqrt(left[0])).unit
-    size = np.sqrt(left) * PER_UNIT[unit]
-    figure = framed("What is left of the r.m.s. error", height=330)
-    for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
-        share = np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)])
-        bar = go.Bar(
-            y=list(range(len(stages))),
-            x=size * share,
-            orientation="h",
-            name=name,
-            marker={"color": colour},
-            width=0.6,
-            customdata=100 * share,
-            hovertemplate=f"{name}: %{{customdata:.3~g}} % of this bar's mean square<extra></extra>",
-        )
-        figure.add_trace(bar)
-    for stage, whole in enumerate(left):
-        text = str(length(math.sqrt(whole)))
-        figure.add_annotation(x=math.sqrt(whole) * PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
-    figure.update_yaxes(**named(stages))
-    figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.25])
-    figure.update_layout(barmode="stack", legend=LEGEND, margin_t=80)
-    return figure
-
-
-def budget(answer: Answer) -> go.Figure:
-    """Which part is to blame? Shares of the mean-square error in %, the dearest on top, adding to 100; a negative one cancels others."""
-    import plotly.graph_objects as go
-
-    found = costs(answer.sampled.tally)
-    by_size = sorted(found, key=lambda cost: -abs(cost.share))
-    shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
-    rest = by_size[_PARTS_SHOWN:]
-    names = [label(cost.part.removeprefix("joints.")) for cost in shown]
-    shares = [100 * cost.share for cost in shown]
-    hover = [
-        f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"
-        for name, share, cost in zip(names, shares, shown, strict=True)
-    ]
-    if rest:
-        names.append(f"{len(rest)} others")
-        shares.append(100 * sum(cost.share for cost in rest))
-        hover.append(f"{len(rest)} others together<br>{shares[-1]:.3g} % of the mean square")
-    bars = go.Bar(
-        x=shares,
-        y=list(range(len(names))),
-        orientation="h",
-        width=0.7,
-        marker={"color": [ORANGE if share < 0 else BLUE for share in shares]},
-        text=[_percent(share) for share in shares],
-        textposition="outside",
-        cliponaxis=False,
-        textfont={"size": 12},
-        hovertext=hover,
-        hovertemplate="%{hovertext}<extra></extra>",
-        showlegend=False,
-    )
-    figure = framed("Share of mean square by part", bars, height=130 + 23 * len(names))
-    low, high = min([0.0, *shares]), max([0.0, *shares])
-    room = 0.14 * ((high - low) or 1.0)
-    figure.update_xaxes(
-        title_text="share of mean square [%]", range=[low - (room if low < 0 else 0), high + room], zeroline=True, zerolinecolor="#888888"
-    )
-    figure.update_yaxes(**named(names))
-    if low < 0:
-        figure.add_annotation(
-            x=0, y=1, xref="x", yref="paper", yanchor="bottom", xanchor="right", xshift=-4, text="cancels others", showarrow=False, font={"size": 12}
-        )
     return figure
 
 
@@ -304,7 +230,3 @@ def _thinned(count: int, most: int) -> np.ndarray:
 
 def _mm(metres: Floats) -> Floats:
     return np.asarray(np.round(metres * 1e3, 1), dtype=np.float32)
-
-
-def _percent(share: float) -> str:
-    return f"{share:.1f} %" if abs(share) >= 0.05 else "< 0.1 %"  # noqa: PLR2004 - would show as 0.0

@@ -11,6 +11,7 @@ from lostmotion.studies.halving import Halving, halving
 from lostmotion.studies.montecarlo import Sampled, run
 from lostmotion.studies.poses import POSE_LAWS
 from lostmotion.studies.statics import HoldingTorque, holding_torques
+from lostmotion.studies.waterfall import Waterfall, waterfall
 from lostmotion.studies.workspace import Workspace, workspace
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic import Analytic, Pooled
     from lostmotion.studies.poses import Poses
+    from lostmotion.studies.stopping import Stopping
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,7 +29,7 @@ class Answer:
     """Everything that a study found, in SI and without a word of text.
 
     tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
-    sampling, at each pose and over all, where it was asked for.
+    sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
     """
 
     arm: Arm
@@ -41,8 +43,10 @@ class Answer:
     bending: list[LinkBending]
     workspace: Workspace
     halving: Halving
+    waterfall: Waterfall
     analytic: Analytic | None = None
     pooled: Pooled | None = None
+    stopping: Stopping | None = None
 
 
 def answer(  # noqa: PLR0913 - a study is these numbers
@@ -56,16 +60,20 @@ def answer(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
+    sampled: Sampled | None = None,
 ) -> Answer:
     """How accurate is this arm over these poses, where does it reach, what does it hold, and which part is to blame?
 
     Arguments and errors as `montecarlo.run`. The workspace is sampled more densely by the same law of poses (Sobol where they were given).
+    `sampled` is what such a run has found already.
     """
-    sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=progress)
+    if sampled is None:
+        sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=progress)
     torques, worst = holding_torques(arm, poses.q)
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
     gains = halving(arm, poses, robots, visits, seed, approach=approach, progress=progress)
+    remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, progress=progress)
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
-    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, bent, space, gains)
+    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, bent, space, gains, remedies)

@@ -32,6 +32,15 @@ class Estimate:
     high: float
 
 
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """What is left of uncertainty: the variance that more robots take down, the one that more poses take down, and half of the 95 % interval."""
+
+    of_robots: float
+    of_poses: float
+    half: float
+
+
 def quantile(hist: np.ndarray, level: float) -> float:
     """Which error (m) leaves this share of a histogram's samples below it? Straight line within a bin of 0.3 % width.
 
@@ -59,12 +68,9 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     """
     hist = group_hist.sum(axis=0)
     value = quantile(hist, level)
-    # What one cell of group and set adds by itself counts in both families: never too narrow, at most by a root of two too wide.
-    spread = [_mean_square(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
     if len(group_hist) < 2:  # noqa: PLR2004 - one robot says nothing of others
         return Estimate(min(value, largest), math.nan, math.nan)
-    variance, freedom = _satterthwaite(spread, [len(group_hist) - 1, len(replicate_hist) - 1])
-    half = student(freedom) * math.sqrt(variance)
+    half = share_spread(group_hist, replicate_hist, value).half
     value = min(value, largest)
     at = int(np.searchsorted(bin_edges(), value, side="right"))
     bin_low, bin_high = (0.0, 0.0) if value == 0 else bin_edges()[[max(at - 1, 0), min(at, len(hist))]]
@@ -72,6 +78,16 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     odds, wide = level / (1 - level), math.exp(half / (level * (1 - level)))
     ends = [quantile(hist, odds * by / (1 + odds * by)) for by in (1 / wide, wide)]
     return Estimate(value, min(ends[0], bin_low, value), max(min(ends[1], largest), bin_high, value))
+
+
+def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float) -> Spread:
+    """How sure is the share of all samples that lies below a value (m)?
+
+    What one cell of group and set adds by itself counts in both families: never too narrow, at most by a root of two too wide.
+    """
+    squares = [_mean_square(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
+    variance, freedom = _satterthwaite(squares, [len(group_hist) - 1, len(replicate_hist) - 1])
+    return Spread(squares[0], squares[1], student(freedom) * math.sqrt(variance))
 
 
 def _shares_below(hists: np.ndarray, value: float) -> Floats:
@@ -101,15 +117,6 @@ def pooled_mean(robot_means: Floats) -> Estimate:
         return Estimate(value, math.nan, math.nan)
     half = two_way(robot_means).half
     return Estimate(value, value - half, value + half)
-
-
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """What is left of uncertainty: the variance that more robots take down, the one that more poses take down, and half of the 95 % interval."""
-
-    of_robots: float
-    of_poses: float
-    half: float
 
 
 def two_way(values: Floats) -> Spread:

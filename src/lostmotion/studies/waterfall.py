@@ -52,7 +52,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Waterfall:
-    """What is left stage by stage, in the order of `STAGES`, from a smaller run of `poses` x `robots` x `visits`; `constant` names what geometry is."""
+    """What is left stage by stage, in the order of `STAGES`, from a run of `poses` x `robots` x `visits`; `constant` names what geometry is."""
 
     stages: tuple[Stage, ...]
     constant: tuple[str, ...]

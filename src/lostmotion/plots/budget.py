@@ -1,0 +1,102 @@
+"""The plots of the budget: which part is to blame, and what is left of the r.m.s. error without what one level of chance makes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.figures import length
+from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, framed, label, named
+from lostmotion.studies.budget import costs
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+    from lostmotion.studies.answer import Answer
+
+_PARTS_SHOWN: Final = 15
+
+
+def levels(answer: Answer) -> go.Figure:
+    """What can be done about the error? Its r.m.s. as built, with load and pose compensated, and each robot mapped too, split by level."""
+    import plotly.graph_objects as go
+
+    tally = answer.sampled.tally
+    squares = np.asarray(tally.levels, dtype=float) / tally.poses
+    stages = ("as built", "load and pose<br>compensated", "and each robot<br>mapped")
+    left = np.array([squares[k:].sum() for k in range(len(stages))])
+    unit = length(math.sqrt(left[0])).unit
+    size = np.sqrt(left) * PER_UNIT[unit]
+    figure = framed("What is left of the r.m.s. error", height=330)
+    for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
+        share = np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)])
+        bar = go.Bar(
+            y=list(range(len(stages))),
+            x=size * share,
+            orientation="h",
+            name=name,
+            marker={"color": colour},
+            width=0.6,
+            customdata=100 * share,
+            hovertemplate=f"{name}: %{{customdata:.3~g}} % of this bar's mean square<extra></extra>",
+        )
+        figure.add_trace(bar)
+    for stage, whole in enumerate(left):
+        text = str(length(math.sqrt(whole)))
+        figure.add_annotation(x=math.sqrt(whole) * PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
+    figure.update_yaxes(**named(stages))
+    figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.25])
+    figure.update_layout(barmode="stack", legend=LEGEND, margin_t=80)
+    return figure
+
+
+def budget(answer: Answer) -> go.Figure:
+    """Which part is to blame? Shares of the mean-square error in %, the dearest on top, adding to 100; a negative one cancels others."""
+    import plotly.graph_objects as go
+
+    found = costs(answer.sampled.tally)
+    by_size = sorted(found, key=lambda cost: -abs(cost.share))
+    shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
+    rest = by_size[_PARTS_SHOWN:]
+    names = [label(cost.part.removeprefix("joints.")) for cost in shown]
+    shares = [100 * cost.share for cost in shown]
+    hover = [
+        f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"
+        for name, share, cost in zip(names, shares, shown, strict=True)
+    ]
+    if rest:
+        names.append(f"{len(rest)} others")
+        shares.append(100 * sum(cost.share for cost in rest))
+        hover.append(f"{len(rest)} others together<br>{shares[-1]:.3g} % of the mean square")
+    bars = go.Bar(
+        x=shares,
+        y=list(range(len(names))),
+        orientation="h",
+        width=0.7,
+        marker={"color": [ORANGE if share < 0 else BLUE for share in shares]},
+        text=[_percent(share) for share in shares],
+        textposition="outside",
+        cliponaxis=False,
+        textfont={"size": 12},
+        hovertext=hover,
+        hovertemplate="%{hovertext}<extra></extra>",
+        showlegend=False,
+    )
+    figure = framed("Share of mean square by part", bars, height=130 + 23 * len(names))
+    low, high = min([0.0, *shares]), max([0.0, *shares])
+    room = 0.14 * ((high - low) or 1.0)
+    figure.update_xaxes(
+        title_text="share of mean square [%]", range=[low - (room if low < 0 else 0), high + room], zeroline=True, zerolinecolor="#888888"
+    )
+    figure.update_yaxes(**named(names))
+    if low < 0:
+        figure.add_annotation(
+            x=0, y=1, xref="x", yref="paper", yanchor="bottom", xanchor="right", xshift=-4, text="cancels others", showarrow=False, font={"size": 12}
+        )
+    return figure
+
+
+def _percent(share: float) -> str:
+    return f"{share:.1f} %" if abs(share) >= 0.05 else "< 0.1 %"  # noqa: PLR2004 - would show as 0.0

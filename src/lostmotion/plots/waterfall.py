@@ -1,0 +1,74 @@
+"""The plot of what calibration and compensation take off the error, step by step."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from lostmotion.figures import digits, length
+from lostmotion.plots import BLUE, GREEN, INK, PER_UNIT, RED, framed
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+    from lostmotion.studies.waterfall import Waterfall
+
+# The stages of `studies.waterfall.STAGES` that follow each other, and what is done from one to the next.
+_STEPS = (
+    ("as built", "as built"),
+    ("calibrated", "geometry<br>calibrated"),
+    ("both", "load<br>compensated"),
+    ("both, and each robot mapped", "waves, stiffness<br>mapped"),
+)
+
+
+def waterfall(found: Waterfall) -> go.Figure:
+    """What does each remedy take off the error that 95 % stay below, one after the other, and what is left? With the 95 % interval of what stands."""
+    import plotly.graph_objects as go
+
+    stages = {stage.name: stage for stage in found.stages}
+    at = [stages[name].q95 for name, _ in _STEPS]
+    unit = length(at[0].value).unit
+    factor = PER_UNIT[unit]
+    values = [estimate.value * factor for estimate in at]
+    steps = [values[0], *(after - before for before, after in pairwise(values)), 0.0]
+    names = [*(text for _, text in _STEPS), "left"]
+    shown = [digits(values[0]), *(f"{'+' if step > 0 else '−'}{digits(abs(step))}" for step in steps[1:-1]), digits(values[-1])]
+    bars = go.Waterfall(
+        x=names,
+        y=steps,
+        measure=["absolute", *["relative"] * (len(steps) - 2), "total"],
+        text=[f"{text} {unit}" for text in shown],
+        textposition="outside",
+        cliponaxis=False,
+        width=0.62,
+        connector={"line": {"color": "#888888", "width": 1, "dash": "dot"}},
+        increasing={"marker": {"color": RED}},
+        decreasing={"marker": {"color": GREEN}},
+        totals={"marker": {"color": BLUE}},
+        hovertemplate="%{x}: %{text}<extra></extra>",
+        showlegend=False,
+    )
+    left = [*values, values[-1]]
+    ends = [*at, at[-1]]
+    bounds = go.Scatter(
+        x=names,
+        y=left,
+        mode="markers",
+        marker={"size": 1, "color": INK},
+        error_y={
+            "type": "data",
+            "symmetric": False,
+            "array": [estimate.high * factor - value for estimate, value in zip(ends, left, strict=True)],
+            "arrayminus": [value - estimate.low * factor for estimate, value in zip(ends, left, strict=True)],
+            "color": INK,
+            "thickness": 1.3,
+            "width": 7,
+        },
+        hovertemplate=f"left by then: %{{y:.4~g}} {unit}<extra></extra>",
+        showlegend=False,
+    )
+    figure = framed("What calibration and compensation take off the 95 % error", bars, bounds, height=400)
+    figure.update_yaxes(title_text=f"position error that 95 % stay below [{unit}]", range=[0, 1.18 * max(*left, 1e-12)])
+    figure.update_xaxes(showgrid=False, tickangle=0)
+    return figure
