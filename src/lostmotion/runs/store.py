@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 ORDER: Final = "run.json"
 BLOCKS: Final = "blocks.zarr"
 LEDGER: Final = "ledger"
+SUMMED_UP: Final = ("report.html", "result.json")
 _LARGEST_ORDER: Final = 20_000_000
 _PARTIAL: Final = re.compile(rf"\.[0-9a-f]{{8}}{re.escape(PARTIAL)}$")
 
@@ -144,6 +145,12 @@ class Store:
         for name in self._pieces:
             place(self._chunk(name, design, block), packed[name])
         place(self._entry(design, block), entry({name: digest(packed[name]) for name in self._pieces}))
+
+    def keep(self, name: str, content: bytes) -> None:
+        """Keep a file that sums the run up, in place of an earlier one."""
+        if name not in SUMMED_UP:
+            raise ValueError(f"'{name}' is no file of a run")
+        place(self.folder / name, content)
 
     def read(self, design: int, block: int) -> Record:
         """Give a block. Raises LostmotionError where it is not there as the ledger says."""

@@ -1,0 +1,34 @@
+"""`lostmotion replay`: show how the largest errors of a run came about."""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003 - typer reads the annotations
+from typing import Annotated
+
+import typer
+
+from lostmotion.cli.app import STOPPED, app, stopped
+
+
+@app.command()
+def replay(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run, as `lostmotion sweep` wrote it.")],
+    design: Annotated[int | None, typer.Option(min=0, help="Which design, by its number from 0. Default: all of them.")] = None,
+    worst: Annotated[int, typer.Option(min=1, help="How many of the largest errors, each of a pose of its own.")] = 1,
+    as_json: Annotated[bool, typer.Option("--json", help="Print data for machines.")] = False,  # noqa: FBT002 - a switch
+) -> None:
+    """Show how the largest errors of a run came about: pose, every draw and what it contributes."""
+    from lostmotion.ask.runs import replay as again
+    from lostmotion.screen import ProgressBar
+
+    with ProgressBar() as bar:
+        found = again(folder, design, worst, progress=bar)
+    if stopped:
+        raise typer.Exit(STOPPED)
+    if as_json:
+        import json
+
+        typer.echo(json.dumps([each.result() for each in found], indent=2, ensure_ascii=False, allow_nan=False))
+        return
+    for each in found:
+        each.summary()

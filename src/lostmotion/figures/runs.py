@@ -1,0 +1,334 @@
+"""The figures of a big run: each design's error, AP and RP, what each gains on the first, extremes; and one extreme term by term."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.arm import Arm
+    from lostmotion.formats.sweep import Axis
+    from lostmotion.runs.order import Order
+    from lostmotion.runs.replay import Replay
+    from lostmotion.runs.summary import Outcome, Worst
+    from lostmotion.studies.intervals import Estimate
+
+LEVEL: Final = 0.95
+# A table that is longer is not read; result.json holds every design.
+_MOST_ROWS: Final = 60
+_MOST_TERMS: Final = 400
+_MOST_EXTREMES: Final = 10
+_MOST_PARTS: Final = 3
+_AS_IT_STANDS: Final = "the arm as it stands"
+_RESOLUTION: Final = "quantiles are read from counts in bins at most 0.4 % wide, on a straight line within a bin"
+_WORDS: Final = (
+    (
+        "design",
+        "one combination of the values swept; all share poses and draws of robots and visits, so that they compare.",
+    ),
+    ("95 % within", "over all poses, robots and visits; its interval counts robots and independent sets of poses."),
+    ("AP, RP", "ISO 9283 pose accuracy and repeatability, predicted: what 95 % of the robots built stay below, each robot's average over the poses."),
+    ("larger by", "how far the 95 % error lies above that of the first design, from the same draws: surer than the two intervals would let it seem."),
+    ("largest", "the largest of so many samples: more samples find larger ones. `lostmotion replay` shows how one came about."),
+)
+
+
+def short_keys(axes: Sequence[Axis]) -> list[str]:
+    """Name each key swept by as few of its last steps as tell it from the others."""
+    paths = [axis.key.split(".") for axis in axes]
+    out = []
+    for k, path in enumerate(paths):
+        steps = next(n for n in range(1, len(path) + 1) if n == len(path) or all(path[-n:] != other[-n:] for j, other in enumerate(paths) if j != k))
+        out.append(" ".join(path[-steps:]).replace("_", " "))
+    return out
+
+
+def design_said(order: Order, design: int) -> str:
+    """Name a design by the values that it takes."""
+    if not order.axes:
+        return _AS_IT_STANDS
+    stated = order.stated(design)
+    labels = [axis.labels[axis.values.index(stated[axis.key])] for axis in order.axes]
+    return ", ".join(f"{name} {label}" for name, label in zip(short_keys(order.axes), labels, strict=True))
+
+
+def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
+    """What is there to say about a big run, of one design or of many?"""
+    counted = f"{order.poses} poses ({order.law}) x {order.robots} robots x {order.visits} visits"
+    ranked = sorted(outcomes, key=lambda each: each.quantiles[LEVEL].value)
+    chosen = list(outcomes)
+    if len(outcomes) > _MOST_ROWS:
+        chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
+    sections = [_designs(order, outcomes, chosen, counted), *_iso(order, chosen, counted)]
+    if len(outcomes) > 1:
+        sections.append(_differences(order, chosen, counted))
+    sections += [_parts(order, chosen), _levels(order, chosen), _extremes(order, outcomes, counted), _check(order, chosen)]
+    each = f"{len(outcomes)} designs, each of " if len(outcomes) > 1 else ""
+    return Sheet(
+        name=arm.name,
+        subject="a sweep of designs" if len(outcomes) > 1 else "a big run",
+        verdict=_verdict(order, ranked),
+        cards=tuple(_cards(order, ranked, outcomes)),
+        sections=tuple(sections),
+        counts=each + counted,
+        notes=arm.remarks,
+        words=_WORDS,
+        source=_source(order, counted),
+        seed=order.seed,
+        facts=_facts(arm, order, outcomes),
+    )
+
+
+def _of(estimate: Estimate, samples: str) -> Figure:
+    return length(estimate.value, estimate.low, estimate.high, samples)
+
+
+def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str) -> Section:
+    rows = tuple(Row(design_said(order, each.design), (_of(each.quantiles[LEVEL], counted), _of(each.mean, counted))) for each in chosen)
+    swept = f"; swept: {', '.join(axis.key for axis in order.axes)}" if order.axes else ""
+    left = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
+    return Section("designs", "Position error", ("95 % within", "mean"), rows, _RESOLUTION + swept + left)
+
+
+def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]:
+    rows = tuple(
+        Row(design_said(order, each.design), tuple(_of(found[1], counted) for found in (each.ap, each.rp)))
+        for each in chosen
+        if each.ap is not None and each.rp is not None
+    )
+    if not rows:
+        return [Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")]
+    note = f"95 % of the robots stay below, each by its average over the poses; by their definitions at n = {order.visits}; {_arriving(order)}"
+    return [Section("iso9283", "ISO 9283, predicted", ("AP", "RP"), rows, note)]
+
+
+def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
+    rows = []
+    for each in chosen:
+        if each.lower is None:
+            continue
+        sure = each.lower.low > 0 or each.lower.high < 0
+        shown = length(-each.lower.value, -each.lower.high, -each.lower.low, counted)
+        rows.append(Row(design_said(order, each.design), (shown,), "" if sure else "may be none: the interval holds zero"))
+    note = f"against {design_said(order, 0)}; below zero this design is the more accurate. Same poses and draws in both"
+    return Section("differences", "Against the first design", ("95 % error larger by",), tuple(rows), note)
+
+
+def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
+    exact = f"exact sum over terms, {order.poses} poses"
+    rows = []
+    for each in chosen:
+        dearest = [cost for cost in each.costs if cost.share > 0][:_MOST_PARTS]
+        names = [cost.part.removeprefix("joints.") for cost in dearest]
+        others = ", ".join(f"{name} {100 * cost.share:.0f} %" for name, cost in list(zip(names, dearest, strict=True))[1:])
+        if dearest:
+            share = Figure(100 * dearest[0].share, "%", samples=exact)
+            rows.append(Row(design_said(order, each.design), (share,), f"{names[0]}; then {others}" if others else names[0]))
+    return Section("parts", "Which part is to blame", ("dearest part",), tuple(rows), "share of the mean-square error")
+
+
+def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
+    exact = f"exact sum over terms, {order.poses} poses"
+    rows = tuple(
+        Row(
+            design_said(order, each.design),
+            (
+                length(each.rms, samples=exact),
+                *(Figure(100 * float(level) / each.rms**2 if each.rms else 0.0, "%", samples=exact) for level in each.levels),
+            ),
+        )
+        for each in chosen
+    )
+    columns = ("r.m.s. error", "load and pose", "robot", "visit")
+    return Section(
+        "levels",
+        "What can be done about it",
+        columns,
+        rows,
+        "shares of the mean square: the first goes by load compensation, the second by calibration, the third by nothing",
+    )
+
+
+def _extremes(order: Order, outcomes: Sequence[Outcome], counted: str) -> Section:
+    """Show the largest errors of all: each design's own stand in result.json."""
+    found = sorted((each for outcome in outcomes for each in outcome.worst), key=lambda each: -each.error)[:_MOST_EXTREMES]
+    rows = tuple(
+        Row(
+            (f"{design_said(order, each.design)}, " if order.axes else "") + f"pose {each.pose}",
+            (length(each.error, samples=f"{counted} each" if order.axes else counted),),
+            f"robot {each.robot}, visit {each.visit}: {_joints(outcomes[each.design].joints, each.q)}"
+            + (f"; --design {each.design}" if order.axes else ""),
+        )
+        for each in found
+    )
+    return Section("extremes", "Largest errors", ("error",), rows, "each of a pose of its own; `lostmotion replay FOLDER` shows how one came about")
+
+
+def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 - an array
+    said = [
+        f"{name} {math.degrees(value):.1f}°" if kind == "revolute" else f"{name} {value * 1e3:.1f} mm"
+        for (name, kind), value in zip(joints, q, strict=True)
+    ]
+    return ", ".join(said)
+
+
+def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
+    each = max(chosen, key=lambda each: each.check.largest / each.quantiles[LEVEL].value if each.quantiles[LEVEL].value else 0.0)
+    counted = f"{each.check.samples} samples"
+    error = each.quantiles[LEVEL].value
+    share = 100 * each.check.largest / error if error else 0.0
+    warn = "more than 1 %: the first-order figures are that uncertain" if share > 1 else "first order is enough"
+    rows = (
+        Row("largest difference", (length(each.check.largest, samples=counted),), design_said(order, each.design) if order.axes else ""),
+        Row("largest, of the 95 % error", (Figure(share, "%", samples=counted),), warn),
+    )
+    return Section("exact_check", "First order against exact composition", ("value",), rows)
+
+
+def _arriving(order: Order) -> str:
+    return (
+        "each joint arrives from either side at random"
+        if not order.approach
+        else f"every joint arrives moving {'up' if order.approach > 0 else 'down'}"
+    )
+
+
+def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
+    best, worst = ranked[0], ranked[-1]
+    best_said, worst_said = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
+    if len(ranked) == 1:
+        repeats = f" 95 % of the robots built repeat within {_of(best.rp[1], '')}." if best.rp is not None else ""
+        return f"Expect 95 % of positions within {best_said} ({best_said.interval or 'no interval'}).{repeats}"
+    return (
+        f"Of {len(ranked)} designs the most accurate is {design_said(order, best.design)}: 95 % of positions within {best_said}. "
+        f"The least is {design_said(order, worst.design)}: {worst_said}."
+    )
+
+
+def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) -> list[Card]:
+    out = []
+    for title, each in (("best: 95 % of positions within", ranked[0]), ("worst: 95 % of positions within", ranked[-1]))[: len(ranked)]:
+        figure = _of(each.quantiles[LEVEL], "")
+        out.append(Card(title if len(ranked) > 1 else "95 % of positions within", str(figure), design_said(order, each.design)))
+    largest = max((each.worst[0] for each in outcomes), key=lambda each: each.error)
+    out.append(Card("largest error of all samples", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
+    samples = order.designs * order.poses * order.robots * order.visits
+    said = f"{samples / 1e9:.3g} thousand million" if samples >= 1e9 else f"{samples / 1e6:.3g} million"  # noqa: PLR2004 - where people change words
+    out.append(Card("samples", said, f"in {order.designs * order.blocks} blocks"))
+    return out
+
+
+def _source(order: Order, counted: str) -> str:
+    versions = ", ".join(f"{name} {version}" for name, version in order.made_with.items() if name != "lostmotion")
+    return (
+        f"seed {order.seed}: {counted}, in blocks of {order.block} poses; {_arriving(order)}. "
+        f"The same arm, values, counts, seed and versions ({versions}) "
+        "on the same kind of processor give the same bytes, whatever the workers and however often the run was stopped."
+    )
+
+
+def _facts(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    return {
+        "arm": arm.name,
+        "seed": order.seed,
+        "poses": {"count": order.poses, "law": order.law, "independent_sets": order.sets},
+        "robots": order.robots,
+        "visits": order.visits,
+        "axes": [{"key": axis.key, "values": list(axis.values)} for axis in order.axes],
+        "designs": [_plain(each) for each in outcomes],
+    }
+
+
+def _plain(outcome: Outcome) -> dict[str, Any]:
+    """Give a design as plain data, in m."""
+    spread = {name: pair for name, pair in (("ap", outcome.ap), ("rp", outcome.rp)) if pair is not None}
+    of_robots = {f"{name}{level}_m": found for name, pair in spread.items() for level, found in zip(("", "95"), pair, strict=True)}
+    lower = {} if outcome.lower is None else {"q95_lower_than_first_m": outcome.lower}
+    estimates = {"mean_m": outcome.mean, **{f"q{100 * level:.0f}_m": found for level, found in outcome.quantiles.items()}, **of_robots, **lower}
+    return {
+        "design": outcome.design,
+        "stated": outcome.stated,
+        **{name: [_finite(each.value), _finite(each.low), _finite(each.high)] for name, each in estimates.items()},
+        "rms_m": outcome.rms,
+        "parts": [{"part": cost.part, "alone_m": cost.alone, "share": cost.share} for cost in outcome.costs],
+        "worst": [_extreme(each) for each in outcome.worst],
+    }
+
+
+def _extreme(found: Worst) -> dict[str, Any]:
+    return {"pose": found.pose, "robot": found.robot, "visit": found.visit, "error_m": found.error, "q": found.q.tolist()}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
+    """How did one extreme come about?"""
+    at = found.found
+    said = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (f", {design_said(order, at.design)}" if order.axes else "")
+    same = "the same to the last bit" if found.kernel == at.error else f"apart by {abs(found.kernel - at.error):.1e} m"
+    notes = (f"the store was made with other versions, so that last bits may differ: {', '.join(found.others)}",) if found.others else ()
+    pose = tuple(
+        Row(joint, (Figure(math.degrees(value), "°") if kind == "revolute" else Figure(value * 1e3, "mm"),))
+        for (joint, kind), value in zip(found.joints, at.q, strict=True)
+    )
+    tool = tuple(Row(axis, (length(float(found.tool[k, 3])), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
+    exactly = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
+    lengths = (
+        Row("stored", (Figure(at.error * 1e6, "µm"),), "what the run kept"),
+        Row("its block computed again", (Figure(found.kernel * 1e6, "µm"),), same),
+        Row("sum over terms", (Figure(found.length * 1e6, "µm"),), f"apart by {found.apart:.1e} of it"),
+        Row("exact composition", (Figure(exactly * 1e6, "µm"),), "rotations multiplied out; the study itself is of first order"),
+    )
+    return Sheet(
+        name=name,
+        subject="an extreme replayed",
+        verdict=f"An error of {length(at.error)}: {said}.",
+        cards=(),
+        sections=(
+            Section("length", "Length of the error", ("value",), lengths),
+            Section("pose", "Joint values", ("value",), pose),
+            Section("tool", "Tool, base frame", ("should be at", "is off by"), tool, _attitude(found)),
+            _terms(found),
+        ),
+        counts=said,
+        notes=notes,
+        source=f"seed {order.seed}.",
+        seed=order.seed,
+        facts={
+            **_extreme(at),
+            "design": at.design,
+            "stated": order.stated(at.design),
+            "replayed_m": found.length,
+            "same_bits": found.kernel == at.error,
+        },
+    )
+
+
+def _attitude(found: Replay) -> str:
+    turn = found.tool[:3, :3]
+    yaw, pitch, roll = (
+        math.atan2(turn[1, 0], turn[0, 0]),
+        math.atan2(-turn[2, 0], math.hypot(turn[2, 1], turn[2, 2])),
+        math.atan2(turn[2, 1], turn[2, 2]),
+    )
+    return f"turned by roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}° from the base"
+
+
+def _terms(found: Replay) -> Section:
+    rows = []
+    for term in found.terms[:_MOST_TERMS]:
+        x, y, z = (digits(float(value) * 1e6) for value in term.shift)
+        share = 100 * term.along / found.length if found.length else 0.0
+        figures = (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(share, "%"))
+        rows.append(Row(term.name.removeprefix("joints."), figures, f"{_LEVELS[term.level]}; moves the tool by ({x}, {y}, {z}) µm"))
+    note = "contribution: the term's shift of the tool along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
+    return Section("terms", "Term by term", ("draw", "contribution", "of the length"), tuple(rows), note)
+
+
+_LEVELS: Final = {"design": "from load and pose", "robot": "of this robot", "visit": "of this visit", "robot x visit": "of this robot at this visit"}

@@ -1,0 +1,50 @@
+"""A sweep's figures with their names: one axis per key swept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray
+
+    from lostmotion.runs.order import Order
+    from lostmotion.runs.summary import Outcome
+    from lostmotion.studies.intervals import Estimate
+
+_ENDS = ("value", "low", "high")
+
+
+def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
+    """Give the figures of every design over the keys swept; `end` tells value, low and high end of the 95 % interval, in m.
+
+    A key's coordinate holds its values as numbers in the unit they are stated in where they are plain amounts, else as text.
+    """
+    import xarray
+
+    found: dict[str, list[Estimate | None]] = {"mean": [each.mean for each in outcomes]}
+    for level in outcomes[0].quantiles:
+        found[f"q{100 * level:.0f}"] = [each.quantiles[level] for each in outcomes]
+    for name in ("ap", "rp"):
+        for k, suffix in enumerate(("_mean", "_q95")):
+            pairs = [getattr(each, name) for each in outcomes]
+            found[name + suffix] = [None if pair is None else pair[k] for pair in pairs]
+    found["q95_lower"] = [each.lower for each in outcomes]
+    shape = tuple(len(axis.values) for axis in order.axes)
+    dims = tuple(axis.key for axis in order.axes)
+    data: dict[str, Any] = {}
+    for name, estimates in found.items():
+        table = np.array([[np.nan if each is None else getattr(each, end) for end in _ENDS] for each in estimates])
+        data[name] = ((*dims, "end"), table.reshape(*shape, len(_ENDS)), {"units": "m"})
+    data["q95_lower"][2]["long_name"] = "by how much the 95 % error lies below that of the first design"
+    for name, values in (("rms", [each.rms for each in outcomes]), ("largest", [each.worst[0].error for each in outcomes])):
+        data[name] = (dims, np.array(values).reshape(shape), {"units": "m"})
+    coordinates: dict[str, Any] = {"end": list(_ENDS)}
+    for axis in order.axes:
+        amounts = axis.amounts
+        coordinates[axis.key] = (axis.key, list(axis.labels)) if amounts is None else (axis.key, list(amounts[0]), {"units": amounts[1]})
+    about = {"arm": order.arm, "poses": order.poses, "robots": order.robots, "visits": order.visits, "seed": str(order.seed)}
+    return xarray.Dataset(data, coordinates, about)

@@ -1,0 +1,129 @@
+"""An extreme of a run once more: from its pose and its draws, term by term."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import refuse_argument
+from lostmotion.runs.blocks import COLUMNS, compute, design_of, matrix_of
+from lostmotion.runs.order import made_with
+from lostmotion.runs.summary import Worst, with_pose, worst_of
+from lostmotion.studies import exact
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.runs.store import Store
+    from lostmotion.spatial import Floats
+
+MOST: Final = 1000
+_LARGEST: Final = COLUMNS.index("largest")
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """One term of a replayed error: its name, the part that owns it, its level, what was drawn (1 for a design term), its shift (3,) m.
+
+    `along` is how much of the error's length it makes, m: its projection on the whole, so that all add up to the length.
+    """
+
+    name: str
+    owner: str
+    level: str
+    draw: float
+    shift: Floats
+    along: float
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """One extreme, computed again.
+
+    found     the extreme as the store holds it
+    joints    (name, type) of the moving joints, for found.q
+    tool      (4, 4) where the tool should be, base frame
+    error     (3,) m by the sum over terms; exact (4, 4) where the tool ends up by exact composition
+    kernel    m, the length as the block gives it when computed again: the same bits as stored, with the same versions on the same kind of processor
+    others    versions that differ from those that made the store
+    terms     the largest contribution first
+    """
+
+    found: Worst
+    joints: tuple[tuple[str, str], ...]
+    tool: Floats
+    error: Floats
+    exact: Floats
+    kernel: float
+    others: tuple[str, ...]
+    terms: tuple[Drawn, ...]
+
+    @property
+    def length(self) -> float:
+        """Give the length of the sum over terms, m."""
+        return float(np.linalg.norm(self.error))
+
+    @property
+    def apart(self) -> float:
+        """Give by how much of itself the length differs from the stored one."""
+        return abs(self.length / self.found.error - 1) if self.found.error else self.length
+
+
+def replays(
+    store: Store,
+    design: int | None = None,
+    worst: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> list[Replay]:
+    """How did the largest errors of a run come about? Of one design or of all, each of a pose of its own, the largest first.
+
+    Raises InputError for a design or a number out of range, LostmotionError where blocks are missing or damaged.
+    """
+    order = store.order
+    if design is not None and not 0 <= design < order.designs:
+        raise refuse_argument("design", design, f"from 0 to {order.designs - 1}", "--design 0")
+    if not 1 <= worst <= MOST:
+        raise refuse_argument("worst", worst, f"from 1 to {MOST}", "--worst 3")
+    looked_at = range(order.designs) if design is None else [design]
+    found: list[Worst] = []
+    for k, each in enumerate(looked_at):
+        for block in range(order.blocks):
+            found = worst_of(found, order, each, block, store.read(each, block), worst)
+            if progress is not None:
+                progress("looking for the largest", k * order.blocks + block + 1, len(looked_at) * order.blocks)
+    out = []
+    for extreme in found:
+        out.append(_replay(store, with_pose(order, extreme)))
+        if progress is not None:
+            progress("replaying", len(out), len(found))
+    return out
+
+
+def _replay(store: Store, found: Worst) -> Replay:
+    order = store.order
+    first, _ = order.span(found.block)
+    row = found.pose - first
+    matrix = matrix_of(order, found.design, found.block)
+    draws = exact.draws_of(matrix, order.seed, found.pose, np.array([found.robot]), np.array([found.visit]))
+    shifts = matrix.tool[row, 3:] * draws[:, 0]
+    error = shifts.sum(axis=1)
+    size = float(np.linalg.norm(error))
+    along = (error @ shifts) / size if size else np.zeros(len(draws))
+    terms = [
+        Drawn(info.name, info.owner, info.level, float(draws[k, 0]), shifts[:, k], float(along[k]))
+        for k, info in enumerate(matrix.infos)
+        if shifts[:, k].any()
+    ]
+    theirs, mine = order.made_with, made_with()
+    return Replay(
+        found,
+        tuple((joint.name, joint.type) for joint in design_of(order, found.design).arm.moving),
+        matrix.at[-1, row],
+        error,
+        exact.compose(matrix, row, draws)[0],
+        float(compute(order, found.design, found.block).poses[row, _LARGEST]),
+        tuple(f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]),
+        tuple(sorted(terms, key=lambda term: -abs(term.along))),
+    )

@@ -1,0 +1,201 @@
+"""What a finished run says of each design: merged from its blocks in their order, so that the bits do not depend on who computed them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of
+from lostmotion.runs.stream import poses_between
+from lostmotion.studies import exact, kernel
+from lostmotion.studies.budget import Cost, Tally, costs
+from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop
+from lostmotion.studies.screws import screws
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.runs.order import Order
+    from lostmotion.runs.store import Store
+    from lostmotion.spatial import Floats
+
+MOST_WORST: Final = 10
+_LEVEL: Final = 0.95
+_CURVE: Final = 200
+_CHECKED_POSES: Final = 12
+_CHECKED_ROBOTS: Final = 16
+_CHECKED_VISITS: Final = 4
+_LARGEST, _ROBOT, _VISIT = (COLUMNS.index(name) for name in ("largest", "largest_robot", "largest_visit"))
+_SQUARES: Final = slice(COLUMNS.index("bias_square"), COLUMNS.index("visit_square") + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """The largest error at one pose: its size (m), the pose by number, and which robot at which visit made it."""
+
+    design: int
+    block: int
+    pose: int
+    robot: int
+    visit: int
+    error: float
+    q: Floats
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is said of one design; lengths in m.
+
+    quantiles  by level, over all poses, robots and visits
+    ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average over the poses; None for a single visit
+    lower      by how much its 95 % error lies below the first design's, from the same draws; None for the first
+    rms        root of the exact mean square, with the part of it that load and pose, each robot, and each visit make (3,), m^2
+    worst      the largest errors, each of a pose of its own
+    check      first order against exact composition
+    spread     some errors (m), rising, and the share of all samples below each
+    """
+
+    design: int
+    stated: dict[str, Any]
+    joints: tuple[tuple[str, str], ...]
+    mean: Estimate
+    quantiles: dict[float, Estimate]
+    ap: tuple[Estimate, Estimate] | None
+    rp: tuple[Estimate, Estimate] | None
+    lower: Estimate | None
+    rms: float
+    levels: Floats
+    costs: list[Cost]
+    worst: list[Worst]
+    check: exact.ExactCheck
+    spread: tuple[Floats, Floats]
+
+
+@dataclass
+class _Merged:
+    """Sums over the blocks of a design; their size does not depend on how many there are."""
+
+    robots: Floats
+    groups: np.ndarray
+    sets: np.ndarray
+    parts: Floats
+    levels: Floats
+    worst: list[Worst]
+
+    def add(self, order: Order, design: int, block: int, record: Record) -> None:
+        """Add one block."""
+        of_set = order.set_of(block)
+        first, last = order.span(block)
+        self.robots[of_set] += record.robots
+        self.groups += record.histogram
+        self.sets[of_set] += record.histogram.sum(axis=0)
+        self.parts += record.parts
+        self.levels += record.poses[: last - first, _SQUARES].sum(axis=0)
+        self.worst = worst_of(self.worst, order, design, block, record)
+
+
+def worst_of(known: list[Worst], order: Order, design: int, block: int, record: Record, most: int = MOST_WORST) -> list[Worst]:
+    """Which are the largest errors of those known and of one more block? The largest first, of equal ones the earlier pose."""
+    first, last = order.span(block)
+    rows = record.poses[: last - first]
+    ranked = np.argsort(-rows[:, _LARGEST], kind="stable")[:most]
+    floor = known[-1].error if len(known) == most else -1.0
+    nobody = np.empty(0)  # joint values are looked up once, for those that stay
+    new = [
+        Worst(design, block, first + int(row), int(rows[row, _ROBOT]), int(rows[row, _VISIT]), float(rows[row, _LARGEST]), nobody)
+        for row in ranked
+        if rows[row, _LARGEST] > floor
+    ]
+    return sorted([*known, *new], key=lambda each: (-each.error, each.design, each.pose))[:most]
+
+
+def summarise(store: Store, progress: Callable[[str, int, int], None] | None = None) -> list[Outcome]:
+    """What is said of every design, in order? Raises LostmotionError where a block is not done, or damaged."""
+    out: list[Outcome] = []
+    first: _Merged | None = None
+    for design in range(store.order.designs):
+        merged = _merged(store, design, progress)
+        out.append(_outcome(store, design, merged, first))
+        first = first or merged
+    return out
+
+
+def _merged(store: Store, design: int, progress: Callable[[str, int, int], None] | None) -> _Merged:
+    order = store.order
+    merged: _Merged | None = None
+    for block in range(order.blocks):
+        record = store.read(design, block)
+        if merged is None:
+            groups, bins = record.histogram.shape
+            merged = _Merged(
+                np.zeros((order.sets, order.robots, len(OF_ROBOTS))),
+                np.zeros((groups, bins), np.int64),
+                np.zeros((order.sets, bins), np.int64),
+                np.zeros_like(record.parts),
+                np.zeros(3),
+                [],
+            )
+        merged.add(order, design, block, record)
+        if progress is not None:
+            progress("summing up", design * order.blocks + block + 1, order.designs * order.blocks)
+    if merged is None:
+        raise ValueError("an order without blocks")
+    return merged
+
+
+def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) -> Outcome:
+    order = store.order
+    arm = design_of(order, design).arm
+    robots = merged.robots * (order.sets / order.poses)
+    largest = merged.worst[0].error
+    spread = [(pooled_mean(robots[:, :, k]), pooled_robots_quantile(robots[:, :, k])) for k in (1, 2)] if order.visits > 1 else [None, None]
+    total = float(merged.levels.sum())
+    variance, own, shared = merged.parts[: len(order.parts)].T
+    tally = Tally(order.parts, order.poses, total, variance, own, shared, merged.levels)
+    return Outcome(
+        design,
+        order.stated(design),
+        tuple((joint.name, joint.type) for joint in arm.moving),
+        pooled_mean(robots[:, :, 0]),
+        {level: pooled_quantile(merged.groups, merged.sets, level, largest) for level in kernel.QUANTILES},
+        spread[0],
+        spread[1],
+        None if first is None else quantile_drop((first.groups, first.sets), (merged.groups, merged.sets), _LEVEL),
+        float(np.sqrt(total / order.poses)),
+        merged.levels / order.poses,
+        [cost for cost in costs(tally) if cost.alone or cost.share],
+        [with_pose(order, each) for each in merged.worst],
+        _check(order, design),
+        _spread(merged.sets.sum(axis=0)),
+    )
+
+
+def _spread(counts: np.ndarray) -> tuple[Floats, Floats]:
+    """Thin a histogram out to a curve that can be drawn."""
+    edges, below = kernel.bin_edges(), np.concatenate([[0], np.cumsum(counts)])
+    occupied = np.flatnonzero(counts)
+    first, last = int(occupied[0]), int(occupied[-1]) + 1
+    at = np.unique(np.searchsorted(edges, np.linspace(edges[first], edges[last], _CURVE)).clip(first, last))
+    return np.asarray(edges[at]), np.asarray(below[at] / below[-1])
+
+
+def with_pose(order: Order, found: Worst) -> Worst:
+    """Look the joint values of an extreme up."""
+    arm = design_of(order, found.design).arm
+    q = poses_between(arm, order.law, order.poses, order.seed, found.pose, found.pose + 1)[0]
+    return Worst(found.design, found.block, found.pose, found.robot, found.visit, found.error, q)
+
+
+def _check(order: Order, design: int) -> exact.ExactCheck:
+    """Compare first order with exact composition at a few poses, evenly spread over the run."""
+    arm = design_of(order, design).arm
+    found = []
+    for pose in np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int)):
+        matrix = screws(arm, poses_between(arm, order.law, order.poses, order.seed, pose, pose + 1), approach=order.approach)
+        found.append(
+            exact.check(matrix, int(pose), np.array([0]), order.seed, min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS))
+        )
+    samples = sum(each.samples for each in found)
+    return exact.ExactCheck(max(each.largest for each in found), sum(each.mean * each.samples for each in found) / samples, samples)
