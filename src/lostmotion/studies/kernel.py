@@ -1,7 +1,8 @@
 """The fused Monte Carlo kernel: error = screws @ draws, tile by tile, reduced on the spot; no sample is kept.
 
-Robots lie side by side in lanes of one tile; a tile's draws fit the first cache. Every sum over terms runs in the order of the terms, so
-the bits of a sample depend neither on the tiling nor on which other terms are zero. Compiled once by Numba and cached; no threads in here.
+Robots lie side by side in lanes of one tile; a tile's draws fit the first cache. Every sum over terms runs in the order of the terms, in fused
+multiply-adds, so the bits of a sample depend neither on the tiling, nor on which other terms are zero, nor on the processor. Compiled once by Numba
+and cached; no threads in here. Where a robot errs only once at a pose, `once_kernel` does the same faster.
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numba import njit
+
+from lostmotion.studies.product_kernel import compiled, fma
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -20,13 +22,13 @@ ROW: Final = TABLE + LANES  # a table, and its beginning once more to run on int
 # Histogram over the squared error in m^2: 128 bins per factor of two, from 2^-64 (0.2 nm) to 2^8 (16 m).
 _LOWEST_EXPONENT: Final = -64
 _HIGHEST_EXPONENT: Final = 8
-_MANTISSA_BITS: Final = 7
-BINS: Final = (_HIGHEST_EXPONENT - _LOWEST_EXPONENT) << _MANTISSA_BITS
+MANTISSA_BITS: Final = 7
+BINS: Final = (_HIGHEST_EXPONENT - _LOWEST_EXPONENT) << MANTISSA_BITS
 # Rows of BINS alone would begin at the same place of every page, and throw each other out of the first cache.
 ROW_OF_BINS: Final = BINS + 24
-_SHIFT: Final = 52 - _MANTISSA_BITS
-_FIRST: Final = (1023 + _LOWEST_EXPONENT) << _MANTISSA_BITS
-_BASE_BITS: Final = _FIRST << _SHIFT
+_SHIFT: Final = 52 - MANTISSA_BITS
+FIRST_BIN: Final = (1023 + _LOWEST_EXPONENT) << MANTISSA_BITS
+_BASE_BITS: Final = FIRST_BIN << _SHIFT
 
 # Bins of a pose's own histogram, from its smallest to its largest error.
 _FINE: Final = 1024
@@ -36,10 +38,8 @@ MEAN, MEAN_ERROR, MEAN_SQUARE, LARGEST, LARGEST_ROBOT, LARGEST_VISIT = range(6)
 QUANTILES: Final = (0.5, 0.95, 0.99)
 FIRST_QUANTILE: Final = 6  # value, low end, high end of each quantile
 COLUMNS: Final = FIRST_QUANTILE + 3 * len(QUANTILES)
-_LEVELS: Final = np.array(QUANTILES)
+LEVELS: Final = np.array(QUANTILES)
 _MOST: Final = np.iinfo(np.int64).max
-
-_jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
 
 
 def bin_edges() -> Floats:
@@ -48,7 +48,7 @@ def bin_edges() -> Floats:
     return np.sqrt(bits.view(np.float64))
 
 
-@_jit
+@compiled
 def mix(x):
     """Scatter the bits of a counter (the finaliser of SplitMix64; G. Steele et al., OOPSLA 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -56,7 +56,14 @@ def mix(x):
     return x ^ (x >> np.uint64(31))
 
 
-@_jit
+@compiled
+def place_in_table(pose, tile, visit, key):
+    """From which place of its table does the stream with this key read on, for one visit of one tile of robots to one pose?"""
+    here = np.uint64(pose) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(tile) * np.uint64(0xD1B54A32D192ED03)
+    return np.int64(mix((here + np.uint64(visit) * np.uint64(0xABC98388FB8FAC03)) ^ key) >> np.uint64(51))
+
+
+@compiled
 def carry_to_tool(at, place, local):
     """Which twist of the tool, about the tool point in the base's axes, follows from a twist at its own place? (6, term, pose).
 
@@ -81,20 +88,20 @@ def carry_to_tool(at, place, local):
     return out
 
 
-@_jit
+@compiled
 def _turn(axes, x, y, z, out):
     a, b, c = axes[0], axes[1], axes[2]
     for p in range(len(out)):
         out[p] = a[p] * x[p] + b[p] * y[p] + c[p] * z[p]
 
 
-@_jit
+@compiled
 def _add_swing(a, b, c, d, out):
     for p in range(len(out)):
         out[p] += a[p] * b[p] - c[p] * d[p]
 
 
-@_jit
+@compiled
 def _take(shift, columns, p, out):
     """Take one pose's screws (3, term) of these columns out of the matrix; a column below zero does nothing."""
     for t in range(len(columns)):
@@ -102,7 +109,7 @@ def _take(shift, columns, p, out):
             out[c, t] = shift[c, columns[t], p] if columns[t] >= 0 else 0.0
 
 
-@_jit
+@compiled
 def _add_terms(width, out, screws, draws, starts):
     """Add terms, in their order, to the three components of `width` errors: four at a time, so that draws are loaded once.
 
@@ -116,17 +123,17 @@ def _add_terms(width, out, screws, draws, starts):
         d0, d1, d2, d3 = draws[starts[t] :], draws[starts[t + 1] :], draws[starts[t + 2] :], draws[starts[t + 3] :]
         for i in range(width):
             a, b, c, d = d0[i], d1[i], d2[i], d3[i]
-            x[i] = x[i] + x0 * a + x1 * b + x2 * c + x3 * d
-            y[i] = y[i] + y0 * a + y1 * b + y2 * c + y3 * d
-            z[i] = z[i] + z0 * a + z1 * b + z2 * c + z3 * d
+            x[i] = fma(x3, d, fma(x2, c, fma(x1, b, fma(x0, a, x[i]))))
+            y[i] = fma(y3, d, fma(y2, c, fma(y1, b, fma(y0, a, y[i]))))
+            z[i] = fma(z3, d, fma(z2, c, fma(z1, b, fma(z0, a, z[i]))))
 
 
-@_jit
+@compiled
 def _sum_up_visit(width, e, sums, squares, sizes):
     """Add one visit's errors (3, LANES) to the sums of each lane: of sizes, their squares, and the three components."""
     for i in range(width):
         x, y, z = e[0, i], e[1, i], e[2, i]
-        square = x * x + y * y + z * z
+        square = fma(z, z, fma(y, y, x * x))
         size = np.sqrt(square)
         squares[i] = square
         sizes[i] = size
@@ -137,7 +144,7 @@ def _sum_up_visit(width, e, sums, squares, sizes):
         sums[4, i] += z
 
 
-@_jit
+@compiled
 def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
     """Put each lane's AP and RP into ap_rp (2, lane): from its errors at every visit, kept (visit, 3, LANES), and their sums."""
     visits = len(kept)
@@ -159,7 +166,7 @@ def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
         ap_rp[1, i] = mean + 3 * np.sqrt(spread)
 
 
-@_jit
+@compiled
 def _quantile(ladder, rank, low, width):
     """Which error leaves `rank` samples below it? Straight line within a bin; `ladder` counts up the bins, which begin at `low`."""
     b = min(np.searchsorted(ladder, rank), len(ladder) - 1)
@@ -167,7 +174,7 @@ def _quantile(ladder, rank, low, width):
     return low + width * (b + max(rank - before, 0.0) / max(ladder[b] - before, 1.0))
 
 
-@_jit
+@compiled
 def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, out):
     """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end).
 
@@ -191,8 +198,8 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
     for b in range(_FINE):
         counted += hist[b]
         ladder[b] = counted
-    for k in range(len(_LEVELS)):
-        level = _LEVELS[k]
+    for k in range(len(LEVELS)):
+        level = LEVELS[k]
         at = min(np.searchsorted(ladder, level * samples), _FINE - 1)
         below = ladder[at] / samples
         spread2 = below
@@ -216,7 +223,7 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
         out[3 * k + 2] = _quantile(ladder, (level + error) * samples, low, width) if level + error < 1 else np.nan
 
 
-@_jit
+@compiled
 def run_block(
     first_pose,  # index of the first pose in the whole study
     bias,  # (pose, 3)
@@ -274,13 +281,11 @@ def run_block(
                 fixed[c] = bias[p, c]
             _add_terms(width, fixed, robot_screws, robot_draws[tile].ravel(), at_robot)
             sums[:, :] = 0.0
-            counter = np.uint64(first_pose + p) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(tile) * np.uint64(0xD1B54A32D192ED03)
             for v in range(visits):
-                here = counter + np.uint64(v) * np.uint64(0xABC98388FB8FAC03)
                 for t in range(n_visit):
-                    at_visit[t] = visit_tables[t] * ROW + np.int64(mix(here ^ visit_keys[t]) >> np.uint64(51))
+                    at_visit[t] = visit_tables[t] * ROW + place_in_table(first_pose + p, tile, v, visit_keys[t])
                 for t in range(n_product):
-                    at_product[t] = product_tables[t] * ROW + np.int64(mix(here ^ product_keys[t]) >> np.uint64(51))
+                    at_product[t] = product_tables[t] * ROW + place_in_table(first_pose + p, tile, v, product_keys[t])
                 e = kept[v]
                 for c in range(3):
                     for i in range(LANES):
@@ -294,10 +299,10 @@ def run_block(
                     for c in range(3):
                         s0 = product_screws[c, t]
                         for i in range(width):
-                            e[c, i] = e[c, i] + s0 * weight[i]
+                            e[c, i] = fma(s0, weight[i], e[c, i])
                 _sum_up_visit(width, e, sums, squares, sizes[tile, v])
                 for i in range(width):
-                    places[v, i] = np.uint16(min(max(int(words[i] >> _SHIFT) - _FIRST, 0), BINS - 1))
+                    places[v, i] = np.uint16(min(max(int(words[i] >> _SHIFT) - FIRST_BIN, 0), BINS - 1))
                 top = largest
                 for i in range(count):
                     top = max(top, words[i])

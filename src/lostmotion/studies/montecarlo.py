@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.studies import exact, kernel
+from lostmotion.studies import exact, kernel, once_kernel
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
 from lostmotion.studies.intervals import robots_quantile, student
@@ -278,7 +278,8 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         np.zeros(plan.robots),
         counts[:, : kernel.BINS],
     )
-    kernel.run_block(
+    once = plan.visits == 1 or len(visit) + len(both) == 0
+    (once_kernel.run_once if once else kernel.run_block)(
         first,
         np.ascontiguousarray(matrix.bias[:, 3:]),
         matrix.along_poses[3:],
