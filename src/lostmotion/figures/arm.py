@@ -33,7 +33,7 @@ _WORDS: Final = (
     ("RP", "pose repeatability of ISO 9283: how far its visits scatter about their own average, mean plus three standard deviations."),
     ("interval", "95 % confidence. It counts robots and independent sets of poses, never single samples. A question mark: too few of them to tell."),
     ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others, so that the arm would be worse without it."),
-    ("first order", "errors are small and are added up. The last table composes a sample of them exactly and shows the difference."),
+    ("first order", "errors are small and are added up. Composing a sample of them exactly shows what that leaves out."),
 )
 
 

@@ -14,29 +14,31 @@ if TYPE_CHECKING:
 # What each stage is, in the order of `studies.waterfall.STAGES`.
 TOLD: Final = (
     "nothing known but the drawing",
-    "lengths, axes, encoder zeros and the like of each robot identified: constant errors only",
-    "load, pose, nominal stiffness and nominal play known to the controller",
-    "geometry identified and load compensated",
-    "waves and stiffness of each robot mapped as well: what is left changes from visit to visit",
+    "constant errors of each robot identified",
+    "load, pose, nominal stiffness and play known",
+    "constant errors identified, load compensated",
+    "waves and stiffness of each robot mapped as well",
 )
 
 
 def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Section:
     """What would calibration and compensation buy?"""
     counted = f"{found.poses} poses x {found.robots} robots x {found.visits} visits, the same at every stage"
-    rows = tuple(
-        Row(stage.name, (_of(stage.mean, counted), _of(stage.q95, counted), _of(stage.off, counted)), told)
-        for stage, told in zip(found.stages, TOLD, strict=True)
-    )
+    rows = []
+    for stage, told in zip(found.stages, TOLD, strict=True):
+        off = _of(stage.off, counted)
+        buys = f"; takes {off} ({off.interval}) off the 95 %" if stage is not found.stages[0] and off.interval else ""
+        rows.append(Row(stage.name, (_of(stage.mean, counted), _of(stage.q95, counted)), told + buys))
     stays = ""
     if repeatability is not None and math.isfinite(repeatability.value):
         stays = f" RP stays at {_of(repeatability, '')} on the average: none of this changes from visit to visit."
     note = (
-        f"by Monte Carlo on {counted}: its first row differs from the figures above, within its interval. Every remedy is ideal, a real one leaves "
-        f"more. Calibration finds the {len(found.constant)} errors of a robot that are constant in the frame they sit in; it does not find waves "
-        f"(transmission error, encoder eccentricity), nor what follows the load: these a map of each robot may.{stays}"
+        "by Monte Carlo on a part of the poses and robots: the first row differs from the figures above, within its interval. Every remedy is ideal, "
+        f"a real one leaves more. Calibration finds the {len(found.constant)} errors of a robot that are constant in the frame they sit in (lengths, "
+        "axes, encoder zeros); it does not find waves (transmission error, encoder eccentricity), nor what follows the load: these a map of each "
+        "robot may." + stays
     )
-    return Section("waterfall", "What calibration and compensation buy", ("mean", "95 % below", "off the 95 % as built"), rows, note)
+    return Section("waterfall", "What calibration and compensation buy", ("mean", "95 % below"), tuple(rows), note)
 
 
 def _of(estimate: Estimate, samples: str) -> Figure:

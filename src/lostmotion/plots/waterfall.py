@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from lostmotion.figures import digits, length
+from lostmotion.figures import length
 from lostmotion.plots import BLUE, GREEN, INK, PER_UNIT, RED, framed
 
 if TYPE_CHECKING:
@@ -33,20 +33,23 @@ def waterfall(found: Waterfall) -> go.Figure:
     values = [estimate.value * factor for estimate in at]
     steps = [values[0], *(after - before for before, after in pairwise(values)), 0.0]
     names = [*(text for _, text in _STEPS), "left"]
-    shown = [digits(values[0]), *(f"{'+' if step > 0 else '−'}{digits(abs(step))}" for step in steps[1:-1]), digits(values[-1])]
+    # As many digits as the interval of what stands leaves meaning.
+    drops = [
+        length(step / factor, step / factor, (step + each.high * factor - each.low * factor) / factor) for step, each in zip(steps, at, strict=False)
+    ]
+    shown = [str(length(at[0].value, at[0].low, at[0].high)), *(str(drop).replace("-", "−") for drop in drops[1:])]
+    shown.append(str(length(at[-1].value, at[-1].low, at[-1].high)))
     bars = go.Waterfall(
         x=names,
         y=steps,
         measure=["absolute", *["relative"] * (len(steps) - 2), "total"],
-        text=[f"{text} {unit}" for text in shown],
-        textposition="outside",
-        cliponaxis=False,
+        customdata=shown,
         width=0.62,
         connector={"line": {"color": "#888888", "width": 1, "dash": "dot"}},
         increasing={"marker": {"color": RED}},
         decreasing={"marker": {"color": GREEN}},
         totals={"marker": {"color": BLUE}},
-        hovertemplate="%{x}: %{text}<extra></extra>",
+        hovertemplate="%{x}: %{customdata}<extra></extra>",
         showlegend=False,
     )
     left = [*values, values[-1]]
@@ -68,7 +71,10 @@ def waterfall(found: Waterfall) -> go.Figure:
         hovertemplate=f"left by then: %{{y:.4~g}} {unit}<extra></extra>",
         showlegend=False,
     )
-    figure = framed("What calibration and compensation take off the 95 % error", bars, bounds, height=400)
+    figure = framed("What is taken off the 95 % error", bars, bounds, height=400)
+    for k, text in enumerate(shown):
+        top = max(left[k], left[max(k - 1, 0)] if k < len(left) - 1 else 0.0, ends[k].high * factor)
+        figure.add_annotation(x=names[k], y=top, text=text, showarrow=False, yanchor="bottom", yshift=3, font={"size": 12})
     figure.update_yaxes(title_text=f"position error that 95 % stay below [{unit}]", range=[0, 1.18 * max(*left, 1e-12)])
     figure.update_xaxes(showgrid=False, tickangle=0)
     return figure
