@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.screws import Screws
 
-_SAMPLES: Final = 1 << 19
+_SAMPLES: Final = 1 << 18
 _FEWEST_REPEATS: Final = 16
 # RP is worked out again for every factor tried: at so many of the poses, for so many robots.
 _RP_POSES: Final = 256
@@ -47,7 +47,15 @@ class Missed:
 
 
 class Gauge(Protocol):
-    """One way to tell."""
+    """One way to tell, from so many samples at so many poses."""
+
+    @property
+    def poses(self) -> int:
+        """Give the number of poses."""
+
+    @property
+    def samples(self) -> int:
+        """Give the number of samples."""
 
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Missed]:
         """Give by how much the target is missed as a function of the factor on these terms, all others as they are."""
@@ -98,7 +106,12 @@ class BySamples:
     @property
     def samples(self) -> int:
         """Give the number of samples."""
-        return len(self.matrix.tool) * self.repeats
+        return self.poses * self.repeats
+
+    @property
+    def poses(self) -> int:
+        """Give the number of poses."""
+        return len(self.matrix.tool)
 
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Missed]:
         """Give by how much the share falls short, against the factor: samples and draws stay the same."""
@@ -156,6 +169,16 @@ class ByVisits:
         kept = np.zeros(len(matrix.infos))
         kept[matrix.columns("visit", "robot x visit")] = 1
         self.matrix = replace(matrix, tool=matrix.tool[self.rows] * kept)
+
+    @property
+    def poses(self) -> int:
+        """Give the number of poses."""
+        return len(self.rows)
+
+    @property
+    def samples(self) -> int:
+        """Give the number of visits of all robots to all poses."""
+        return self.poses * self.plan.robots * self.plan.visits
 
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Missed]:
         """Give by which share of the target RP exceeds it, against the factor: robots and draws stay the same."""

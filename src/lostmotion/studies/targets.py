@@ -38,10 +38,9 @@ MOST_POSES: Final = 16_384
 _MOST_CELLS: Final = 8_000_000
 # The interval of a pooled distance counts robots: more visits tell little more.
 _ENOUGH_VISITS: Final = 8
-# Factors tried, in units of that at which an item alone is as large as target or error: closely, for design terms may cancel others; for RP, which is
-# dear and knows no bias, a few.
+# Factors tried, in units of that at which an item alone is as large as target or error: closely where bias may cancel other bias, else a few.
 _FINE: Final = (*(k / 16 for k in range(64)), 4.0, 6.0, 12.0, 40.0, 1000.0)
-_FEW: Final = (0.0, 2.0, 12.0, 1000.0)
+_FEW: Final = (0.0, 0.5, 2.0, 12.0, 1000.0)
 
 
 @dataclass(frozen=True)
@@ -69,6 +68,8 @@ class Allowed:
 class Targets:
     """What a target asks of every part.
 
+    robots, visits      of the Monte Carlo; verified_visits of the one that verifies sizes
+    solved_poses, solved_samples  with which the sizes were solved for; of repeatability the samples are robots x visits x poses
     now, now_by_gauge   error or RP as things are, m: by Monte Carlo, and by the samples with which the factors were solved for
     single, kinds       one item at a time, and one cause in all parts of a kind at a time
     form                (item, item) m^2: factors @ form @ factors is the mean square
@@ -85,6 +86,9 @@ class Targets:
     share: float
     robots: int
     visits: int
+    verified_visits: int
+    solved_poses: int
+    solved_samples: int
     now: Estimate
     now_by_gauge: Estimate
     items: tuple[Item, ...]
@@ -173,6 +177,9 @@ class _Search:
             share=self.share,
             robots=plan.robots,
             visits=plan.visits,
+            verified_visits=self.checked.visits,
+            solved_poses=self.gauge.poses,
+            solved_samples=self.gauge.samples,
             now=self._verified(ones),
             now_by_gauge=now_by_gauge,
             items=self.items,
@@ -208,7 +215,7 @@ class _Search:
             return Allowed(item, "none", no, (), self.gauge.value(np.ones(len(self.matrix.infos))), None, share)
         size = max(self.target, self.now_size) / alone
         missed = self.gauge.along(item.columns)
-        fine = self.kind == "error"
+        fine = self.kind == "error" and any(self.matrix.infos[column].level == "design" for column in item.columns)
         ranges = _ranges(missed, size * np.array(_FINE if fine else _FEW), search=fine)
         if not ranges:
             without = self.gauge.value(self._factors(item, 0.0))
