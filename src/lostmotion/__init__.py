@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.ask.read import read
     from lostmotion.ask.size import Size, size
     from lostmotion.ask.study import Study, study
+    from lostmotion.ask.targets import Target, production_yield, target
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
     from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
@@ -39,6 +40,9 @@ _HOME = {
     "Gear": "ask.gear",
     "size": "ask.size",
     "Size": "ask.size",
+    "target": "ask.targets",
+    "Target": "ask.targets",
+    "production_yield": "ask.targets",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",
@@ -73,6 +77,9 @@ __all__ = [  # noqa: RUF022 - reading order
     "Gear",
     "size",
     "Size",
+    "target",
+    "Target",
+    "production_yield",
     "Arm",
     "Tool",
     "Payload",

@@ -1,0 +1,179 @@
+"""Ask what a target asks of an arm's parts, and how many robots keep it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from numbers import Integral
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.ask.shown import Shown
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lostmotion.arm import Arm
+    from lostmotion.figures import Sheet
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.answer import Answer
+    from lostmotion.studies.poses import Poses
+    from lostmotion.studies.production import Judged, Yield
+    from lostmotion.studies.targets import Kind, Targets
+
+DEFAULT_TARGET_POSES: Final = 1024
+DEFAULT_TARGET_ROBOTS: Final = 1000
+_EXAMPLE: Final = "0.5 mm"
+_SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
+
+
+def target(  # noqa: PLR0913 - a target is these numbers
+    arm: Arm,
+    *,
+    error: str | float | None = None,
+    repeatability: str | float | None = None,
+    share: float = 0.95,
+    poses: int | Floats | Poses = DEFAULT_TARGET_POSES,
+    robots: int = DEFAULT_TARGET_ROBOTS,
+    visits: int = 30,
+    seed: int = 1,
+    approach: str = "random",
+    threads: int | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Target:
+    """How large may the errors of each part be, for this arm to keep a target, and how many robots keep it as things are?
+
+    error          "0.5 mm", or m: a share of all positions over the workspace errs by no more
+    repeatability  instead: a share of the robots repeats (RP, averaged over the poses) within it
+    share          0.95: of positions, or of robots
+    poses          how many, chosen by a Sobol sequence, or an array q (pose, joint) in rad and m
+    robots, visits of the Monte Carlo that verifies every answer and counts the robots
+
+    Raises InputError with every mistake in what is asked.
+    """
+    from lostmotion.studies.targets import targets
+
+    kind, value = _asked(error, repeatability)
+    if approach not in _SIGNS:
+        raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
+    workers = threads or os.cpu_count() or 1
+    chosen = _chosen(arm, poses, seed)
+    found = targets(
+        arm, chosen, kind, value, share=share, robots=robots, visits=visits, seed=seed, approach=_SIGNS[approach], threads=workers, progress=progress
+    )
+    return Target(found)
+
+
+@dataclass(frozen=True)
+class Target(Shown):
+    """What a target asks of an arm's parts: `summary()`, `report("out/")`, `result()`; `found` holds every number, `found.yields` the yield."""
+
+    found: Targets
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.targets import targets_sheet
+
+        return targets_sheet(self.found)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report.targets import write_targets
+
+        return write_targets(self.sheet, self.found, out, force=force)
+
+
+def production_yield(  # noqa: PLR0913 - a production is these numbers
+    subject: Arm | Answer,
+    target: str | float,
+    *,
+    judged: Judged = "error",
+    share: float = 0.95,
+    poses: int | Floats | Poses = DEFAULT_TARGET_POSES,
+    robots: int = DEFAULT_TARGET_ROBOTS,
+    visits: int = 30,
+    seed: int = 1,
+) -> Yield:
+    """Which share of the robots built keeps a target, with an exact interval that counts robots?
+
+    subject  an arm, or a study of one: then its poses, robots, visits, seed and approach count, and none of those here
+    target   "0.5 mm", or m
+    judged   each robot by: "error", the distance that `share` of its own positions stay within; "worst accuracy", its AP at its worst pose;
+             "repeatability", its RP averaged over the poses; "worst repeatability", its RP at its worst pose
+
+    Gives a `Yield`: `share`, `interval`, `curve()` of yield against target. Raises InputError for what cannot be asked.
+    """
+    from lostmotion.arm import Arm
+    from lostmotion.studies.production import production_of
+
+    value = _length("target", target)
+    if isinstance(subject, Arm):
+        chosen = _chosen(subject, poses, seed)
+        return production_of(subject, chosen, value, judged=judged, share=share, robots=robots, visits=visits, seed=seed)
+    built = subject.sampled
+    return production_of(
+        subject.arm,
+        subject.poses,
+        value,
+        judged=judged,
+        share=share,
+        robots=built.robots,
+        visits=built.visits,
+        seed=subject.seed,
+        approach=subject.approach,
+    )
+
+
+def _asked(error: str | float | None, repeatability: str | float | None) -> tuple[Kind, float]:
+    """Which of the two is the target, and how large is it, m? All mistakes at once."""
+    problems = []
+    found: list[tuple[Kind, float]] = []
+    stated: list[tuple[Kind, str | float]] = []
+    if error is not None:
+        stated.append(("error", error))
+    if repeatability is not None:
+        stated.append(("repeatability", repeatability))
+    if len(stated) != 1:
+        both = "both error and repeatability" if stated else "neither error nor repeatability"
+        problems.append(Problem("", "target", both, "one of the two", f'error = "{_EXAMPLE}"'))
+    for kind, value in stated:
+        try:
+            found.append((kind, _length(kind, value)))
+        except InputError as mistake:
+            problems += mistake.problems
+    if problems:
+        raise InputError(problems)
+    return found[0]
+
+
+def _length(name: str, value: str | float) -> float:
+    """Read a length in SI; text must carry its unit."""
+    from pydantic_core import PydanticCustomError
+
+    from lostmotion.units import Quantity, Toleranced
+
+    field = Quantity("m", _EXAMPLE, above=0, high=100)
+    try:
+        found = field(value)
+    except PydanticCustomError as error:
+        why = (error.context or {})["why"]
+        raise InputError([Problem("", name, f"{shown(value)} ({why})", field.expected, f'{name} = "{_EXAMPLE}"')]) from None
+    return found.nominal if isinstance(found, Toleranced) else found
+
+
+def _chosen(arm: Arm, poses: int | Floats | Poses, seed: int) -> Poses:
+    import numpy as np
+
+    from lostmotion.arm import as_poses
+    from lostmotion.studies.poses import Poses, sample_poses
+
+    if not isinstance(seed, Integral) or seed < 0:
+        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+    if isinstance(poses, Integral):
+        return sample_poses(arm, int(poses), seed=int(seed))
+    return poses if isinstance(poses, Poses) else Poses(as_poses(arm, np.asarray(poses)), "given")

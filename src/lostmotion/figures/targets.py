@@ -1,0 +1,376 @@
+"""The figures of a target: how large each item may be, one at a time and all together, which are out of reach, and how many robots keep it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.studies.production import robots_needed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any
+
+    from lostmotion.studies.allocation import Joint
+    from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.items import Item, Size
+    from lostmotion.studies.production import Judged, Yield
+    from lostmotion.studies.targets import Allowed, Targets
+
+# What a robot is judged by, in the words of a row.
+JUDGED_BY: Final[dict[Judged, str]] = {
+    "error": "{share:g} % of its positions within it",
+    "worst accuracy": "AP within it at every pose",
+    "repeatability": "RP, averaged over the poses, within it",
+    "worst repeatability": "RP within it at every pose",
+}
+_WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
+# An item that takes less off, were it not there, is only counted.
+_TELLING: Final = 0.002
+_NAN: Final = math.nan
+_WORDS: Final = (
+    ("item", "one cause in one part: the play of a gearbox, a bearing's clearance, a link's stiffness. Its ± goes along in proportion."),
+    ("factor", "on the item's errors. A stiffness goes with one over it: twice the error is half the stiffness."),
+    ("one at a time", "all other items stay as they are, and so do loads and masses."),
+    ("equal factor", "all errors larger or smaller by the same factor."),
+    ("equal effect", "sizes with which every item has the same part of the mean square: none is better made than the others deserve."),
+    (
+        "share",
+        "of the mean square as things are, for repeatability of what differs between visits. Shares add to 100 %; a negative one cancels others.",
+    ),
+    ("yield", "share of the robots built that keep the target, each judged by its own figure; its interval is exact and counts robots."),
+    ("verified", "by the Monte Carlo of the study with the sizes told here, and draws of its own."),
+)
+
+
+def targets_sheet(found: Targets) -> Sheet:
+    """What is there to say about a target?"""
+    counted = f"{found.robots} robots x {found.visits} visits x {len(found.poses)} poses, seed {found.seed}"
+    sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_any(found), *_together(found), _yield(found)]
+    return Sheet(
+        name=found.arm.name,
+        subject="what a target asks of its parts",
+        verdict=_verdict(found),
+        cards=tuple(_cards(found)),
+        sections=tuple(sections),
+        counts=counted,
+        notes=(*found.arm.remarks, *_remarks(found)),
+        words=_WORDS,
+        source=f"seed {found.seed}: {counted}, {found.poses.law}. The same arm, version, seed, counts and target give the same bytes.",
+        seed=found.seed,
+        facts=_facts(found),
+    )
+
+
+def kept(found: Targets) -> bool:
+    """Tell whether the target is kept as things are."""
+    return found.now.value <= found.target
+
+
+def what(found: Targets) -> str:
+    """Name what is held against the target."""
+    share = f"{100 * found.share:g} %"
+    return f"error, {share} of positions" if found.kind == "error" else f"RP, {share} of robots"
+
+
+def in_unit(size: Size, factor: float) -> Figure:
+    """Give a size at which the errors are `factor` times as large, in the unit that people read."""
+    value = size.at(factor)
+    if size.unit == "rad":
+        return Figure(value / ARCMIN, "arcmin")
+    if size.unit == "N m/rad":
+        return Figure(value * ARCMIN, "N m/arcmin")
+    return Figure(value * 1e-6, "N/µm") if size.unit == "N/m" else length(value)
+
+
+def sized(item: Item, factor: Estimate) -> Figure:
+    """Give an item's size with its interval; of one without a size of its own, its errors or its stiffness in per cent of what they are."""
+    stiff = "stiffness" in item.cause
+    if item.size is None:
+        values = [100 / each if stiff and each else math.inf if stiff else 100 * each for each in (factor.value, factor.low, factor.high)]
+        low, high = (values[2], values[1]) if stiff else (values[1], values[2])
+        return Figure(values[0], "%", low, high)
+    one = in_unit(item.size, factor.value)
+    ends = [in_unit(item.size, each) for each in (factor.low, factor.high)]
+    # Lengths may come in three units; the value's own counts.
+    per = {"µm": 1e-6, "mm": 1e-3, "m": 1.0}
+    low, high = (each.value * per.get(each.unit, 1.0) / per.get(one.unit, 1.0) for each in (ends if not item.size.divides else ends[::-1]))
+    return Figure(one.value, one.unit, low, high)
+
+
+def now_sized(item: Item) -> Figure:
+    """Give an item's size as it is."""
+    return Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0)
+
+
+def ordered(allowed: Iterable[Allowed]) -> list[Allowed]:
+    """Put those with a size first that leave least, or ask for most."""
+    return sorted((each for each in allowed if each.verdict == "sized"), key=lambda each: each.factor.value)
+
+
+def _of(estimate: Estimate, samples: str = "") -> Figure:
+    return length(estimate.value, estimate.low, estimate.high, samples)
+
+
+def _solved(found: Targets) -> str:
+    if found.kind == "error":
+        return f"{found.solved_samples} samples at {found.solved_poses} poses, each a robot and a visit of its own"
+    return f"{found.solved_samples} samples: robots x visits x {found.solved_poses} poses"
+
+
+def _verified(found: Targets) -> str:
+    return f"{found.robots} robots x {found.verified_visits} visits x {len(found.poses)} poses ({found.poses.law})"
+
+
+def _whole(found: Targets) -> Section:
+    rows = [
+        Row("target", (length(found.target),), f"{what(found)}; {'kept' if kept(found) else 'missed'} as things are"),
+        Row("as things are", (_of(found.now, _verified(found)),)),
+        Row("as things are, by the samples that sized", (_of(found.now_by_gauge, _solved(found)),), "two ways, to be compared"),
+    ]
+    for name, joint in (("equal factor", found.equal_factor), ("equal effect", found.equal_effect)):
+        if joint is not None:
+            rows.append(Row(f"sized by {name}", (_of(joint.verified, _verified(found)),), "verified: all items together, sizes below"))
+    return Section("target", "Target", ("value",), tuple(rows))
+
+
+def _single(found: Targets) -> list[Section]:
+    note = "all else as it is; tightest first. The last figure: error or RP with that size, by Monte Carlo"
+    return _sized_section(found, "single", "One item at a time", found.single, note)
+
+
+def _kinds(found: Targets) -> list[Section]:
+    note = "the same cause in all parts of a kind, all else as it is; a size is told where all have the same"
+    return _sized_section(found, "kinds", "One cause in all parts of a kind", found.kinds, note)
+
+
+def _sized_section(found: Targets, key: str, title: str, allowed: Sequence[Allowed], note: str) -> list[Section]:
+    rows = []
+    for each in ordered(allowed):
+        factor, item = each.factor, each.item
+        then = Figure(_NAN, "mm") if each.verified is None else _of(each.verified, _verified(found))
+        figures = (
+            now_sized(item),
+            sized(item, factor),
+            Figure(factor.value, "1", factor.low, factor.high, _solved(found)),
+            then,
+        )
+        rows.append(Row(item.name, figures, _note(each)))
+    return [Section(key, title, ("now", "allowed", "factor", "verified"), tuple(rows), note)] if rows else []
+
+
+def _note(each: Allowed) -> str:
+    said = []
+    if each.item.size is None:
+        said.append("of its stiffness now" if "stiffness" in each.item.cause else "of its errors now")
+    elif each.item.size.zones > 1:
+        said.append(f"first of {each.item.size.zones} zones, all alike")
+    if len(each.ranges) > 1 or each.ranges[0][0] > 0:
+        spans = " and ".join(f"{low:.3g} to {'any' if math.isinf(high) else f'{high:.3g}'}" for low, high in each.ranges)
+        said.append(f"it cancels others: only factors from {spans} meet the target")
+    return "; ".join(said)
+
+
+def _none(found: Targets) -> list[Section]:
+    alone = sorted((each for each in (*found.single, *found.kinds) if each.verdict == "none"), key=lambda each: each.without.value)
+    telling = [each for each in alone if each.without.value < (1 - _TELLING) * found.now_by_gauge.value]
+    rows = []
+    for each in telling:
+        figures = (now_sized(each.item), _of(each.without, _solved(found)), Figure(100 * each.share, "%", samples=_exact(found)))
+        rows.append(Row(each.item.name, figures, ""))
+    note = f"without it, by a size of nothing or a stiffness without end, the rest is already more than the target of {length(found.target)}"
+    others = len(alone) - len(telling)
+    if others:
+        note += f". So it is for {others} more, which make less than {100 * _TELLING:g} % of a difference"
+    columns = ("now", "the rest is already", "share")
+    return [Section("none", "No size of this alone meets the target", columns, tuple(rows), note)] if alone else []
+
+
+def _exact(found: Targets) -> str:
+    return f"exact sum over terms, {len(found.poses)} poses"
+
+
+def _any(found: Targets) -> list[Section]:
+    """List what may be of any size, the parts of a kind in one row."""
+    groups: dict[tuple[str, str], list[Allowed]] = {}
+    for each in found.single:
+        if each.verdict == "any":
+            groups.setdefault((each.item.kind, each.item.cause), []).append(each)
+    rows = []
+    for (kind, cause), members in groups.items():
+        names = ", ".join(_where(each.item) for each in members)
+        rows.append(Row(f"{kind} {cause}", (Figure(100 * sum(each.share for each in members), "%", samples=_exact(found)),), names))
+    note = "they do not move the tool, or so seldom that the target is kept all the same"
+    if found.kind == "repeatability":
+        note = "they move every visit of a robot alike, or not at all"
+    return [Section("any", "Any size meets the target", ("share",), tuple(rows), note)] if rows else []
+
+
+def _where(item: Item) -> str:
+    """Name the joint of an item, or the base."""
+    return item.owner.removeprefix("joints.").rpartition(".")[0] or "base"
+
+
+def _together(found: Targets) -> list[Section]:
+    factor, effect = found.equal_factor, found.equal_effect
+    if factor is None:
+        return []
+    rows = []
+    shares = {each.item.name: each.share for each in found.single}
+    for k, item in enumerate(found.items):
+        if np.isfinite(factor.factors[k]):
+            figures = (
+                Figure(100 * shares[item.name], "%", samples=_exact(found)),
+                now_sized(item),
+                sized(item, _exactly(float(factor.factors[k]))),
+                Figure(_NAN, "1") if effect is None else sized(item, _exactly(float(effect.factors[k]))),
+            )
+            of = "" if item.size is not None else "of its stiffness now" if "stiffness" in item.cause else "of its errors now"
+            rows.append(Row(item.name, figures, of))
+    return [Section("together", "All items together", ("share now", "now", "equal factor", "equal effect"), tuple(rows), _joint_note(factor, effect))]
+
+
+def _exactly(factor: float) -> Estimate:
+    from lostmotion.studies.intervals import Estimate
+
+    return Estimate(factor, _NAN, _NAN)
+
+
+def _joint_note(factor: Joint, effect: Joint | None) -> str:
+    value = float(np.nanmax(factor.factors))
+    wide = (factor.value.high - factor.value.low) / 2 / factor.value.value
+    said = f"equal factor: {value:.4g} on all errors, sure to {100 * wide:.1g} %"
+    if effect is None:
+        return f"{said}. No sizes have equal effect: items cancel each other whatever their size"
+    each = float(np.sqrt(effect.parts[np.isfinite(effect.factors)].mean()))
+    wide = (effect.value.high - effect.value.low) / 2 / effect.value.value
+    return f"{said}. Equal effect: {length(each)} r.m.s. from each, sure to {100 * wide:.1g} %"
+
+
+def _yield(found: Targets) -> Section:
+    rows = []
+    for one in found.yields:
+        label = JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
+        rows.append(Row(label, (yield_figure(one),), f"{one.within} of {one.robots} robots"))
+    first = found.yields[0]
+    for width in _WIDTHS:
+        needed = robots_needed(first.share, width)
+        rows.append(Row(f"robots for an interval {100 * width:g} % wide", (Figure(needed, "1"),), f"at a yield of {100 * first.share:.4g} %"))
+    note = "the robots of the study with this seed at these poses; an exact interval (Clopper and Pearson) that counts robots"
+    return Section("yield", f"Yield: robots that keep {length(found.target)}", ("value",), tuple(rows), note)
+
+
+def yield_figure(one: Yield) -> Figure:
+    """Give the share of robots that keep the target."""
+    low, high = one.interval
+    return Figure(100 * one.share, "%", 100 * low, 100 * high, f"{one.robots} robots x {one.visits} visits x {one.poses} poses")
+
+
+def _verdict(found: Targets) -> str:
+    now = _of(found.now)
+    said = (
+        f"{100 * found.share:g} % of positions are within {now}"
+        if found.kind == "error"
+        else f"{100 * found.share:g} % of robots repeat within {now}"
+    )
+    said += f"{f' ({now.interval})' if now.interval else ''}: the target of {length(found.target)} is {'kept' if kept(found) else 'missed'}."
+    if found.equal_factor is not None:
+        factor = float(np.nanmax(found.equal_factor.factors))
+        said += f" All errors {'may grow' if factor > 1 else 'must shrink'} to {factor:.3g} of what they are, all alike."
+    single = ordered(found.single)
+    if kept(found) and single:
+        one = single[0]
+        said += f" The tightest item is {one.item.name}, now {now_sized(one.item)}, allowed {_plain(one)}."
+    elif single:
+        alone = ", ".join(f"{each.item.name} ({now_sized(each.item)} to {_plain(each)})" for each in reversed(single[-2:]))
+        said += f" One item alone would do, the easiest: {alone}."
+    else:
+        rest = min((each.without.value for each in found.single if each.verdict == "none"), default=_NAN)
+        said += f" No single item meets it: the rest is already {length(rest)} at best."
+    first = yield_figure(found.yields[0])
+    return f"{said} {first} of the robots built keep it ({first.interval})."
+
+
+def _plain(each: Allowed) -> Figure:
+    """Give the allowed size to three digits or so, without an interval."""
+    figure = sized(each.item, each.factor)
+    return Figure(figure.value, figure.unit)
+
+
+def _cards(found: Targets) -> list[Card]:
+    now = _of(found.now)
+    out = [
+        Card("target", str(length(found.target)), what(found)),
+        Card("as things are", str(now), f"interval {now.interval}" if now.interval else ""),
+    ]
+    if found.equal_factor is not None:
+        factor = float(np.nanmax(found.equal_factor.factors))
+        out.append(Card("all errors alike may be", f"{factor:.3g} x", "of what they are"))
+    single = ordered(found.single)
+    if single:
+        one = single[0] if kept(found) else single[-1]
+        out.append(Card("tightest item" if kept(found) else "easiest item alone", f"{now_sized(one.item)} → {_plain(one)}", one.item.name))
+    for each, title in zip(found.yields, ("robots that keep it", "at every pose"), strict=True):
+        figure = yield_figure(each)
+        out.append(Card(title, str(figure), f"interval {figure.interval}"))
+    return out
+
+
+def _remarks(found: Targets) -> list[str]:
+    out = []
+    far = [each.item.name for each in found.single if each.verified is not None and not _meets(found, each)]
+    if far:
+        out.append(f"Monte Carlo does not confirm these sizes to its own interval: {', '.join(far)}; ask for more poses and robots")
+    if any(each.item.kind == "gearbox" and each.item.cause == "play" and each.item.size is None for each in found.single):
+        out.append("play by drawing is told as a factor on it: which dimensions make it, `lostmotion gear` tells")
+    return out
+
+
+def _meets(found: Targets, each: Allowed) -> bool:
+    """Tell whether the verified value agrees with the target: within its interval, and within that of the factor."""
+    checked, factor = each.verified, each.factor
+    if checked is None or not all(math.isfinite(end) for end in (checked.low, checked.high, factor.low, factor.high)):
+        return True
+    spare = (checked.high - checked.low) / 2 + found.target * (factor.high - factor.low) / 2 / factor.value
+    return abs(checked.value - found.target) <= spare
+
+
+def _facts(found: Targets) -> dict[str, Any]:
+    def told(each: Allowed) -> dict[str, Any]:
+        size = each.item.size
+        finite = each.verdict == "sized"
+        return {
+            "part": each.item.owner.rstrip(","),
+            "cause": each.item.cause,
+            "verdict": each.verdict,
+            "factor": each.factor.value if finite else None,
+            "unit": None if size is None else size.unit,
+            "now": None if size is None else size.value,
+            "allowed": size.at(each.factor.value) if size is not None and finite else None,
+            "factor_ranges": [[low, high if math.isfinite(high) else None] for low, high in each.ranges],
+            "without_m": each.without.value if each.verdict == "none" else None,
+            "share_of_mean_square": each.share,
+        }
+
+    def all_of(joint: Joint | None) -> dict[str, Any] | None:
+        if joint is None:
+            return None
+        sizes = zip(found.items, joint.factors.tolist(), joint.parts.tolist(), strict=True)
+        return {item.name: {"factor": factor, "mean_square_m2": part} for item, factor, part in sizes if math.isfinite(factor)}
+
+    return {
+        "arm": found.arm.name,
+        "target": {"of": found.kind, "value_m": found.target, "share": found.share, "kept": kept(found)},
+        "seed": found.seed,
+        "poses": {"count": len(found.poses), "law": found.poses.law},
+        "robots": found.robots,
+        "visits": found.visits,
+        "items": [told(each) for each in found.single],
+        "kinds": [told(each) for each in found.kinds],
+        "equal_factor": all_of(found.equal_factor),
+        "equal_effect": all_of(found.equal_effect),
+        "yield": [{"judged_by": one.judged, "within": one.within, "robots": one.robots, "interval": list(one.interval)} for one in found.yields],
+    }

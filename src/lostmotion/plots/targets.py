@@ -1,0 +1,180 @@
+"""The plots of a target: each size as it is against what is allowed, all of them together, and yield against target."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.figures.targets import JUDGED_BY, now_sized, ordered, sized
+from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    import plotly.graph_objects as go
+
+    from lostmotion.studies.targets import Allowed, Targets
+
+_MOST_BARS: Final = 40
+_BAND: Final = {BLUE: "rgba(0,114,178,0.18)", ORANGE: "rgba(230,159,0,0.22)"}
+_FACTOR: Final = "errors, as a factor on what they are now"
+
+
+def targets_plots(found: Targets) -> list[Plot]:
+    """Which plots does a target have? In reading order."""
+    out = []
+    for key, title, allowed in (
+        ("single", "Each item alone: now and allowed", found.single),
+        ("kinds", "Each cause in all parts of a kind: now and allowed", found.kinds),
+    ):
+        some = ordered(allowed)[:_MOST_BARS]
+        if some:
+            out.append(Plot(f"{key}-allowed", key, dumbbells(some, title), "Dumbbells from each size as it is to the size allowed."))
+    if found.equal_factor is not None:
+        out.append(Plot("together-allowed", "together", together(found), "Dumbbells from each size as it is to that of equal effect."))
+    out.append(Plot("yield", "yield", yield_curve(found), "Share of robots that keep a target, against the target, with its interval."))
+    return out
+
+
+def dumbbells(allowed: Sequence[Allowed], title: str) -> go.Figure:
+    """By which factor may each item's errors grow, or must they shrink, for the target to be just met?"""
+    import plotly.graph_objects as go
+
+    rows = list(range(len(allowed)))
+    names = [label(each.item.name.removeprefix("joints.")) for each in allowed]
+    values = [each.factor.value for each in allowed]
+    said = [f"{now_sized(each.item)} → {sized(each.item, each.factor)}" for each in allowed]
+    ends = [(_finite(each.factor.low, each.factor.value), _finite(each.factor.high, each.factor.value)) for each in allowed]
+    colours = [BLUE if value >= 1 else RED for value in values]
+    above = {
+        "type": "data",
+        "symmetric": False,
+        "array": [high - value for (_, high), value in zip(ends, values, strict=True)],
+        "arrayminus": [value - low for (low, _), value in zip(ends, values, strict=True)],
+        "color": INK,
+        "thickness": 1,
+        "width": 3,
+    }
+    figure = framed(
+        title,
+        *_bars([1.0] * len(rows), values, colours),
+        _dots([1.0] * len(rows), rows, "now", INK, said, symbol="line-ns-open"),
+        go.Scatter(
+            x=values,
+            y=rows,
+            mode="markers",
+            name="allowed, with 95 % interval",
+            marker={"size": 9, "color": colours},
+            error_x=above,
+            customdata=said,
+            hovertemplate="%{customdata}<br>factor %{x:.4~g}<extra></extra>",
+        ),
+        height=150 + 24 * len(rows),
+    )
+    return _dressed(figure, names, values)
+
+
+def together(found: Targets) -> go.Figure:
+    """Which sizes have equal effect, and which a single factor on all?"""
+    factor, effect = found.equal_factor, found.equal_effect
+    if factor is None:
+        raise ValueError("nothing moves the tool")
+    shown = [k for k in range(len(found.items)) if np.isfinite(factor.factors[k])]
+    other = factor if effect is None else effect
+    shown = sorted(shown, key=lambda k: float(other.factors[k]))[:_MOST_BARS]
+    rows = list(range(len(shown)))
+    values = [float(other.factors[k]) for k in shown]
+    colours = [GREEN if value >= 1 else RED for value in values]
+    said = [f"{now_sized(found.items[k])}, factor {value:.4g}" for k, value in zip(shown, values, strict=True)]
+    figure = framed(
+        "All items together: now, and with equal effect",
+        *_bars([1.0] * len(rows), values, colours),
+        _dots([1.0] * len(rows), rows, "now", INK, said, symbol="line-ns-open"),
+        _dots(values, rows, "equal effect" if effect is not None else "equal factor", colours, said),
+        height=150 + 24 * len(rows),
+    )
+    alike = float(np.nanmax(factor.factors))
+    figure.add_shape(type="line", x0=alike, x1=alike, y0=0, y1=1, yref="y domain", line={"color": ORANGE, "width": 1.5, "dash": "dot"})
+    figure.add_annotation(
+        x=math.log10(alike),
+        y=1,
+        yref="y domain",
+        yanchor="bottom",
+        text=f"equal factor {alike:.3g}",
+        showarrow=False,
+        font={"color": INK, "size": 12},
+    )
+    names = [label(found.items[k].name.removeprefix("joints.")) for k in shown]
+    return _dressed(figure, names, [*values, alike])
+
+
+def yield_curve(found: Targets) -> go.Figure:
+    """How many robots would keep another target (%), against that target (mm)?"""
+    import plotly.graph_objects as go
+
+    traces: list[Any] = []
+    for one, colour in zip(found.yields, (BLUE, ORANGE), strict=True):
+        targets, shares, ends = one.curve()
+        x, name = targets * 1e3, JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
+        band = {"x": [*x, *x[::-1]], "y": [*(100 * ends[:, 1]), *(100 * ends[::-1, 0])]}
+        traces.append(go.Scatter(**band, fill="toself", fillcolor=_BAND[colour], line={"width": 0}, mode="lines", hoverinfo="skip", showlegend=False))
+        line = {"color": colour, "width": 2, "shape": "hv"}
+        traces.append(go.Scatter(x=x, y=100 * shares, mode="lines", name=name, line=line, hovertemplate="%{x:.4~g} mm: %{y:.4~g} %<extra></extra>"))
+    figure = framed("Yield against target, with 95 % interval", *traces, height=420)
+    figure.add_shape(
+        type="line",
+        x0=found.target * 1e3,
+        x1=found.target * 1e3,
+        y0=0,
+        y1=1,
+        yref="y domain",
+        line={"color": RED, "width": 1.3, "dash": "dot"},
+    )
+    figure.add_annotation(
+        x=found.target * 1e3, y=0.02, yref="y domain", yanchor="bottom", xanchor="left", xshift=4, text="target", showarrow=False, font={"color": RED}
+    )
+    figure.update_xaxes(title_text="target [mm]")
+    figure.update_yaxes(title_text="robots that keep it [%]", range=[-2, 102])
+    figure.update_layout(legend=LEGEND, margin_t=80)
+    return figure
+
+
+def _finite(value: float, instead: float) -> float:
+    return value if math.isfinite(value) else instead
+
+
+def _bars(starts: Sequence[float], values: Sequence[float], colours: Sequence[str]) -> list[go.Scatter]:
+    """Draw the bar of each dumbbell, in its end's colour."""
+    import plotly.graph_objects as go
+
+    out = []
+    for colour in dict.fromkeys(colours):
+        x: list[float | None] = []
+        y: list[float | None] = []
+        for k, (start, value) in enumerate(zip(starts, values, strict=True)):
+            if colours[k] == colour:
+                x += [start, value, None]
+                y += [k, k, None]
+        out.append(go.Scatter(x=x, y=y, mode="lines", line={"color": colour, "width": 3}, opacity=0.45, hoverinfo="skip", showlegend=False))
+    return out
+
+
+def _dots(x: Sequence[float], y: Sequence[int], name: str, colour: Any, said: Sequence[str], symbol: str = "circle") -> go.Scatter:  # noqa: ANN401
+    import plotly.graph_objects as go
+
+    marker = {"size": 9, "color": colour, "symbol": symbol, "line": {"width": 2, "color": colour}}
+    return go.Scatter(
+        x=list(x), y=list(y), mode="markers", name=name, marker=marker, customdata=list(said), hovertemplate="%{customdata}<extra></extra>"
+    )
+
+
+def _dressed(figure: go.Figure, names: Sequence[str], values: Sequence[float]) -> go.Figure:
+    low, high = math.log10(min(1.0, *values)), math.log10(max(1.0, *values))
+    margin = 0.06 * (high - low) + 0.02
+    figure.update_xaxes(title_text=_FACTOR, type="log", range=[low - margin, high + margin], dtick="D2" if high - low < 1.2 else 1)  # noqa: PLR2004 - decades
+    figure.update_yaxes(**named(names))
+    figure.update_layout(legend=LEGEND, margin_t=80)
+    return figure
