@@ -31,7 +31,7 @@ FIRST_BIN: Final = (1023 + _LOWEST_EXPONENT) << MANTISSA_BITS
 _BASE_BITS: Final = FIRST_BIN << _SHIFT
 
 # Bins of a pose's own histogram, from its smallest to its largest error.
-_FINE: Final = 1024
+FINE: Final = 1024
 
 # Columns of the table per pose.
 MEAN, MEAN_ERROR, MEAN_SQUARE, LARGEST, LARGEST_ROBOT, LARGEST_VISIT = range(6)
@@ -184,23 +184,23 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
     """
     tiles, visits = sizes.shape[0], sizes.shape[1]
     samples = robots * visits
-    width = (high - low) / _FINE
-    scale = 1.0 / width if width > 0 else 0.0
+    width = (high - low) / FINE
+    low32, scale = np.float32(low), np.float32(1.0 / width if width > 0 else 0.0)
     hist[:] = 0
     for tile in range(tiles):
         count = min(LANES, robots - tile * LANES)
         for v in range(visits):
             for i in range(count):
-                bins[tile, v, i] = np.uint16(min(max((sizes[tile, v, i] - low) * scale, 0.0), _FINE - 1.0))
+                bins[tile, v, i] = np.uint16(min(max(np.int32((sizes[tile, v, i] - low32) * scale), np.int32(0)), np.int32(FINE - 1)))
             for i in range(count):
                 hist[bins[tile, v, i]] += 1
     counted = 0
-    for b in range(_FINE):
+    for b in range(FINE):
         counted += hist[b]
         ladder[b] = counted
     for k in range(len(LEVELS)):
         level = LEVELS[k]
-        at = min(np.searchsorted(ladder, level * samples), _FINE - 1)
+        at = min(np.searchsorted(ladder, level * samples), FINE - 1)
         below = ladder[at] / samples
         spread2 = below
         if visits > 1:
@@ -264,7 +264,7 @@ def run_block(
     per_visit = 1.0 / visits
     sizes = np.empty((tiles, visits, LANES), np.float32)
     bins = np.empty((tiles, visits, LANES), np.uint16)
-    hist, ladder = np.empty(_FINE, np.int64), np.empty(_FINE, np.int64)
+    hist, ladder = np.empty(FINE, np.int64), np.empty(FINE, np.int64)
     shares = np.empty(LANES, np.uint16)
     for p in range(bias.shape[0]):
         _take(shift, robot_columns, p, robot_screws)

@@ -10,7 +10,7 @@ from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, get_args
 
 import numpy as np
 
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.poses import Poses
+
+Device = Literal["cpu", "gpu"]
+DEVICES: Final = get_args(Device)
 
 BLOCK: Final = 1280
 MOST_ROBOTS: Final = 1_000_000
@@ -82,19 +85,29 @@ class Plan:
     seed: int
     approach: float
     groups: int
+    device: Device = "cpu"
     # What was drawn for every robot, by stream: the same in all blocks, so drawn once.
     robot_draws: dict[Stream, Floats] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
-        """Check the numbers and split the robots into groups."""
+    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
+        """Check the numbers and split the robots into groups.
+
+        device "gpu": errors are formed by JAX on its graphics processor; LostmotionError where there is none.
+        """
         for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
             if not 1 <= value <= most:
                 raise refuse_argument(name, value, f"from 1 to {most}", f"{name} = 30")
         if approach not in (-1, 0, 1):
             raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+        if device not in DEVICES:
+            raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
+        if device == "gpu":
+            from lostmotion.studies.jax_kernel import refuse_without_gpu
+
+            refuse_without_gpu()
         groups = min(_MOST_GROUPS, robots)
-        return cls(arm, poses, robots, visits, seed, approach, groups)
+        return cls(arm, poses, robots, visits, seed, approach, groups, device)
 
 
 @dataclass(frozen=True)
@@ -132,17 +145,19 @@ def run(  # noqa: PLR0913 - a study is these numbers
     approach: float = 0.0,
     threads: int = 1,
     tile: int = 1,
+    device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sampled:
     """How far off is the tool, for these robots returning to these poses?
 
     `tile` blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
+    device "gpu" forms the errors by JAX on its graphics processor: the same figures but for rounding.
     `progress` is called with what is being done, how much of it is done, and how much there is.
-    Raises InputError for robots, visits, threads, tile or approach out of range.
+    Raises InputError for robots, visits, threads, tile, approach or device out of range, LostmotionError for a GPU that is not there.
     """
     if threads < 1 or tile < 1:
         raise refuse_argument("threads, tile", f"{threads}, {tile}", "at least 1 of each", "threads = 2")
-    plan = Plan.of(arm, poses, robots, visits, seed, approach)
+    plan = Plan.of(arm, poses, robots, visits, seed, approach, device)
     out = _empty(plan)
     total: Tally | None = None
     checks = []
@@ -278,8 +293,7 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         np.zeros(plan.robots),
         counts[:, : kernel.BINS],
     )
-    once = plan.visits == 1 or len(visit) + len(both) == 0
-    (once_kernel.run_once if once else kernel.run_block)(
+    _kernel(plan, moves=len(visit) + len(both) > 0)(
         first,
         np.ascontiguousarray(matrix.bias[:, 3:]),
         matrix.along_poses[3:],
@@ -301,6 +315,15 @@ def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
         counts,
     )
     return out
+
+
+def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
+    """Choose who forms the errors; `moves` tells whether anything changes from visit to visit."""
+    if plan.device == "gpu":
+        from lostmotion.studies import jax_kernel
+
+        return jax_kernel.run_block
+    return kernel.run_block if moves and plan.visits > 1 else once_kernel.run_once  # type: ignore[no-any-return]
 
 
 def _alive(matrix: Screws, level: str) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 
 from lostmotion.studies.kernel import (
     BINS,
+    FINE,
     FIRST_BIN,
     FIRST_QUANTILE,
     LANES,
@@ -32,8 +33,7 @@ from lostmotion.studies.product_kernel import AT_ONCE, compiled, squared_lengths
 # Poses at a time, and how many lengths they may leave in memory until their quantiles are read.
 _POSES: Final = 16
 _MOST_KEPT: Final = 4_000_000
-# Bins of a pose's own histogram, from its smallest to its largest error, and how many of them are summed up at a time.
-_FINE: Final = 1024
+# How many bins of a pose's own histogram are summed up at a time.
 _CHUNK: Final = 32
 _MOST: Final = np.iinfo(np.int64).max
 # A bin is told from the upper half of a number's 64 bits.
@@ -78,7 +78,7 @@ def _bins_of(count, words, rows, out):
 @compiled
 def _fine_bins_of(count, sizes, low, scale, out):
     for i in range(count):
-        out[i] = np.uint32(min(max(np.int32((sizes[i] - low) * scale), np.int32(0)), np.int32(_FINE - 1)))
+        out[i] = np.uint32(min(max(np.int32((sizes[i] - low) * scale), np.int32(0)), np.int32(FINE - 1)))
 
 
 @compiled
@@ -106,7 +106,7 @@ def _find(hist, before_chunk, rank):
     while chunk + 1 < len(before_chunk) and before_chunk[chunk + 1] < whole:
         chunk += 1
     at, below = chunk * _CHUNK, before_chunk[chunk]
-    while at + 1 < _FINE and below + hist[at] < whole:
+    while at + 1 < FINE and below + hist[at] < whole:
         below += hist[at]
         at += 1
     return at, below + hist[at], max(rank - below, 0.0) / max(float(hist[at]), 1.0)
@@ -116,7 +116,7 @@ def _find(hist, before_chunk, rank):
 def _quantiles(hist, before_chunk, robots, low, width, z, out):
     """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end): straight line within a bin.
 
-    hist (_FINE,) counts robots in bins of this width from `low` on. Every robot is a sample: the interval is the binomial's, in ranks.
+    hist (FINE,) counts robots in bins of this width from `low` on. Every robot is a sample: the interval is the binomial's, in ranks.
     """
     counted = np.int64(0)
     for chunk in range(len(before_chunk)):
@@ -195,7 +195,7 @@ def run_once(
     together = min(max(_MOST_KEPT // (tiles * LANES), 1), _POSES)
     sizes = np.empty((together, tiles * LANES), np.float32)
     least, largest = np.empty(_POSES, np.int64), np.empty(_POSES, np.int64)
-    fine, before_chunk = np.empty(_FINE, np.int64), np.empty(_FINE // _CHUNK, np.int64)
+    fine, before_chunk = np.empty(FINE, np.int64), np.empty(FINE // _CHUNK, np.int64)
     rows = np.empty(robots, np.int32)
     for r in range(robots):
         rows[r] = r * groups // robots * ROW_OF_BINS
@@ -255,7 +255,7 @@ def run_once(
             found[MEAN_ERROR] = z * np.sqrt(max(mean_square - mean * mean, 0.0) / max(robots - 1, 1))
             found[MEAN_SQUARE] = mean_square
             found[LARGEST] = high
-            step = (high - low) / _FINE
+            step = (high - low) / FINE
             scale = 1.0 / step if step > 0 else 0.0
             fine[:] = 0
             for tile in range(tiles):
