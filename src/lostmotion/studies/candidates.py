@@ -117,7 +117,9 @@ def link_slot(joint: Joint, choice: Family | tuple[Plain, ...], material: Materi
     spans = [choice.spans[k] for k in choice.free]
     counts = _GRID.get(len(spans), ())
     axes = [np.geomspace(span.low, span.high, count) for span, count in zip(spans, counts, strict=True)]
-    slot = replace(slot, family=choice, spacing=max(((span.high / span.low) ** (1 / (n - 1)) for span, n in zip(spans, counts, strict=True)), default=1.0))
+    slot = replace(
+        slot, family=choice, spacing=max(((span.high / span.low) ** (1 / (n - 1)) for span, n in zip(spans, counts, strict=True)), default=1.0)
+    )
     made = [_of_family(joint, slot, tuple(float(x) for x in point)) for point in itertools.product(*axes)]
     return replace(slot, candidates=_worth_trying(joint, slot, [each for each in made if each is not None]))
 

@@ -3,8 +3,8 @@
 Every allocation looked at is the real arm at the real poses: its loads are walked anew and every part answers to its own, so a heavier part outboard
 costs all parts inboard what it does. Nothing is fitted. A gearbox whose rated torque is below what its joint holds is not admitted.
 
-The search climbs from the cheapest allocation (best fall of the mean square per cost), descends from the most accurate one (best saving per rise), and
-then exchanges one or two parts until no exchange is cheaper and within the target. Which pairs are tried is foreseen from what both exchanges do one
+The search climbs from the cheapest allocation (best fall of the mean square per cost), descends from the most accurate one (best saving per rise),
+and then exchanges one or two parts until no exchange is cheaper and within the target. Which pairs are tried is foreseen from what both exchanges do one
 by one; the arm itself decides. Where few allocations are cheaper than the one found, all of them are looked at, and it is the cheapest of all.
 """
 
@@ -21,11 +21,11 @@ from lostmotion.errors import LostmotionError
 from lostmotion.studies.bent import LinkLoads
 from lostmotion.studies.candidates import finer
 from lostmotion.studies.lightest import Task
-from lostmotion.studies.moments import Ledger, error_at, halved, mean_square, share_within
+from lostmotion.studies.moments import BIAS, Ledger, error_at, mean_square, share_within
 from lostmotion.studies.sizing import corners
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from lostmotion.arm import Arm
     from lostmotion.parts.joint import Joint
@@ -35,17 +35,18 @@ if TYPE_CHECKING:
 
 LEVEL: Final = 0.95
 Choice = tuple[int, ...]
+Swap = tuple[int, int]
 # A pair of exchanges is tried where both one by one foresee an error of at most so many times the target.
-_FORESEEN: Final = 1.05
-# A pair is foreseen by its mean square alone where that asks for fewer r.m.s. errors in the 95 % error than this share of the least met so far.
-_FEWEST: Final = 0.9
+_FORESEEN: Final = 1.02
+# A pair is not foreseen further where its 95 % error would have to be less than this share of as many r.m.s. errors as it is before.
+_FEWEST: Final = 0.92
 # All allocations that are cheaper are looked at where they are no more than this.
 MOST_PROVEN: Final = 300
 _MOST_CORNERS: Final = 256
 _EQUAL: Final = 1e-9
 _BETTER: Final = 1e-4
 _ROUNDS: Final = 100
-_FINER: Final = 4
+_FINER: Final = 3
 # Weights of one joint in `_weights`.
 _PER_JOINT: Final = 5
 
@@ -78,9 +79,7 @@ class Search:
     `looks` holds every allocation looked at, `foreseen` counts the pairs whose error was foreseen and not looked at further.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 - a search is these
-        self, arm: Arm, slots: tuple[Slot, ...], worth: Worth, q: Floats, rules: Rules, tell: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, arm: Arm, slots: tuple[Slot, ...], worth: Worth, q: Floats, rules: Rules, tell: Callable[[], None] = lambda: None) -> None:
         """Begin with the candidates of the slots; `refine` adds others. `tell` is called at every allocation looked at."""
         self.arm, self.slots, self.worth, self.rules, self.tell = arm, slots, worth, rules, tell
         self.ledger = Ledger(arm, q)
@@ -91,7 +90,6 @@ class Search:
         self._joints: dict[tuple[tuple[int, int], ...], Joint] = {}
         self._torques: dict[tuple[float, ...], Floats] = {}
         self._bent: dict[tuple[object, ...], float] = {}
-        self._fewest = math.inf
 
     # ---- one allocation
 
@@ -134,8 +132,6 @@ class Search:
             rms = self.look(choice).rms
             found = error_at(self.ledger.of(self.made(choice)), LEVEL) if math.isfinite(rms) else math.inf
             self._errors[choice] = found
-            if rms > 0 and math.isfinite(found):
-                self._fewest = min(self._fewest, found / rms)
         return self._errors[choice]
 
     def holds(self, choice: Choice, target: float) -> bool:
@@ -185,23 +181,20 @@ class Search:
                 out += math.log(self._bent[key]) if self._bent[key] > 1 + _EQUAL else 0.0
         return out
 
-    def halvings(self, choice: Choice) -> dict[str, float]:
-        """Which 95 % error (m) would be left if all errors of one part were half as large, by the part's owner?"""
-        by_part = self.ledger.by_part(self.made(choice))
-        whole = np.sum(list(by_part.values()), axis=0)
-        return {owner: error_at(whole - part + halved(part), LEVEL) for owner, part in by_part.items() if part.any()}
-
     # ---- the search
 
-    def solve(self, target: float, starts: tuple[Choice, ...] = ()) -> Choice:
-        """Which allocation is the cheapest that was found within the target? Where there is none: the one that errs least of those allowed."""
+    def solve(self, target: float, starts: tuple[Choice, ...] = (), *, pairs: bool = True) -> Choice:
+        """Which allocation is the cheapest that was found within the target? Where there is none: the one that errs least of those allowed.
+
+        starts  allocations to begin from besides; pairs: whether two parts are exchanged together too
+        """
         climbed = self.climb(target)
         tried = list(dict.fromkeys([climbed, self.most_accurate(climbed), *starts]))
         within = [each for each in tried if self.holds(each, target)]
         if not within:
             return min(tried, key=lambda each: (self.look(each).exceeded, self.error(each)))
-        ended = {self.exchange(target, self.descend(target, each)) for each in within}
-        return min(ended, key=lambda each: (self.look(each).cost, self.error(each), each))
+        begun = min((self.descend(target, each) for each in within), key=lambda each: (self.look(each).cost, self.error(each), each))
+        return self.exchange(target, begun, pairs=pairs)
 
     def cheapest(self) -> Choice:
         """Which allocation costs least, whatever it does?"""
@@ -210,27 +203,24 @@ class Search:
     def climb(self, target: float, start: Choice | None = None) -> Choice:
         """From the cheapest allocation up: exchange the part that does most per cost, until the target is met or nothing helps."""
         now = self.cheapest() if start is None else start
+        stale = _Stale()
         for _ in range(_ROUNDS):
             if self.holds(now, target):
                 break
             here = self.look(now)
-            best: tuple[float, float] = (0.0, 0.0)
-            there = now
-            for other in self._neighbours(now):
-                found = self.look(other)
-                if self._misses(found) >= self._misses(here):
-                    continue
+            stale.of_phase(here.exceeded > 0)
+
+            def rank(swap: Swap, now: Choice = now, here: Look = here) -> float:
+                found = self.look(_exchanged(now, *swap))
                 # What is not allowed goes before what errs.
-                gain = here.exceeded - found.exceeded if here.exceeded > 0 else math.log(here.rms / found.rms) if found.rms > 0 else math.inf
-                if not gain > _EQUAL:
-                    continue
+                gain = here.exceeded - found.exceeded if here.exceeded > 0 else _log_ratio(here.rms, found.rms) if found.exceeded <= 0 else 0.0
                 more = found.cost - here.cost
-                rank = (gain / more if more > 0 else math.inf, gain)
-                if rank > best:
-                    best, there = rank, other
-            if there == now:
+                return 0.0 if not gain > _EQUAL else gain / more if more > 0 else math.inf
+
+            best = stale.best(self._swaps(now), rank)
+            if best is None:
                 break
-            now = there
+            now = _exchanged(now, *best)
         return now
 
     def most_accurate(self, start: Choice) -> Choice:
@@ -250,26 +240,29 @@ class Search:
     def descend(self, target: float, start: Choice) -> Choice:
         """From an allocation within the target down: exchange the part that saves most per rise of the error, as long as the target holds."""
         now = start
+        stale = _Stale()
         for _ in range(_ROUNDS):
             here = self.look(now)
-            ranked = []
-            for other in self._neighbours(now):
+
+            def rank(swap: Swap, now: Choice = now, here: Look = here) -> float:
+                other = _exchanged(now, *swap)
                 saved = here.cost - self._cost_of(other)
-                if saved > _EQUAL * abs(here.cost):
-                    found = self.look(other)
-                    rise = math.log(found.rms / here.rms) if here.rms > 0 and found.rms > 0 else 0.0
-                    ranked.append((saved / rise if rise > 0 else math.inf, saved, other))
-            there = next((other for _, _, other in sorted(ranked, reverse=True) if self.holds(other, target)), None)
-            if there is None:
+                if not (saved > _EQUAL * abs(here.cost) and self.holds(other, target)):
+                    return 0.0
+                rise = _log_ratio(self.look(other).rms, here.rms)
+                return saved / rise if rise > 0 else math.inf
+
+            best = stale.best(self._swaps(now), rank)
+            if best is None:
                 break
-            now = there
+            now = _exchanged(now, *best)
         return now
 
-    def exchange(self, target: float, start: Choice) -> Choice:
+    def exchange(self, target: float, start: Choice, *, pairs: bool = True) -> Choice:
         """Exchange one or two parts as long as that is cheaper and within the target (or as cheap and more accurate)."""
         now = start
         for _ in range(_ROUNDS):
-            better = self._better_by_one(target, now) or self._better_by_two(target, now)
+            better = self._better_by_one(target, now) or (self._better_by_two(target, now) if pairs else None)
             if better is None:
                 break
             now = better
@@ -277,7 +270,7 @@ class Search:
 
     def _better_by_one(self, target: float, now: Choice) -> Choice | None:
         limit, slack = self.look(now).cost, _EQUAL * abs(self.look(now).cost)
-        for cost, other in sorted((self._cost_of(other), other) for other in self._neighbours(now)):
+        for cost, other in sorted((self._cost_of(other), other) for other in (_exchanged(now, *swap) for swap in self._swaps(now))):
             if cost > limit + slack:
                 break
             if self.holds(other, target) and (cost < limit - slack or self.error(other) < self.error(now) * (1 - _BETTER)):
@@ -285,44 +278,36 @@ class Search:
         return None
 
     def _better_by_two(self, target: float, now: Choice) -> Choice | None:
-        """Try the pairs that are cheaper, the cheapest first."""
+        """Try the pairs that are cheaper, the cheapest first, where both exchanges one by one foresee that the target may hold."""
         limit = self.look(now).cost * (1 - _EQUAL)
         base = self.ledger.of(self.made(now))
         changes = {}
-        for k, slot in enumerate(self.slots):
-            for index in range(len(slot.candidates)):
-                try:
-                    changes[k, index] = self.ledger.of(self.made(_exchanged(now, k, index))) - base
-                except LostmotionError:
-                    continue
-        swaps = [swap for swap in changes if now[swap[0]] != swap[1]]
-        pairs = []
-        for n, first in enumerate(swaps):
-            for second in swaps[n + 1 :]:
-                if first[0] != second[0]:
-                    both = _exchanged(_exchanged(now, *first), *second)
-                    cost = self._cost_of(both)
-                    if cost < limit:
-                        pairs.append((cost, both, first, second))
-        for _, both, first, second in sorted(pairs):
-            if self._foresees(base + changes[first] + changes[second], target) and self.holds(both, target):
+        for swap in self._swaps(now):
+            try:
+                changes[swap] = self.ledger.of(self.made(_exchanged(now, *swap))) - base
+            except LostmotionError:
+                continue
+        if not changes:
+            return None
+        swaps = list(changes)
+        more = np.array([self._cost_of(_exchanged(now, *swap)) for swap in swaps]) - self.look(now).cost
+        rms = _foreseen_rms(base, np.array(list(changes.values())))
+        slots = np.array([k for k, _ in swaps])
+        may = (slots[:, None] < slots) & (self.look(now).cost + more[:, None] + more < limit)
+        # The r.m.s. error that goes with the target here, and some more: elsewhere it may go with others.
+        may &= rms * self.error(now) * _FEWEST <= _FORESEEN * target * self.look(now).rms
+        pairs = np.argwhere(may)
+        for i, j in pairs[np.argsort((more[:, None] + more)[may], kind="stable")]:
+            self.foreseen += 1
+            share = share_within(base + changes[swaps[i]] + changes[swaps[j]], _FORESEEN * target)
+            both = _exchanged(_exchanged(now, *swaps[i]), *swaps[j])
+            if not share < LEVEL and self.holds(both, target):  # what cannot be foreseen is tried
                 return both
         return None
 
-    def _foresees(self, sums: Floats, target: float) -> bool:
-        """Tell whether sums that were foreseen may be within the target."""
-        reach = _FORESEEN * target
-        self.foreseen += 1
-        if self._fewest < math.inf and math.sqrt(max(mean_square(sums), 0.0)) * self._fewest * _FEWEST > reach:
-            return False
-        return not share_within(sums, reach) < LEVEL  # what cannot be foreseen is tried
-
-    def _neighbours(self, choice: Choice) -> Iterator[Choice]:
-        """Give all allocations that differ in one part."""
-        for k, slot in enumerate(self.slots):
-            for index in range(len(slot.candidates)):
-                if index != choice[k]:
-                    yield _exchanged(choice, k, index)
+    def _swaps(self, choice: Choice) -> list[Swap]:
+        """Give all exchanges of one part: the slot, and the candidate to come."""
+        return [(k, index) for k, slot in enumerate(self.slots) for index in range(len(slot.candidates)) if index != choice[k]]
 
     def _cost_of(self, choice: Choice) -> float:
         return sum(map(self._cost, self.parts(choice)))
@@ -339,8 +324,8 @@ class Search:
                 slots.append(replace(slot, candidates=(*slot.candidates, *more)) if more else slot)
             self.slots = tuple(slots)
             ratios = [math.sqrt(ratio) for ratio in ratios]
-            now = self.exchange(target, now)
-        return now
+            now = self.exchange(target, now, pairs=False)
+        return self.exchange(target, now)
 
     def prove(self, target: float, choice: Choice, most: int = MOST_PROVEN) -> tuple[Choice, bool]:
         """Is any allocation within the target cheaper? The cheapest, and whether that is sure: all cheaper ones, at most so many, were looked at."""
@@ -366,6 +351,52 @@ class Search:
                 if cost + more + float(least[len(head) + 1]) < limit:
                     waiting.append((cost + more, (*head, index)))
         return out
+
+
+class _Stale:
+    """What exchanges were worth when they were last looked at: those that are not among the best are rarely worth more a step later."""
+
+    def __init__(self) -> None:
+        self._worth: dict[Swap, float] = {}
+        self._phase = False
+
+    def of_phase(self, phase: bool) -> None:  # noqa: FBT001 - one of two
+        """Forget everything where the measure changes."""
+        if phase != self._phase:
+            self._phase = phase
+            self._worth.clear()
+
+    def best(self, swaps: list[Swap], rank: Callable[[Swap], float]) -> Swap | None:
+        """Which exchange ranks highest? None where all rank zero. The next is looked at as long as it ranked higher than the best so far does."""
+        found, most = None, 0.0
+        for swap in sorted(swaps, key=lambda each: (-self._worth.get(each, math.inf), each)):
+            if found is not None and self._worth.get(swap, math.inf) < most:
+                break
+            self._worth[swap] = rank(swap)
+            if self._worth[swap] > most:
+                found, most = swap, self._worth[swap]
+        return found
+
+
+def _foreseen_rms(base: Floats, changes: Floats) -> Floats:
+    """Which r.m.s. errors (swap, swap) follow from sums (ROWS, pose) when two of these changes (swap, ROWS, pose) come together?"""
+    poses = base.shape[1]
+    bias, start = changes[:, BIAS].reshape(len(changes), -1), base[BIAS].ravel()
+    alone = 2 * bias @ start + np.einsum("nc,nc->n", bias, bias) + changes[:, 3:6].sum(axis=(1, 2))
+    whole = mean_square(base) + (alone[:, None] + alone + 2 * bias @ bias.T) / poses
+    return np.asarray(np.sqrt(np.maximum(whole, 0.0)))
+
+
+def _log_ratio(first: float, second: float) -> float:
+    if first == second:
+        return 0.0
+    return (
+        math.log(first / second)
+        if first > 0 and second > 0 and math.isfinite(first) and math.isfinite(second)
+        else math.inf
+        if first > second
+        else -math.inf
+    )
 
 
 def _weights(arm: Arm) -> tuple[float, ...]:
