@@ -77,7 +77,7 @@ def left_by_frames(errors: Floats, command: Floats, rotation: Floats | None = No
     size = max(float(np.abs(command - command.mean(axis=0)).max()), float(np.finfo(float).tiny))
     matrix = _slopes(command, command.mean(axis=0), rotation, size)
     flat = np.moveaxis(np.asarray(errors, dtype=float), 0, -2).reshape(-1, matrix.shape[0])
-    left = flat - flat @ (matrix @ np.linalg.pinv(matrix, rcond=_UNTOLD)).T
+    left = flat - (flat @ np.linalg.pinv(matrix, rcond=_UNTOLD).T) @ matrix.T
     shape = np.moveaxis(np.empty(errors.shape), 0, -2).shape
     return np.moveaxis(left.reshape(shape), -2, 0)
 
