@@ -12,6 +12,7 @@ import numpy as np
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
+from lostmotion.studies.montecarlo import Device, check_device, run
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 from lostmotion.studies.stopping import MOST_ROBOTS, Tolerance, run_until
 
@@ -51,6 +52,7 @@ def study(
     most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
+    device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Study: ...
 
@@ -70,6 +72,7 @@ def study(
     most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
+    device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> AnalyticStudy: ...
 
@@ -89,6 +92,7 @@ def study(
     most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
+    device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Study | AnalyticStudy: ...
 
@@ -107,6 +111,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
     tile: int = 1,
+    device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Study | AnalyticStudy:
     """How accurate is this arm before it is built, where in its workspace, and which part is to blame?
@@ -122,8 +127,10 @@ def study(  # noqa: PLR0913 - a study is these numbers
               Begins with `poses` and `robots` and takes more, poses only where it chooses them, in two stages or a few; says whether that was reached
     most_robots  how many are built at most, with `until`
     threads   left out: one per processor
+    device    "gpu": the samples are formed by JAX on its graphics processor, with the same draws; the same figures but for rounding
 
-    Raises InputError (a ValueError) for counts out of range, an unknown law or approach, and for q of another shape or not finite.
+    Raises InputError (a ValueError) for counts out of range, an unknown law, approach or device, and for q of another shape or not finite;
+    LostmotionError for a GPU where JAX or the GPU is missing.
     """
     if approach not in _SIGNS:
         raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
@@ -134,6 +141,9 @@ def study(  # noqa: PLR0913 - a study is these numbers
     tolerance = None if until is None else Tolerance.of(until)
     if tolerance is not None and method == "analytic":
         raise refuse_argument("until", until, "a method that draws robots: without sampling there are none", 'method = "both"')
+    if device != "cpu" and method == "analytic":
+        raise refuse_argument("device", device, '"cpu": without sampling there is nothing for a GPU to do', 'device = "cpu"')
+    check_device(device)
     chosen = _chosen(arm, poses, pose_law, int(seed))
     workers = threads or os.cpu_count() or 1
     common: dict[str, Any] = {"approach": _SIGNS[approach], "threads": workers, "progress": progress}
@@ -142,9 +152,11 @@ def study(  # noqa: PLR0913 - a study is these numbers
     if tolerance is not None:
         more = (lambda count: sample_poses(arm, count, pose_law, int(seed))) if isinstance(poses, Integral) and pose_law != "grid" else None
         chosen, sampled, besides["stopping"] = run_until(
-            arm, chosen, robots, visits, int(seed), tolerance, most_robots=most_robots, more=more, tile=tile, **common
+            arm, chosen, robots, visits, int(seed), tolerance, most_robots=most_robots, more=more, tile=tile, device=device, **common
         )
         robots = sampled.robots
+    elif method != "analytic":
+        sampled = run(arm, chosen, robots, visits, int(seed), tile=tile, device=device, **common)
     if method != "montecarlo":
         from lostmotion.studies.analytic import analytic, pooled
 

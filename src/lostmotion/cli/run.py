@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -39,6 +39,13 @@ class Method(StrEnum):
     both = "both"
 
 
+class DeviceChoice(StrEnum):
+    """Where samples are formed."""
+
+    cpu = "cpu"
+    gpu = "gpu"
+
+
 @app.command()
 def run(  # noqa: PLR0913, PLR0917 - options of a command line
     file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
@@ -57,21 +64,33 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
         str | None, typer.Option(help="Go on until mean, 95 % error, AP and RP are this sure: '1 %' of each figure, or '2 digits' of it.")
     ] = None,
     most_robots: Annotated[int, typer.Option(min=1, help="How many robots are built at most, with --until.")] = 10_000,
+    at: Annotated[
+        list[str] | None, typer.Option(help="Say who is to blame at a pose as well: its number, or every joint, 'A=30deg B=-10deg'. May come again.")
+    ] = None,
+    zone: Annotated[
+        list[str] | None, typer.Option(help="Say who is to blame in a zone as well, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'. May come again.")
+    ] = None,
     sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and arrays.nc. Default: NAME-accuracy.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
     threads: Annotated[int | None, typer.Option(min=1, help="Default: one per processor. Changes no result.")] = None,
+    device: Annotated[DeviceChoice, typer.Option(help="Where samples are formed; gpu needs pip install 'lostmotion[gpu]'.")] = DeviceChoice.cpu,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but where the report is.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
     from lostmotion.ask.read import read
-    from lostmotion.ask.study import study
+    from lostmotion.ask.study import Study, study
+    from lostmotion.errors import refuse_argument
+    from lostmotion.formats.places import read_pose, read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-accuracy")
     refuse_existing(folder, force=force)  # before the work, not after it
     arm = read(file, sidecar)
+    places: list[dict[str, Any]] = [{"pose": read_pose(text, arm)} for text in at or ()] + [{"zone": read_zone(text)} for text in zone or ()]
+    if places and method is Method.analytic:
+        raise refuse_argument("--at, --zone", "with --method analytic", "a budget, which the other methods make", "--method both")
     chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses
@@ -91,10 +110,14 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
             until=until,
             most_robots=most_robots,
             threads=threads,
+            device=device.value,
             progress=bar,
         )
     if stopped:
         raise typer.Exit(STOPPED)
+    if isinstance(answer, Study):
+        for place in places:
+            answer = answer.blaming(**place)
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()

@@ -100,12 +100,7 @@ class Plan:
                 raise refuse_argument(name, value, f"from 1 to {most}", f"{name} = 30")
         if approach not in (-1, 0, 1):
             raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
-        if device not in DEVICES:
-            raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
-        if device == "gpu":
-            from lostmotion.studies.jax_kernel import refuse_without_gpu
-
-            refuse_without_gpu()
+        check_device(device)
         groups = min(_MOST_GROUPS, robots)
         return cls(arm, poses, robots, visits, seed, approach, groups, device)
 
@@ -133,6 +128,16 @@ class _Block:
     rotation_ms: Floats
     tally: Tally
     check: exact.ExactCheck
+
+
+def check_device(device: str) -> None:
+    """Refuse a device that is not known (InputError), or a GPU that is not there or that JAX is not there for (LostmotionError)."""
+    if device not in DEVICES:
+        raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
+    if device == "gpu":
+        from lostmotion.studies.jax_kernel import refuse_without_gpu
+
+        refuse_without_gpu()
 
 
 def run(  # noqa: PLR0913 - a study is these numbers

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.montecarlo import Sampled
+    from lostmotion.studies.montecarlo import Device, Sampled
     from lostmotion.studies.poses import Poses
 
 STAGES: Final = 4
@@ -150,6 +150,7 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
     approach: float = 0.0,
     threads: int = 1,
     tile: int = 1,
+    device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> tuple[Poses, Sampled, Stopping]:
     """How far off is the tool, as sure as asked for? The poses visited in the last run, what it found, and what each stage did.
@@ -168,7 +169,7 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
         if count not in visited and more is not None:
             visited[count] = more(count)
         told = None if progress is None else _by_stage(progress, runs)
-        return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=told)
+        return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, device=device, progress=told)
 
     most_poses = len(poses) if more is None else max(MOST_POSES, len(poses))
     found, stopping = settle(sample, watched, len(poses), robots, tolerance, most_poses=most_poses, most_robots=most_robots)
