@@ -5,8 +5,8 @@
 
 x, y, z are attained positions of the tool point in the base frame, xc, yc, zc commanded ones; dx, dy, dz, instead of the former, attained less
 commanded. a, b, c and ac, bc, cc are turns about the fixed x, y, z axes, in that order. `side` names from where a pose was approached, for vAP; it is
-empty in the standard's cycle. Only positions are needed. Without `pose`, rows with one commanded position are one pose. Lines that begin with # are for
-the reader. Columns of other names are mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
+empty in the standard's cycle. Only positions are needed. Without `pose`, rows with one commanded position are one pose. Lines that begin with # are
+for the reader. Columns of other names are mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ from lostmotion.spatial import exp, skew
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# Directions of the fit that the poses do not tell, compared with the best told one.
-_UNTOLD: Final = 1e-9
+# Directions of the fit that the poses do not tell: their share, in squares, of the best told one.
+_UNTOLD: Final = 1e-12
 _STEPS: Final = 50
 _CLOSE: Final = 1e-14
 _FEWEST: Final = 3
@@ -54,8 +54,7 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
         stands = command if rotation is None else command + rotation @ tool
         moved = stands @ base[:3, :3].T + base[:3, 3]
         matrix = _slopes(moved, moved.mean(axis=0), None if rotation is None else base[:3, :3] @ rotation, size)
-        inverse = np.linalg.pinv(matrix, rcond=_UNTOLD)
-        step = inverse @ (attained - moved).ravel()
+        step = _solver(matrix) @ (attained - moved).ravel()
         turn = exp(np.concatenate([step[:3] / size, np.zeros(3)]))
         about = moved.mean(axis=0)
         turn[:3, 3] = about - turn[:3, :3] @ about + step[3:6]
@@ -65,7 +64,7 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
         if np.abs(step).max() < _CLOSE * max(size, 1.0) * 100:
             stands = command if rotation is None else command + rotation @ tool
             residual = attained - (stands @ base[:3, :3].T + base[:3, 3])
-            return Fit(base, tool, residual, int(np.linalg.matrix_rank(matrix, tol=_UNTOLD * np.linalg.norm(matrix, 2))))
+            return Fit(base, tool, residual, int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_UNTOLD, hermitian=True)))
     raise DidNotConvergeError("the best-fit frames were not found: are attained and commanded positions in the same order and unit?")
 
 
@@ -77,9 +76,14 @@ def left_by_frames(errors: Floats, command: Floats, rotation: Floats | None = No
     size = max(float(np.abs(command - command.mean(axis=0)).max()), float(np.finfo(float).tiny))
     matrix = _slopes(command, command.mean(axis=0), rotation, size)
     flat = np.moveaxis(np.asarray(errors, dtype=float), 0, -2).reshape(-1, matrix.shape[0])
-    left = flat - (flat @ np.linalg.pinv(matrix, rcond=_UNTOLD).T) @ matrix.T
+    left = flat - (flat @ _solver(matrix).T) @ matrix.T
     shape = np.moveaxis(np.empty(errors.shape), 0, -2).shape
     return np.moveaxis(left.reshape(shape), -2, 0)
+
+
+def _solver(matrix: Floats) -> Floats:
+    """Give the least-squares inverse of a tall matrix, by its few columns alone: steps that are repeated make up for the squared condition."""
+    return np.asarray(np.linalg.pinv(matrix.T @ matrix, rcond=_UNTOLD, hermitian=True) @ matrix.T)
 
 
 def _closed_form(attained: Floats, command: Floats) -> Floats:

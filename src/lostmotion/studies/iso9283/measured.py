@@ -7,6 +7,7 @@ which the n of the sample show a little less.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -126,7 +127,7 @@ def judge(visits: Visits, level: float = LEVEL) -> Measured:
     if fit is not None:
         raw = barycentre - command
         pooled = _pooled(lambda chosen: raw[chosen], len(raw), level), _pooled(_refit(command, rotation, fit), len(raw), level)
-    floor = visits.instrument * float(iso.expected_repeatability(np.eye(3)[None], max(min(len(found) for found in rows.values()), _FEWEST))[0][0])
+    floor = visits.instrument * _round_repeatability(min(len(found) for found in rows.values()))
     return Measured(visits, poses, _distance(visits, rows, level), pooled, fit, floor)
 
 
@@ -162,7 +163,7 @@ def accuracy_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     """What is AP_p of errors (visit, 3), and between which does it lie?
 
     The square of the average's length is too large by the trace of its covariance C, and has the variance 4 b'Cb + 2 tr C^2 (normal scatter);
-    Student's share of its root to both sides, never below zero. Holds its level where AP_p is half of the scatter of one visit or more, and more below.
+    Student's share of its root to both sides, never below zero. Holds its level where AP_p is half of the scatter of a visit or more; above it below.
     """
     mean, count = errors.mean(axis=0), len(errors)
     value = float(np.linalg.norm(mean))
@@ -190,6 +191,12 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     return Estimate(value, value / float(high), value / float(low))
 
 
+@functools.cache
+def _round_repeatability(count: int) -> float:
+    """Give RP_l that so many visits show on the average, in deviations of a round normal scatter; zero for a single visit."""
+    return float(iso.expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= _FEWEST else 0.0
+
+
 def _shrunk(covariance: Floats, count: int) -> Floats:
     size = len(covariance)
     trace, square = float(np.trace(covariance)), float((covariance**2).sum())
@@ -215,7 +222,7 @@ def _pose(visits: Visits, name: str, found: np.ndarray, fitted: float, level: fl
     each = np.column_stack([turns, errors])
     measured = [visits.turn is not None] * 3 + [True] * 3
     repeat = repeatability_interval(errors, level)
-    floor = visits.instrument * float(iso.expected_repeatability(np.eye(3)[None], max(len(found), _FEWEST))[0][0])
+    floor = visits.instrument * _round_repeatability(len(found))
     return MeasuredPose(
         name,
         len(found),
