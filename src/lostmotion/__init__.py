@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
     from lostmotion.ask.gear import Gear, gear
     from lostmotion.ask.read import read
+    from lostmotion.ask.runs import Sweep, replay, sweep
     from lostmotion.ask.size import Size, size
     from lostmotion.ask.study import Study, study
     from lostmotion.ask.targets import Target, production_yield, target
+    from lostmotion.ask.zones import AccuracyMap, zones
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
     from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
@@ -40,9 +42,14 @@ _HOME = {
     "Gear": "ask.gear",
     "size": "ask.size",
     "Size": "ask.size",
+    "zones": "ask.zones",
+    "AccuracyMap": "ask.zones",
     "target": "ask.targets",
     "Target": "ask.targets",
     "production_yield": "ask.targets",
+    "sweep": "ask.runs",
+    "Sweep": "ask.runs",
+    "replay": "ask.runs",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",
@@ -77,9 +84,14 @@ __all__ = [  # noqa: RUF022 - reading order
     "Gear",
     "size",
     "Size",
+    "zones",
+    "AccuracyMap",
     "target",
     "Target",
     "production_yield",
+    "sweep",
+    "Sweep",
+    "replay",
     "Arm",
     "Tool",
     "Payload",

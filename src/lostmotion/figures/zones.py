@@ -1,0 +1,309 @@
+"""The figures of an accuracy map: the error over the cells, how much of the workspace is good enough, where work should stand, who is to blame."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
+from lostmotion.studies.zones import BYS, MEAN, QUANTILE
+
+if TYPE_CHECKING:
+    from lostmotion.studies.boxes import Box, Boxes
+    from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.zones import Zones
+
+_SAID: Final = {"best": "best", "mean": "mean over the", "worst": "worst"}
+_UNITS: Final = {3: "m³", 2: "m²", 1: "m"}
+# Shares of the workspace for which the error that they stay within is told.
+_SHARES: Final = (0.1, 0.5, 0.9)
+_WORDS: Final = (
+    ("cell", "a cube of the grid. Its error is that at its middle; where only a part of the cell is in reach, at the points reached."),
+    (
+        "best, mean, worst",
+        "over the arm configurations looked at in a cell. Best and worst are bounds, from one side, and move on with more poses; the mean does not.",
+    ),
+    ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
+    (
+        "configuration",
+        "joint values that bring the tool point there; the tool may stand in any direction. No obstacle, floor or self-collision counts.",
+    ),
+    ("afresh", "at the points of another lattice over the box, its corners included, with other poses than those of the map."),
+    ("share", "of the mean-square error over the poses that the zone's figures rest on, exact sums over terms. Shares add to 100 %."),
+)
+
+
+def zones_sheet(found: Zones) -> Sheet:
+    """What is there to say about an accuracy map?"""
+    return Sheet(
+        name=found.arm.name,
+        subject="accuracy map",
+        verdict=_verdict(found),
+        cards=tuple(_cards(found)),
+        sections=tuple(section for section in (_map(found), _within(found), _places(found), _budget(found), _reach(found)) if section is not None),
+        counts=f"{_cells(found)} of {length(found.reached.grid.edge)}, {_per_cell(found)}",
+        notes=(*found.arm.remarks, *_remarks(found)),
+        words=_WORDS,
+        source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "
+        "The same file, version, seed and options give the same bytes.",
+        arrays="the map, cell by cell",
+        seed=found.seed,
+        facts=_facts(found),
+    )
+
+
+def level_said(found: Zones) -> str:
+    """Name the share of errors that the figures are of."""
+    return f"{100 * found.level:.6g} %"
+
+
+def by_said(found: Zones) -> str:
+    """Name the configuration that cells are judged by."""
+    return "mean over configurations" if found.by == "mean" else f"{found.by} configuration"
+
+
+def place_said(box: Box) -> str:
+    """Name a place by its middle, and its yaw where it is turned."""
+    text = ", ".join(f"{axis} {value * 1e3:.0f}" for axis, value in zip("xyz", box.centre, strict=True)) + " mm"
+    return text + (f", yaw {math.degrees(box.yaw):.0f}°" if box.yaw else "")
+
+
+def size_said(size: Any) -> str:  # noqa: ANN401 - three lengths, however they come
+    """Name a box by its sides."""
+    return " x ".join(f"{side * 1e3:.4g}" for side in size) + " mm"
+
+
+def _known(found: Zones) -> np.ndarray:
+    return found.centre & np.isfinite(found.shown)
+
+
+def _cells(found: Zones) -> str:
+    return f"{int(np.isfinite(found.shown).sum())} cells"
+
+
+def _per_cell(found: Zones) -> str:
+    counts = found.reached.counts[found.reached.counts > 0]
+    return f"{float(np.median(counts)):.3g} configurations in each (median; least {int(counts.min())})"
+
+
+def _unit(found: Zones) -> str:
+    return _UNITS[max(found.reached.grid.dimensions, 1)]
+
+
+def _verdict(found: Zones) -> str:
+    values = found.shown[_known(found)]
+    text = f"By the {by_said(found)}, {level_said(found)} of positions lie within {length(float(np.median(values)))} in the median cell"
+    text += f", {length(float(values.min()))} in the most accurate one and {length(float(values.max()))} in the least accurate one."
+    if found.within is not None:
+        text += f" {_percent(found.within.share)} of the workspace is within {length(found.within.target)}."
+    if found.boxes is not None:
+        text += " " + _boxes_said(found.boxes, found)
+    return text
+
+
+def _boxes_said(boxes: Boxes, found: Zones) -> str:
+    if boxes.found:
+        box = boxes.found[0]
+        return (
+            f"Work of {size_said(boxes.size)} is best placed around {place_said(box)}: {level_said(found)} within {length(box.worst)} "
+            f"in the worst of its {len(box.cells)} cells; looked at afresh, {length(box.afresh_worst)}."
+        )
+    if boxes.largest is None:
+        return f"No box of the proportions {size_said(boxes.size)} fits into the reach on this grid, however small."
+    return f"No place within reach holds {size_said(boxes.size)}; the largest box of these proportions that fits here is {size_said(boxes.largest)}."
+
+
+def _percent(share: Estimate) -> str:
+    return f"{100 * share.value:.3g} % ({100 * share.low:.3g} … {100 * share.high:.3g})"
+
+
+def _cards(found: Zones) -> list[Card]:
+    values = found.shown[_known(found)]
+    out = [
+        Card(f"{level_said(found)} below, median cell", str(length(float(np.median(values)))), by_said(found)),
+        Card("most accurate cell", str(length(float(values.min()))), f"least accurate {length(float(values.max()))}"),
+    ]
+    if found.within is not None:
+        share = found.within.share
+        out.append(
+            Card(
+                f"within {length(found.within.target)}",
+                f"{100 * share.value:.3g} %",
+                f"of the workspace, {100 * share.low:.3g} … {100 * share.high:.3g} %",
+            )
+        )
+    if found.boxes is not None and found.boxes.found:
+        box = found.boxes.found[0]
+        out.append(Card("best place", str(length(box.afresh_worst)), f"{place_said(box)}; worst point, looked at afresh"))
+    return out
+
+
+def _map(found: Zones) -> Section:
+    known = found.centre & np.isfinite(found.shown)
+    counted = f"{int(known.sum())} cells in reach of the tool at their middle, {_per_cell(found)}"
+    rows = []
+    for measure, name in ((QUANTILE, f"{level_said(found)} below"), (MEAN, "mean error")):
+        for k, by in enumerate(BYS):
+            values = found.figures[measure, k][known]
+            figures = tuple(length(float(v), samples=counted) for v in (values.min(), np.median(values), values.max()))
+            note = {"best": "a bound: more poses lower it", "mean": "", "worst": "a bound: more poses raise it"}[by]
+            shown = "shown in the plots" if measure == QUANTILE and by == found.by else ""
+            rows.append(Row(f"{name}, {_SAID[by]} configuration{'s' if by == 'mean' else ''}", figures, "; ".join(x for x in (note, shown) if x)))
+    note = f"cells of {length(found.reached.grid.edge)}; each column is the least, the middle and the largest over the cells"
+    return Section("map", "Accuracy map", ("most accurate cell", "median cell", "least accurate cell"), tuple(rows), note)
+
+
+def _within(found: Zones) -> Section:
+    values = found.shown[_known(found)]
+    unit = _unit(found)
+    counted = f"{len(values)} cells, {_per_cell(found)}"
+    rows = []
+    if found.within is not None:
+        share, size = found.within.share, found.within.size
+        figures = (
+            Figure(100 * share.value, "%", 100 * share.low, 100 * share.high, counted),
+            Figure(size.value, unit, size.low, size.high, counted, "poses, grid"),
+        )
+        rows.append(Row(f"within {length(found.within.target)}", figures, "the target"))
+    for part in _SHARES:
+        error = float(np.quantile(values, part))
+        figures = (Figure(100 * float((values <= error).mean()), "%", samples=counted), Figure(part * found.size.value, unit, samples=counted))
+        rows.append(Row(f"within {length(error)}", figures))
+    note = (
+        f"by the {by_said(found)}, {level_said(found)} of errors. Intervals: sets of poses left out one by one, and the change to cells of "
+        "twice the edge; of the size also cells at the end of the reach"
+    )
+    return Section("within", "How much of the workspace is how accurate", ("share of the workspace", "size"), tuple(rows), note)
+
+
+def _places(found: Zones) -> Section | None:
+    boxes = found.boxes
+    if boxes is None:
+        return None
+    title = f"Where work of {size_said(boxes.size)} should stand"
+    if not boxes.found:
+        return Section("places", title, ("value",), (), _boxes_said(boxes, found))
+    rows = []
+    for number, box in enumerate(boxes.found, start=1):
+        cells = f"{len(box.cells)} cells of the map"
+        other = f"{box.afresh_reached} of {box.afresh_points} other points reached, {box.afresh_poses} other poses"
+        low, high = box.centre - box.size / 2, box.centre + box.size / 2
+        sides = ", ".join(f"{axis} {a * 1e3:.0f} … {b * 1e3:.0f}" for axis, a, b in zip("xyz", low, high, strict=True)) + " mm"
+        figures = (
+            length(box.worst, samples=cells),
+            length(box.mean, samples=cells),
+            length(box.afresh_worst, samples=other),
+            length(box.afresh_mean, samples=other),
+        )
+        rows.append(
+            Row(f"{number}. around {place_said(box)}", figures, sides if not box.yaw else f"sides along x, y turned by {math.degrees(box.yaw):.0f}°")
+        )
+    judged = "mean over its cells" if boxes.by_mean else "worst cell"
+    turned = ", any yaw in steps of 15°" if boxes.turned else ""
+    note = (
+        f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; exact over {boxes.tried} places on the grid{turned} of "
+        "which the tool reaches every cell at its middle and corners; no two share a cell"
+    )
+    if boxes.largest is not None:
+        note += f". The largest box of these proportions in reach: {size_said(boxes.largest)}"
+    return Section("places", title, ("worst cell", "mean of cells", "worst point, afresh", "mean, afresh"), tuple(rows), note)
+
+
+def _budget(found: Zones) -> Section | None:
+    if not found.budgets or not found.budgets[0].costs:
+        return None
+    first = found.budgets[0]
+    shares = [{cost.part: cost.share for cost in each.costs} for each in found.budgets]
+    said = [f"{each.poses} poses in {each.cells} cells: {each.zone}" for each in found.budgets]
+    rows = [Row("r.m.s. error", tuple(length(each.rms, samples=counted) for each, counted in zip(found.budgets, said, strict=True)), "of the zone")]
+    for cost in first.costs:
+        figures = tuple(Figure(100 * of.get(cost.part, 0.0), "%", samples=counted) for of, counted in zip(shares, said, strict=True))
+        rows.append(Row(cost.part.removeprefix("joints."), figures))
+    note = f"shares of the mean-square error, exact sums over terms at the poses that the figures rest on ({by_said(found)}); the dearest first"
+    return Section("budget", "Which part is to blame, where", tuple(each.zone for each in found.budgets), tuple(rows), note)
+
+
+def _reach(found: Zones) -> Section:
+    reached, errors = found.reached, found.looked.errors
+    counts = reached.counts[reached.counts > 0]
+    poses = f"{len(reached.q)} poses looked at"
+    rim = int(((reached.counts > 0) & ~reached.centre).sum())
+    size = found.size
+    rows = [
+        Row("cells reached", (Figure(len(counts), "1"),), f"edge {length(reached.grid.edge)}"),
+        Row("of them only in part", (Figure(rim, "1"),), "the middle is out of reach, or was not found"),
+        Row(
+            {3: "volume", 2: "area", 1: "length"}[max(reached.grid.dimensions, 1)],
+            (Figure(size.value, _unit(found), size.low, size.high, ends="inner cells, all cells"),) if size.value else (Figure(0.0, _unit(found)),),
+            "cells reached at their middle" if size.value else "the workspace is a surface on this grid",
+        ),
+        Row("poses sampled", (Figure(reached.sampled, "1"),), "Sobol sequences"),
+        Row("poses brought by inverse kinematics", (Figure(int(reached.brought.sum()), "1"),), "from cells around"),
+        Row("configurations in a cell, median", (Figure(float(np.median(counts)), "1", samples=poses),)),
+        Row(
+            "cells with fewer than asked", (Figure(int((counts < found.per_cell).sum()), "1"),), f"least {int(counts.min())}, asked {found.per_cell}"
+        ),
+        Row("poses with both figures", (Figure(100 * float(errors.told.mean()), "%", samples=poses),), "near enough to normal"),
+        Row(
+            "poses with a raised figure",
+            (Figure(100 * float(errors.careful.mean()), "%", samples=poses),),
+            "normal law, raised by what departs from it",
+        ),
+        Row(
+            "poses left out",
+            (Figure(100 * float(1 - errors.known.mean()), "%", samples=poses),),
+            "bounds alone: a few two-sided or wavy errors dominate",
+        ),
+        Row("cells with bounds alone", (Figure(int(found.bounded.sum()), "1"),), "an upper bound stands there"),
+    ]
+    return Section("reach", "What was looked at", ("value",), tuple(rows), "cells that are reached are all looked at; none is left unvisited")
+
+
+def _remarks(found: Zones) -> list[str]:
+    out = ["the tool may stand in any direction; obstacles, floor and self-collision are not looked at"]
+    if found.bounded.any():
+        out.append(
+            f"{int(found.bounded.sum())} cells hold an upper bound: no pose there is near enough to normal. Monte Carlo (lostmotion run) tells more"
+        )
+    for box in () if found.boxes is None else found.boxes.found:
+        if box.afresh_reached < box.afresh_points:
+            missed = box.afresh_points - box.afresh_reached
+            out.append(f"the place around {place_said(box)}: {missed} of {box.afresh_points} points looked at afresh were not reached")
+    return out
+
+
+def _facts(found: Zones) -> dict[str, Any]:
+    grid = found.reached.grid
+    facts: dict[str, Any] = {
+        "arm": found.arm.name,
+        "by": found.by,
+        "level": found.level,
+        "seed": found.seed,
+        "cell_m": grid.edge,
+        "cells": int(np.isfinite(found.shown).sum()),
+        "low_m": grid.low.tolist(),
+        "shape": list(grid.shape),
+        "poses": {"sampled": found.reached.sampled, "looked_at": len(found.reached.q), "per_cell_asked": found.per_cell},
+    }
+    if found.within is not None:
+        facts["target_m"] = found.within.target
+    if found.boxes is not None:
+        facts["box_m"] = list(found.boxes.size)
+        facts["largest_box_m"] = None if found.boxes.largest is None else found.boxes.largest.tolist()
+        facts["places"] = [
+            {
+                "centre_m": box.centre.tolist(),
+                "yaw_rad": box.yaw,
+                "worst_m": box.worst,
+                "mean_m": box.mean,
+                "afresh_worst_m": _number(box.afresh_worst),
+            }
+            for box in found.boxes.found
+        ]
+    return facts
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
