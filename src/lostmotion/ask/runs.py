@@ -60,7 +60,10 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
     from lostmotion.runs.carry_out import carry_out, order
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import summarise
+    from lostmotion.runs.workers import check_address
 
+    if dask is not None:
+        check_address(dask)
     if approach not in _SIGNS:
         raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
     path = Path(path)

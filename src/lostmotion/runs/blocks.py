@@ -69,10 +69,10 @@ class Piece(NamedTuple):
 def pieces(order: Order) -> dict[str, Piece]:
     """Which arrays make a record of this order?"""
     return {
-        "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "column"), ", ".join(COLUMNS)),
+        "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "of_pose"), ", ".join(COLUMNS)),
         "histogram": Piece((design_of(order, 0).plan.groups, kernel.BINS), "<i8", ("group", "bin"), "samples by size of the error"),
-        "robots": Piece((order.robots, len(OF_ROBOTS)), "<f8", ("robot", "column"), "sums over the block's poses: " + ", ".join(OF_ROBOTS)),
-        "parts": Piece((max(len(order.parts), 1), len(PARTS)), "<f8", ("part", "column"), "sums over the block's poses: " + ", ".join(PARTS)),
+        "robots": Piece((order.robots, len(OF_ROBOTS)), "<f8", ("robot", "of_robot"), "sums over the block's poses: " + ", ".join(OF_ROBOTS)),
+        "parts": Piece((max(len(order.parts), 1), len(PARTS)), "<f8", ("part", "of_part"), "sums over the block's poses: " + ", ".join(PARTS)),
     }
 
 

@@ -59,7 +59,7 @@ class Store:
             raise OutputExistsError(f"'{folder}' is no folder\n  name another one with --out")
         there = read_regular(folder / ORDER, _LARGEST_ORDER)
         if there is None:
-            if folder.exists() and any(not _PARTIAL.search(each.name) for each in os.scandir(folder)):
+            if folder.exists() and any(not _PARTIAL.search(each.name) for each in list(folder.iterdir())):
                 raise OutputExistsError(f"'{folder}' exists and holds no run\n  it is left alone; name another folder with --out")
             place(folder / ORDER, text)
         elif there != text:

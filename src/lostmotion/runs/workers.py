@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -41,6 +42,13 @@ def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> It
         pool.shutdown(wait=True, cancel_futures=True)
 
 
+def check_address(address: str) -> None:
+    """Refuse what cannot be an address, and an address where Dask is not installed, before anything is written."""
+    _local_workers(address)
+    if importlib.util.find_spec("distributed") is None:
+        raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'")
+
+
 def on_dask(text: bytes, todo: Iterable[tuple[int, int]], address: str) -> Iterator[Done]:
     """Compute these blocks of an order on a Dask cluster, `local:N` or the address of a scheduler, and hand each on as it comes.
 
@@ -50,19 +58,19 @@ def on_dask(text: bytes, todo: Iterable[tuple[int, int]], address: str) -> Itera
     with _client(address) as (client, workers):
         from distributed import as_completed
 
-        held = client.scatter(text, broadcast=True)
         rest = iter(todo)
         at = {}
 
         def hand_out() -> Iterator[Any]:
             for design, block in rest:
-                future = client.submit(compute_packed, held, design, block, pure=False)
+                # The text goes along every time: what is scattered is lost with its worker, and nobody could compute it again.
+                future = client.submit(compute_packed, text, design, block, pure=False)
                 at[future.key] = (design, block)
                 yield future
                 if len(at) >= _AHEAD * max(workers(), 1):
                     return
 
-        running = as_completed(list(hand_out()))
+        running = as_completed(list(hand_out()), loop=client.loop)
         for future in running:
             packed, versions = _result(future)
             yield *at.pop(future.key), packed, versions
@@ -88,10 +96,9 @@ def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: AN
 def _client(address: str) -> Iterator[tuple[Any, Callable[[], int]]]:
     """Connect to a cluster, or start one on this machine that nobody else can reach; gives the client, and how many threads its workers have."""
     local = _local_workers(address)
-    try:
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'") from None
+    check_address(address)
+    from distributed import Client, LocalCluster
+
     if local is None:
         try:
             client = Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)

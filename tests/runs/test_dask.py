@@ -1,0 +1,50 @@
+"""Blocks computed by the workers of a Dask cluster, one of which dies."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.store import Store
+from tests.runs.conftest import tree
+
+pytest.importorskip("distributed", reason="Dask is not installed: pip install 'lostmotion[dask]'")
+psutil = pytest.importorskip("psutil", reason="comes with Dask")
+
+COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 1}
+
+
+def blocks_done(folder):
+    """Count the blocks that the ledger lists."""
+    return len(list((folder / "ledger").glob("*.json")))
+
+
+@pytest.mark.slow
+def test_a_killed_worker_changes_no_byte(arm, tmp_path):
+    """On two worker processes, one of them killed in mid-run, a run leaves the same bytes as on a thread."""
+    asked = order(arm, **COUNTS)
+    total = asked.designs * asked.blocks
+    words = [word for name, value in COUNTS.items() for word in (f"--{name}", str(value))]
+    command = [sys.executable, "-m", "lostmotion", "sweep", arm.name, *words, "--dask", "local:2", "--out", "dask", "--quiet"]
+    child = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    folder = tmp_path / "dask"
+    deadline = time.monotonic() + 240
+    while blocks_done(folder) < 10 and child.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    workers = [each for each in psutil.Process(child.pid).children(recursive=True) if "spawn_main" in " ".join(each.cmdline())]
+    listening = [each for each in workers for place in each.net_connections("inet") if place.status == "LISTEN" and place.laddr.ip != "127.0.0.1"]
+    workers[0].kill()
+    assert blocks_done(folder) < total
+    _, said = child.communicate(timeout=240)
+    assert child.returncode == 0, said
+    assert len(workers) == 2
+    assert not listening, "a worker can be reached from other machines"
+    whole = Store.begin(tmp_path / "threads", asked)
+    carry_out(whole, 2)
+    found = tree(folder)
+    assert {found.pop(name) for name in ("report.html", "result.json")}
+    assert found == tree(whole.folder)

@@ -1,0 +1,78 @@
+"""Extremes of a run, made once more from their draws."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.figures import find_row
+from lostmotion.runs.blocks import COLUMNS
+from tests.runs.conftest import ARM, SWEEP
+from tests.runs.conftest import lostmotion as ran
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Carry out a small sweep."""
+    folder = tmp_path_factory.mktemp("replayed")
+    (folder / "tiny.toml").write_text(ARM + SWEEP, encoding="utf-8")
+    return lostmotion.sweep(folder / "tiny.toml", poses=64, robots=20, visits=3, block=8, out=folder / "run", workers=2)
+
+
+def test_an_extreme_is_made_once_more(run):
+    """From its pose and draws the error has the stored length: to the bit by its block, within 1e-12 by the sum over terms, whose parts add up."""
+    found = lostmotion.replay(run.store.folder, worst=5)
+    assert len(found) == 5
+    for each in (one.found for one in found):
+        assert each.kernel == each.found.error
+        assert each.apart < 1e-12
+        assert sum(term.along for term in each.terms) == pytest.approx(each.length, rel=1e-12)
+        np.testing.assert_allclose(sum(term.shift for term in each.terms), each.error, rtol=1e-12, atol=1e-20)
+        assert np.linalg.norm(each.exact[:3, 3] - each.tool[:3, 3] - each.error) < 1e-3 * each.length
+        assert not each.others
+        assert [abs(term.along) for term in each.terms] == sorted((abs(term.along) for term in each.terms), reverse=True)
+
+
+def test_the_largest_are_the_largest(run):
+    """What is replayed are the largest errors that the blocks hold, over all designs or of one, each of a pose of its own."""
+    order, store = run.store.order, run.store
+    largest = COLUMNS.index("largest")
+    errors = np.array([np.concatenate([store.read(k, block).poses[:, largest] for block in range(order.blocks)]) for k in range(order.designs)])
+    assert [each.found.found.error for each in lostmotion.replay(store.folder, worst=4)] == sorted(errors.ravel(), reverse=True)[:4]
+    of_one = lostmotion.replay(store.folder, design=1, worst=100)
+    assert [each.found.found.error for each in of_one] == sorted(errors[1], reverse=True)
+    assert sorted(each.found.found.pose for each in of_one) == list(range(64))
+
+
+def test_joint_values_are_those_of_the_pose(run):
+    """The pose of an extreme is the one that the study visits under this number, and the tool stands where the arm puts it."""
+    each = lostmotion.replay(run.store.folder)[0].found
+    arm = run.store.order.read(each.found.design)
+    q = lostmotion.sample_poses(arm, 64, seed=1).q[each.found.pose]
+    np.testing.assert_array_equal(each.found.q, q)
+    np.testing.assert_allclose(lostmotion.frames(arm, q[None])[-1, 0], each.tool, atol=1e-15)
+
+
+def test_the_sheet_says_it(run):
+    """The sheet shows stored and replayed length, and says whether they are the same."""
+    sheet = lostmotion.replay(run.store.folder)[0].sheet
+    assert "the same to the last bit" in find_row(sheet.sections, "length", "its block computed again").note
+    assert find_row(sheet.sections, "length", "stored").figures[0].value == pytest.approx(sheet.facts["error_m"] * 1e6)
+    assert sum(row.figures[2].value for section in sheet.sections if section.key == "terms" for row in section.rows) == pytest.approx(100)
+
+
+def test_the_command_prints_it(run):
+    """`lostmotion replay` prints data for machines, and refuses designs that are none with a word."""
+    folder = run.store.folder
+    found = ran("replay", folder.name, "--design", "2", "--worst", "2", "--json", cwd=folder.parent)
+    assert found.returncode == 0, found.stderr
+    said = json.loads(found.stdout)
+    assert [each["design"] for each in said] == [2, 2]
+    assert all(each["same_bits"] for each in said)
+    with pytest.raises(lostmotion.InputError, match="from 0 to 3"):
+        lostmotion.replay(folder, design=4)
+    with pytest.raises(lostmotion.LostmotionError, match="holds no run"):
+        lostmotion.replay(folder.parent)

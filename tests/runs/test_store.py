@@ -1,0 +1,283 @@
+"""The folder of a run: what is kept, what is found damaged, what is refused."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+import zarr
+
+from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.runs.blocks import COLUMNS, Record, compute, pack, unpack
+from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.order import Order, order_of
+from lostmotion.runs.store import Store
+from lostmotion.runs.summary import summarise
+from lostmotion.studies.montecarlo import run
+from lostmotion.studies.poses import sample_poses
+from tests.runs.conftest import ARM, tree
+
+HERE = Path(__file__).parent
+COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 4}
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """Give a run of one design that is done, and its order."""
+    folder = tmp_path_factory.mktemp("small")
+    path = folder / "tiny.toml"
+    path.write_text(ARM, encoding="utf-8")
+    asked = order(path, **COUNTS)
+    store = Store.begin(folder / "run", asked)
+    assert carry_out(store) == asked.blocks == 16
+    return store
+
+
+@pytest.fixture
+def copy(small, tmp_path):
+    """Give a copy of that run to spoil."""
+    subprocess.run(["cp", "-r", small.folder, tmp_path / "run"], check=True)
+    return tmp_path / "run"
+
+
+def test_blocks_hold_what_the_study_finds(small, tmp_path):
+    """Block by block or whole, every pose has the same figures to the bit, and counts are equal; sums differ by rounding alone."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM, encoding="utf-8")
+    arm = small.order.read(0)
+    whole = run(arm, sample_poses(arm, 64, seed=1), 20, 3, 1)
+    records = [small.read(0, block) for block in range(small.order.blocks)]
+    rows = np.concatenate([record.poses for record in records])
+    kernel_columns = whole.per_pose.shape[1]
+    np.testing.assert_array_equal(rows[:, :kernel_columns], whole.per_pose)
+    np.testing.assert_array_equal(rows[:, kernel_columns : kernel_columns + 4], whole.accuracy)
+    np.testing.assert_array_equal(rows[:, COLUMNS.index("worst_case")], whole.worst)
+    np.testing.assert_array_equal(sum(record.histogram for record in records), whole.group_hist)
+    np.testing.assert_allclose(sum(record.robots for record in records) / 64, whole.robot_means.mean(axis=0), rtol=1e-12)
+    levels = rows[:, COLUMNS.index("bias_square") : COLUMNS.index("visit_square") + 1].sum(axis=0)
+    np.testing.assert_allclose(levels, whole.tally.levels, rtol=1e-12)
+    outcome = summarise(small)[0]
+    assert outcome.rms == pytest.approx(np.sqrt(whole.tally.total / 64), rel=1e-12)
+    assert outcome.mean.value == pytest.approx(whole.robot_means[:, :, 0].mean(), rel=1e-12)
+    assert outcome.worst[0].error == whole.per_pose[:, COLUMNS.index("largest")].max()
+
+
+def test_quantiles_are_those_of_the_samples_within_the_bins(small):
+    """The 95 % error read from integer counts lies within 0.4 % of that of all samples, drawn one by one."""
+    from lostmotion.runs.blocks import matrix_of
+    from lostmotion.studies.exact import draws_of
+
+    robots, visits = (axis.ravel() for axis in np.meshgrid(np.arange(20), np.arange(3), indexing="ij"))
+    lengths = []
+    for block in range(small.order.blocks):
+        matrix = matrix_of(small.order, 0, block)
+        first, last = small.order.span(block)
+        for row in range(last - first):
+            draws = draws_of(matrix, 1, first + row, robots, visits)
+            lengths.append(np.linalg.norm(matrix.tool[row, 3:] @ draws, axis=0))
+    found = summarise(small)[0].quantiles[0.95].value
+    assert found == pytest.approx(np.quantile(np.concatenate(lengths), 0.95, method="inverted_cdf"), rel=0.004)
+
+
+def test_anyone_can_open_the_blocks(small):
+    """Zarr and xarray read the arrays as the store does, with dimensions named."""
+    group = zarr.open_group(small.folder / "blocks.zarr", mode="r")
+    record = small.read(0, 5)
+    for name, value in record._asdict().items():
+        np.testing.assert_array_equal(group[name][0, 5], value)
+    assert group.attrs["seed"] == 1
+    with xarray.open_zarr(small.folder / "blocks.zarr", consolidated=False, chunks=None) as found:
+        assert found["poses"].dims[:2] == ("design", "block")
+        assert int(found["histogram"].sum()) == 64 * 20 * 3
+
+
+def test_a_record_comes_back_from_its_bytes(small):
+    """Packing and unpacking change no bit, and bytes that claim another size are refused before they take room."""
+    record = compute(small.order, 0, 3)
+    packed = pack(record)
+    for one, other in zip(record, unpack(small.order, packed), strict=True):
+        np.testing.assert_array_equal(one, other)
+    larger = pack(Record(np.zeros((5000, 5000)), *record[1:]))
+    with pytest.raises(ValueError, match="another size"):
+        unpack(small.order, {**packed, "poses": larger["poses"]})
+
+
+@pytest.mark.parametrize("victim", ["blocks.zarr/poses/c.0.3.0.0", "blocks.zarr/histogram/c.0.3.0.0", "ledger/0.3.json"])
+@pytest.mark.parametrize("how", ["gone", "cut", "turned"])
+def test_a_damaged_block_is_found_and_done_again(small, copy, victim, how):
+    """A chunk or a line of the ledger that is gone, cut short or has one bit turned is computed again, and nothing else; bytes are as before."""
+    path = copy / victim
+    raw = bytearray(path.read_bytes())
+    raw[len(raw) // 2] ^= 1
+    path.unlink() if how == "gone" else path.write_bytes(raw[: len(raw) // 2] if how == "cut" else raw)
+    (copy / "ledger" / "0.9.json.0123abcd.partial").write_text("{")
+    with pytest.raises(LostmotionError, match="run the same `lostmotion sweep` again"):
+        Store.open(copy).read(0, 3)
+    assert carry_out(Store.begin(copy, small.order), 2) == 1
+    assert tree(copy) == tree(small.folder)
+
+
+def test_another_run_is_not_gone_on_with(small, copy):
+    """Other counts, another seed or another arm are refused, each named, and nothing in the folder is touched."""
+    before = tree(copy)
+    for change, word in (({"robots": 21}, "robots: 20 there, 21 here"), ({"seed": 2}, "seed: 1 there, 2 here")):
+        with pytest.raises(OutputExistsError, match=word):
+            Store.begin(copy, small.order.model_copy(update=change))
+    other = {**small.order.files, "tiny.toml": ARM.replace("2 kg", "3 kg")}
+    with pytest.raises(OutputExistsError, match=r"tiny\.toml: another text"):
+        Store.begin(copy, small.order.model_copy(update={"files": other}))
+    older = small.order.model_copy(update={"made_with": {**small.order.made_with, "numba": "0.1"}})
+    with pytest.raises(OutputExistsError, match=r"numba: .* there, 0\.1 here"):
+        Store.begin(copy, older)
+    assert tree(copy) == before
+
+
+def test_folders_of_others_are_left_alone(small, tmp_path):
+    """A folder that holds something else, a file and a link are refused."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years")
+    (tmp_path / "link").symlink_to(tmp_path / "mine")
+    for name in ("mine", "link", "mine/thesis.tex"):
+        with pytest.raises(OutputExistsError):
+            Store.begin(tmp_path / name, small.order)
+    assert tree(tmp_path / "mine").keys() == {"thesis.tex"}
+    with pytest.raises(LostmotionError, match="holds no run"):
+        Store.open(tmp_path / "mine")
+
+
+def test_only_one_run_works_in_a_folder(small, copy):
+    """A second process that comes to the same folder is refused while the first is at work."""
+    pytest.importorskip("fcntl")
+    store = Store.begin(copy, small.order)
+    with store.locked(), pytest.raises(LostmotionError, match="another process"):
+        carry_out(Store.begin(copy, small.order))
+
+
+@pytest.mark.parametrize("name", ["../../evil.toml", "/tmp/evil.toml", "a/../../evil.toml", "..\\evil.toml", "C:evil.toml", "evil.py", "a\nb.toml"])  # noqa: S108
+def test_an_order_stays_in_its_folder(small, name):
+    """An order from a stranger that would lay files elsewhere is refused."""
+    said = json.loads(small.order.text())
+    said["files"][name] = "x"
+    with pytest.raises(LostmotionError, match="no order of a run"):
+        order_of(json.dumps(said).encode())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"block": 2**40},
+        {"robots": 2**40},
+        {"poses": 2**60},
+        {"poses": 63},
+        {"sets": 7},
+        {"law": "given"},
+        {"arm": "other.toml"},
+        {"axes": [{"key": f"k{k}", "values": list(range(1000))} for k in range(4)]},
+        {"axes": [{"key": "", "values": []}]},
+        {"seed": -1},
+        {"surprise": 1},
+    ],
+)
+def test_an_order_that_cannot_be_is_refused(small, change):
+    """Counts beyond every run, grids of a million million designs and unknown keys end in a message, not in memory."""
+    said = {**json.loads(small.order.text()), **change}
+    with pytest.raises(LostmotionError, match="no order of a run"):
+        order_of(json.dumps(said).encode())
+
+
+@pytest.mark.parametrize("text", [b"", b"[" * 100_000, b"\xff", b"null", b'{"poses": 1' + b"0" * 5000 + b"}"])
+def test_what_is_no_order_is_refused(text):
+    """No JSON, JSON nested without end, and numbers without end are refused with a word."""
+    with pytest.raises(LostmotionError, match="no order of a run"):
+        order_of(text)
+
+
+def test_hostile_metadata_and_links_are_not_believed(small, copy):
+    """Metadata that claim other chunks, or a link in place of a folder, are refused; a run that goes on mends the first."""
+    path = copy / "blocks.zarr" / "poses" / "zarr.json"
+    said = json.loads(path.read_text())
+    said["chunk_grid"]["configuration"]["chunk_shape"] = [1, 1, 2**40, 28]
+    path.write_text(json.dumps(said))
+    with pytest.raises(LostmotionError, match="not what the run's order says"):
+        Store.open(copy)
+    assert carry_out(Store.begin(copy, small.order)) == 0
+    assert tree(copy) == tree(small.folder)
+    (copy / "ledger").rename(copy.parent / "elsewhere")
+    (copy / "ledger").symlink_to(copy.parent / "elsewhere")
+    with pytest.raises(LostmotionError, match="a link"):
+        Store.open(copy)
+    with pytest.raises(LostmotionError, match="a link"):
+        Store.begin(copy, small.order)
+
+
+def test_a_chunk_that_is_a_link_or_a_pipe_is_not_read(small, copy):
+    """Whatever stands in a chunk's place and is no regular file counts as not done."""
+    chunk = copy / "blocks.zarr" / "parts" / "c.0.0.0.0"
+    real = chunk.read_bytes()
+    (copy.parent / "real").write_bytes(real)
+    for make in (lambda: chunk.symlink_to(copy.parent / "real"), lambda: os.mkfifo(chunk)):
+        chunk.unlink()
+        make()
+        with pytest.raises(LostmotionError, match="block 0 of design 0"):
+            Store.open(copy).read(0, 0)
+    assert carry_out(Store.begin(copy, small.order)) == 1
+    assert chunk.read_bytes() == real
+    assert (copy.parent / "real").read_bytes() == real
+
+
+def test_every_pose_stands_in_one_block():
+    """Spans of the blocks follow each other without gap or overlap, and none reaches over two sets, also where blocks do not fit."""
+    for poses, sets, block in ((64, 8, 3), (64, 8, 8), (243, 1, 50), (8, 8, 1)):
+        asked = Order.model_construct(poses=poses, sets=sets, block=block)
+        spans = [asked.span(k) for k in range(asked.blocks)]
+        assert [first for first, _ in spans[1:]] == [last for _, last in spans[:-1]]
+        assert (spans[0][0], spans[-1][1]) == (0, poses)
+        each = poses // sets
+        assert all(first // each == (last - 1) // each == asked.set_of(k) for k, (first, last) in enumerate(spans))
+        assert max(last - first for first, last in spans) <= block
+
+
+def killed(arm, folder, kills, seed):
+    """Kill a run so often and go on with it; gives the folder that is done at last."""
+    ran = subprocess.run([sys.executable, HERE / "killed.py", arm, folder, str(kills), str(seed)], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.startswith(f"{kills} killed")
+    return [folder, *folder.parent.glob(f"{folder.name}.done*")]
+
+
+def compared(arm, tmp_path, kills):
+    """Hold what was killed and gone on with against a run that was left alone."""
+    whole = Store.begin(tmp_path / "whole", order(arm, **COUNTS))
+    carry_out(whole, 2)
+    for found in killed(arm, tmp_path / "killed", kills, seed=5):
+        assert tree(found) == tree(whole.folder)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def test_a_killed_run_goes_on_to_the_same_bytes(arm, tmp_path):
+    """Killed three times at random moments and resumed on 1, 2 and 7 workers, a run leaves the same files as one that was left alone."""
+    compared(arm, tmp_path, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def test_a_run_killed_twenty_times_goes_on_to_the_same_bytes(arm, tmp_path):
+    """The same for twenty kills."""
+    compared(arm, tmp_path, 20)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def test_memory_does_not_grow_with_the_poses(tmp_path):
+    """Ten times as many poses take at most a tenth more memory at the peak, summing up included."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM, encoding="utf-8")
+    ran = subprocess.run([sys.executable, HERE / "peak.py", path, tmp_path / "p", "2048", "20480"], capture_output=True, text=True, check=True)
+    few, many = map(float, ran.stdout.split())
+    assert many < 1.1 * few

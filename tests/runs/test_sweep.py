@@ -1,0 +1,288 @@
+"""A grid of designs, from the table in a file to the report."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.figures.runs import short_keys
+from lostmotion.formats.designs import read_design, read_sweep
+from lostmotion.formats.sweep import Axis, changes, designs
+from lostmotion.plots.runs import sweep_plots
+from lostmotion.units import read_quantity
+from tests.runs.conftest import ARM, COUNTS, SWEEP, tree
+from tests.runs.conftest import lostmotion as ran
+
+SMALL = {"poses": 64, "robots": 20, "visits": 3, "block": 8}
+
+
+def asked(tmp_path, table, arm=ARM):
+    """Read a table [sweep] that stands in a file of its own, for a small arm."""
+    path, by = tmp_path / "tiny.toml", tmp_path / "by.toml"
+    path.write_text(arm, encoding="utf-8")
+    by.write_text(table, encoding="utf-8")
+    return read_sweep(path, None, by)[1]
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """Carry out a sweep over two keys."""
+    folder = tmp_path_factory.mktemp("swept")
+    path = folder / "tiny.toml"
+    path.write_text(ARM + SWEEP, encoding="utf-8")
+    return lostmotion.sweep(path, **SMALL, out=folder / "run", workers=2)
+
+
+def test_designs_are_all_combinations(tmp_path):
+    """Lists and ranges, keys as one text, with dots or as tables: every combination is a design, the last key changing fastest."""
+    axes = asked(
+        tmp_path,
+        """
+[sweep]
+"gearboxes.small.backlash" = ["0.5 arcmin", "1 arcmin ± 0.3 arcmin"]
+payload.mass = { from = "1 kg", to = "3 kg", steps = 3 }
+[sweep.joints.A.gearbox]
+ratio = { from = 10, to = 1000, steps = 3, spacing = "log" }
+""",
+    )
+    assert [axis.key for axis in axes] == ["gearboxes.small.backlash", "payload.mass", "joints.A.gearbox.ratio"]
+    assert axes[1].values == ("1 kg", "2 kg", "3 kg")
+    assert axes[2].values == (10, 100, 1000)
+    assert axes[1].amounts == ((1.0, 2.0, 3.0), "kg")
+    assert axes[0].amounts is None
+    assert designs(axes) == 18
+    assert changes(axes, 0)["joints.A.gearbox.ratio"] == 10
+    assert changes(axes, 4) == {"gearboxes.small.backlash": "0.5 arcmin", "payload.mass": "2 kg", "joints.A.gearbox.ratio": 100}
+    assert short_keys(axes) == ["backlash", "mass", "ratio"]
+    assert short_keys((Axis(key="a.x.mass", values=(1,)), Axis(key="b.y.mass", values=(1,)))) == ["x mass", "y mass"]
+
+
+def test_a_design_is_the_file_with_other_values(tmp_path):
+    """A design reads as the arm whose file says so itself; a joint's own key leaves the joints that share the part alone."""
+    path, other = tmp_path / "tiny.toml", tmp_path / "other.toml"
+    path.write_text(ARM, encoding="utf-8")
+    other.write_text(ARM.replace("2 kg", "3 kg").replace("1 arcmin ± 0.3 arcmin", "2 arcmin"), encoding="utf-8")
+    stated = {"payload.mass": "3 kg", "gearboxes.small.backlash": "2 arcmin"}
+    assert read_design(path, None, stated).model_dump_json() == lostmotion.read(other).model_dump_json()
+    mine = read_design(path, None, {"joints.A.gearbox.backlash": "2 arcmin", "joints.B.limits.0": "-10 deg"})
+    arcmin = math.pi / 10800
+    assert [round(joint.gearbox.backlash.nominal / arcmin, 9) for joint in mine.joints] == [2, 1]
+    assert mine.joints[1].limits == pytest.approx((math.radians(-10), math.radians(60)))
+
+
+def test_a_urdf_is_swept_by_the_keys_of_its_sidecar(tmp_path):
+    """Of a URDF the sidecar's keys can be swept, and the run holds both files."""
+    from pathlib import Path
+
+    examples = Path(__file__).parents[2] / "examples"
+    by = tmp_path / "by.toml"
+    by.write_text('[sweep]\n"payload.mass" = ["1 kg", "2 kg"]\n', encoding="utf-8")
+    found = lostmotion.sweep(examples / "ur5e.urdf", by, **{**SMALL, "robots": 4}, out=tmp_path / "run", workers=1)
+    assert set(found.store.order.files) == {"ur5e.urdf", "ur5e.toml"}
+    assert found.outcomes[1].mean.value > found.outcomes[0].mean.value
+
+
+def test_every_mistake_is_told_at_once(tmp_path):
+    """Keys that lead nowhere, unknown keys, other units and wrong ranges come in one message, with what was probably meant."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(
+            tmp_path,
+            """
+elsewhere = 1
+[sweep]
+"joints.AA.gearbox.backlash" = ["1 arcmin"]
+"gearboxes.smal.ratio" = [3]
+"gearboxes.small.backlsh" = ["1 arcmin", "2 arcmin"]
+"gearboxes.small.stiffness" = ["1 N m", "2 N m/arcmin"]
+"payload.mass" = { from = "1 kg", to = "2 g", steps = 1, step = 3 }
+"tool.mass" = "1 kg"
+"joints.B.limits" = [["10 deg", "-10 deg"]]
+""",
+        )
+    keys = {problem.key: problem for problem in caught.value.problems}
+    assert set(keys) == {
+        "elsewhere",
+        'sweep."joints.AA.gearbox.backlash"',
+        'sweep."gearboxes.smal.ratio"',
+        'sweep."gearboxes.small.backlsh"',
+        'sweep."gearboxes.small.stiffness"[0]',
+        'sweep."payload.mass".step',
+        'sweep."payload.mass".steps',
+        'sweep."payload.mass"',
+        'sweep."tool.mass"',
+        'sweep."joints.B.limits"[0]',
+    }
+    assert keys['sweep."gearboxes.small.backlsh"'].nearest == "backlash"
+    assert keys['sweep."gearboxes.smal.ratio"'].nearest == "small"
+    assert all(problem.file.endswith("by.toml") for problem in keys.values())
+    assert not (tmp_path / "tiny-sweep").exists()
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "sweep = 3",
+        "[sweep]",
+        "[other]",
+        '[sweep]\n"" = [1]',
+        '[sweep]\n"payload..mass" = ["1 kg"]',
+        '[sweep]\n"payload.mass" = []',
+        '[sweep]\n"payload.mass" = [2020-01-01]',
+        '[sweep]\n"payload.mass" = { from = "-1 kg", to = "1 kg", steps = 3, spacing = "log" }',
+        '[sweep]\n"payload.mass" = { from = "1 kg", to = "2 kg", steps = 1001 }',
+        '[sweep]\n"payload.mass" = ["1 kg"]\npayload.mass = ["2 kg"]',
+        '[sweep]\n"name.x" = ["1 kg"]',
+        "[sweep]\n" + "\n".join(f'"gearboxes.small.k{k}" = {{ from = 1, to = 2, steps = 1000 }}' for k in range(5)),
+        "[sweep]\n" + "\n".join(f'"k{k}" = [1]' for k in range(50)),
+        '[sweep]\n"' + "a." * 150 + 'b" = [1]',
+    ],
+)
+def test_tables_that_cannot_be_are_refused(tmp_path, table):
+    """Whatever stands under [sweep], what cannot be swept is a mistake with a key and an example, never a traceback."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(tmp_path, table)
+    assert all(problem.expected for problem in caught.value.problems)
+
+
+def test_combinations_that_do_not_fit_are_told(tmp_path):
+    """Values that each pass by themselves and not together are refused before anything runs, with the combination."""
+    with pytest.raises(lostmotion.InputError, match=r"joints.B.limits.0 = '20 deg', joints.B.limits.1 = '15 deg'"):
+        asked(tmp_path, '[sweep]\n"joints.B.limits.0" = ["-1 deg", "20 deg"]\n"joints.B.limits.1" = ["15 deg", "30 deg"]')
+
+
+def test_a_study_leaves_the_sweep_aside_with_a_word(arm):
+    """An arm file with [sweep] is studied as it stands, and the study says so."""
+    assert any("`lostmotion sweep`" in note for note in lostmotion.read(arm).notes)
+    assert not any("sweep" in note for note in read_design(arm, None, {}).notes)
+
+
+def test_outcomes_are_those_of_the_study_of_each_design(swept):
+    """Each design's figures are those that the ordinary study finds for its arm."""
+    for outcome in (swept.outcomes[0], swept.outcomes[3]):
+        study = lostmotion.study(swept.store.order.read(outcome.design), 64, 20, 3, seed=1)
+        table = study.sampled
+        assert outcome.mean.value == pytest.approx(table.robot_means[:, :, 0].mean(), rel=1e-12)
+        rows = {row.label: row for section in study.sheet.sections if section.key in {"error", "iso9283"} for row in section.rows}
+        of_study = {name: rows[name].figures[0] for name in ("mean", "95 % below", "AP, 95 % of robots below", "RP, 95 % of robots below")}
+        found = (outcome.mean, outcome.quantiles[0.95], outcome.ap[1], outcome.rp[1])
+        for figure, estimate in zip(of_study.values(), found, strict=True):
+            factor = {"µm": 1e6, "mm": 1e3}[figure.unit]
+            assert estimate.value * factor == pytest.approx(figure.value, rel=1e-9)
+            assert estimate.low * factor == pytest.approx(figure.low, rel=1e-6)
+
+
+def test_more_play_is_less_repeatable(swept):
+    """Twice the play doubles RP at either payload, and the drawn comparison with the first design is surer than the two intervals."""
+    rp = swept.arrays()["rp_mean"].sel(end="value")
+    assert rp.dims == ("gearboxes.small.backlash", "payload.mass")
+    ratio = (rp[1] / rp[0]).to_numpy()
+    assert ((ratio > 1.8) & (ratio < 2.4)).all()
+    both, first = swept.outcomes[2], swept.outcomes[0]
+    apart = both.lower.high - both.lower.low
+    assert both.lower.high < 0
+    assert apart < math.hypot(both.quantiles[0.95].high - both.quantiles[0.95].low, first.quantiles[0.95].high - first.quantiles[0.95].low)
+
+
+def test_arrays_have_one_axis_for_each_key(swept):
+    """Amounts become numbers in the unit they are stated in, anything else stays text."""
+    found = swept.arrays()
+    assert dict(found.sizes) == {"gearboxes.small.backlash": 2, "payload.mass": 2, "end": 3}
+    assert found["payload.mass"].to_numpy().tolist() == [1.0, 3.0]
+    assert found["payload.mass"].attrs["units"] == "kg"
+    assert found["gearboxes.small.backlash"].to_numpy().tolist() == ["0.5 arcmin", "1 arcmin ± 0.3 arcmin"]
+    assert found["q95"].sel(end="value").to_numpy()[1, 0] == swept.outcomes[2].quantiles[0.95].value
+    assert np.isnan(found["q95_lower"].to_numpy()[0, 0]).all()
+
+
+def test_the_report_says_what_was_found(swept):
+    """The page and result.json hold every design, and the plots belong to sections of the page."""
+    folder = swept.report()
+    said = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert [each["stated"]["payload.mass"] for each in said["designs"]] == ["1 kg", "3 kg", "1 kg", "3 kg"]
+    assert said["designs"][3]["q95_m"][0] == swept.outcomes[3].quantiles[0.95].value
+    assert said["axes"][0]["values"] == ["0.5 arcmin", "1 arcmin ± 0.3 arcmin"]
+    sheet = swept.sheet
+    assert {plot.section for plot in sweep_plots(swept.store.order, swept.outcomes)} <= {section.key for section in sheet.sections}
+    best = min(swept.outcomes, key=lambda each: each.quantiles[0.95].value)
+    assert best.stated["gearboxes.small.backlash"] in sheet.verdict
+    assert "Of 4 designs" in (folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("table", "shape"),
+    [
+        ("", ()),
+        ('[sweep]\n"payload.mass" = ["3 kg", "1 kg"]', (2,)),
+        ('[sweep]\n"payload.mass" = { from = "1 kg", to = "4 kg", steps = 3, spacing = "log" }', (3,)),
+        ('[sweep]\n"gearboxes.small.backlash" = ["1 arcmin", "1 arcmin ± 10 %"]', (2,)),
+        (
+            '[sweep]\n"payload.mass" = ["1 kg", "2 kg"]\n"gearboxes.small.ratio" = [40, 50]\n"joints.A.gearbox.backlash" = ["1 arcmin", "2 arcmin"]',
+            (2, 2, 2),
+        ),
+    ],
+    ids=["none", "one key", "a range", "words", "three keys"],
+)
+def test_any_number_of_keys_is_shown(tmp_path, table, shape):
+    """No key, one, or three: there is a sheet, a plot for it, and arrays of that shape; visits without a second give no AP and RP."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM + table, encoding="utf-8")
+    found = lostmotion.sweep(path, poses=8, robots=4, visits=1, out=tmp_path / "run", workers=1)
+    assert len(found.outcomes) == math.prod(shape)
+    assert found.arrays()["rms"].shape == shape
+    plots = sweep_plots(found.store.order, found.outcomes)
+    assert plots[0].section == "designs"
+    assert found.outcomes[0].rp is None
+    json.dumps(found.result(), allow_nan=False)
+    found.report()
+
+
+def test_ranges_are_stated_in_units_that_read_back(tmp_path):
+    """What a range lays out reads as evenly spaced amounts."""
+    (axis,) = asked(tmp_path, '[sweep]\n"gearboxes.small.backlash" = { from = "0.1 arcmin", to = "0.7 arcmin", steps = 7 }')
+    values = [read_quantity(value, "rad").nominal for value in axis.values]
+    np.testing.assert_allclose(np.diff(values), math.radians(0.1 / 60), rtol=1e-9)
+
+
+def test_the_command_goes_on_where_it_was_stopped(arm, tmp_path):
+    """Ctrl-C leaves a run that the same command goes on with; it says so, and the report is that of a run left alone."""
+    words = ["sweep", arm.name, *COUNTS[:-1], "1", "--poses", "128", "--workers", "2"]
+    child = subprocess.Popen([sys.executable, "-m", "lostmotion", *words, "--out", "stopped"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list((tmp_path / "stopped" / "ledger").glob("*.json")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=60)
+    assert child.returncode == 130
+    assert "what is done is kept in 'stopped'; the same command goes on" in said
+    assert "Traceback" not in said
+    done = len(list((tmp_path / "stopped" / "ledger").glob("*.json")))
+    assert 0 < done < 4 * 128
+    found = lostmotion.sweep(arm, poses=128, robots=20, visits=3, block=1, out=tmp_path / "stopped", workers=1)
+    assert len(tree(tmp_path / "stopped" / "ledger")) == 4 * 128
+    assert len(found.outcomes) == 4
+
+
+def test_mistakes_end_in_one_message(tmp_path):
+    """A wrong file, count or address is refused with a word, with exit code 2 on the command line, and nothing is written."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM, encoding="utf-8")
+    for file, options, said in (
+        ("none.toml", {}, "no such file"),
+        ("tiny.toml", {"dask": "local:none"}, "local:N"),
+        ("tiny.toml", {"seed": -1}, "seed"),
+    ):
+        with pytest.raises(lostmotion.InputError, match=said):
+            lostmotion.sweep(tmp_path / file, out=tmp_path / "run", **options)
+    found = ran("sweep", "tiny.toml", "--block", "99999", "--out", "run", cwd=tmp_path)
+    assert found.returncode == 2
+    assert "from 1 to 8000 poses with 1000 robots" in found.stderr
+    assert "Traceback" not in found.stderr
+    assert not (tmp_path / "run").exists()
