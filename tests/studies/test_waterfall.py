@@ -9,12 +9,18 @@ from lostmotion import sample_poses
 from lostmotion.studies import montecarlo
 from lostmotion.studies.analytic import of_screws
 from lostmotion.studies.intervals import pooled_mean, quantile
+from lostmotion.studies.paired import scaled, thinned
 from lostmotion.studies.screws import screws
-from lostmotion.studies.waterfall import STAGES, constant_screws, left, thinned, waterfall
+from lostmotion.studies.waterfall import STAGES, constant_screws, left, waterfall
 
 from .conftest import JOINT, arm_of
 
 POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
+
+
+def dropped(matrix, stage, geometry):
+    """Give the pose matrix of a stage."""
+    return scaled(matrix, left(matrix.infos, stage, geometry))
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +63,7 @@ def test_no_remedy_changes_repeatability(arm, monkeypatch):
     geometry = constant_screws(arm, poses.q)
     before = montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2]
     for stage in STAGES:
-        monkeypatch.setattr(montecarlo, "screws", lambda *words, stage=stage, **options: left(screws(*words, **options), stage, geometry))
+        monkeypatch.setattr(montecarlo, "screws", lambda *words, stage=stage, **options: dropped(screws(*words, **options), stage, geometry))
         np.testing.assert_allclose(montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2], before, rtol=1e-9)
 
 
@@ -93,7 +99,7 @@ def test_both_agrees_with_the_route_without_sampling(arm):
     matrix = screws(arm, poses.q)
     geometry = constant_screws(arm, poses.q)
     for stage in STAGES:
-        kept = left(matrix, stage, geometry)
+        kept = dropped(matrix, stage, geometry)
         plan = montecarlo.Plan.of(arm, poses, 2000, 2, 5, 0.0)
         sample = montecarlo.sample_block(plan, kept, 0)
         exact = of_screws(kept)

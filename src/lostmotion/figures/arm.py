@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length
-from lostmotion.figures.budget import budget_section, levels_section
+from lostmotion.figures.budget import asked_sections, budget_section, causes_section, levels_section, parts_by_level
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies import kernel
@@ -59,7 +59,7 @@ def sheet(answer: Answer) -> Sheet:
             "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
             "robots": sampled.robots,
             "visits": sampled.visits,
-            "intervals": "95 %, counting robots and sets of poses; at a single pose and for halving, counting robots",
+            "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",
         },
     )
 
@@ -73,6 +73,9 @@ def sections(answer: Answer) -> list[Section]:
         levels_section(answer),
         waterfall_section(answer.waterfall, _repeats(answer)),
         budget_section(answer),
+        causes_section(answer),
+        parts_by_level(answer),
+        *asked_sections(answer.budgets),
         *_bending(answer),
         _torques(answer),
         _check(answer),

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.figures import Figure, Row, Section, digits, length
 from lostmotion.studies.budget import costs
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.studies.answer import Answer
+    from lostmotion.studies.budget import Budget, Cost
+    from lostmotion.studies.intervals import Estimate
+
+_LEVELS: Final = ("load and pose", "each robot", "each visit")
+_NOTHING: Final = 1e-9  # of the whole: what rounding leaves
+_CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
 def levels_section(answer: Answer) -> Section:
@@ -47,21 +55,74 @@ def budget_section(answer: Answer) -> Section:
     rows = []
     for cost in costs(answer.sampled.tally):
         gain = halving.gains[cost.part]
-        scale = 1e6
         rows.append(
             Row(
                 cost.part.removeprefix("joints."),
                 (
                     Figure(cost.alone * 1e6, "µm", samples=exact),
                     Figure(100 * cost.share, "%", samples=exact),
-                    Figure(gain.value * scale, "µm", gain.low * scale, gain.high * scale, counted),
+                    _gain(gain, counted),
                 ),
-                "cancels part of the others" if cost.share < -5e-4 else "",  # noqa: PLR2004 - shows as -0.1 % or more
+                "cancels part of the others" if cost.share < _CANCELS else "",
             ),
         )
     read_on = f"{digits(halving.before * 1e3)} mm on the {halving.samples} samples used for it"
     note = (
         "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: by how much the 95 % error falls when "
-        f"this part errs half as much, its interval counting robots; read on {read_on}"
+        f"this part errs half as much, its interval counting robots and sets of poses; read on {read_on}"
     )
     return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
+
+
+def causes_section(answer: Answer) -> Section:
+    """Which kind of error is to blame, at whichever joint, and what would halving it everywhere buy?"""
+    halving = answer.halving
+    exact, counted = f"exact sum over terms, {answer.budget.poses} poses", f"{halving.samples} paired samples"
+    rows = [
+        Row(
+            cost.part,
+            (*_shares(cost, exact), _gain(halving.causes[cost.part], counted)),
+            "cancels part of the others" if cost.share < _CANCELS else "",
+        )
+        for cost in answer.budget.causes
+    ]
+    columns = ("share", *_LEVELS, "halving it takes off the 95 %")
+    note = (
+        "the same mean square, put together by kind of error instead of part; what of it follows from load and pose, from each robot, from each visit"
+    )
+    return Section("causes", "Which kind of error is to blame", columns, tuple(rows), note)
+
+
+def parts_by_level(answer: Answer) -> Section:
+    """What of each part's share follows from load and pose, from each robot, from each visit?"""
+    return _crossed("budget_levels", "Parts by where their error comes from", answer.budget.parts, answer.budget)
+
+
+def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
+    """Which parts and which kinds of error are to blame at the poses and in the zones that were asked about?"""
+    out = []
+    for k, found in enumerate(budgets, start=1):
+        out.append(_crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found))
+        out.append(_crossed(f"causes_at_{k}", f"Which kind of error is to blame: {found.where}", found.causes, found))
+    return out
+
+
+def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:
+    exact = f"exact sum over terms, {of.poses} pose{'s' if of.poses > 1 else ''}"
+    rows = [
+        Row(cost.part.removeprefix("joints."), (Figure(cost.alone * 1e6, "µm", samples=exact), *_shares(cost, exact)))
+        for cost in found
+        if cost.alone > _NOTHING * of.rms
+    ]
+    whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
+    shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
+    rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))
+    return Section(key, title, ("r.m.s. alone", "share", *_LEVELS), tuple(rows), "shares of the mean square; what makes no error here is left out")
+
+
+def _shares(cost: Cost, exact: str) -> tuple[Figure, ...]:
+    return tuple(Figure(100 * share, "%", samples=exact) for share in (cost.share, *cost.levels))
+
+
+def _gain(gain: Estimate, counted: str) -> Figure:
+    return Figure(gain.value * 1e6, "µm", gain.low * 1e6, gain.high * 1e6, counted)

@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.figures import length
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
 from lostmotion.plots.bending import bending
-from lostmotion.plots.budget import budget, levels
+from lostmotion.plots.budget import budget, by_level, levels
 from lostmotion.plots.waterfall import waterfall
 from lostmotion.studies import kernel
 from lostmotion.studies.histogram import binned, linear_bins
@@ -49,13 +49,24 @@ def plots(answer: Answer) -> list[Plot]:
             "Waterfall of the 95 % error: as built, less what calibration, load compensation and mapping take off.",
         ),
         ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the dearest on top."),
+        (
+            "causes",
+            "causes",
+            lambda answer: by_level(answer.budget.causes, "Share of mean square by kind of error"),
+            "Stacked bars of each kind of error's share of the mean square, by level of chance.",
+        ),
         ("bending", "bending", bending, "Stacked bars of each link's largest deflection by whose weight it is."),
         ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
     ]
     missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
-    missing |= set() if answer.sampled.tally.owners else {"levels", "waterfall", "budget"}
+    missing |= set() if answer.sampled.tally.owners else {"levels", "waterfall", "budget", "causes"}
     missing |= set() if answer.bending else {"bending"}
-    return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing]
+    places = [
+        Plot(f"budget-at-{k}", f"budget_at_{k}", by_level(found.parts, "Share of mean square by part"), f"Stacked bars by part: {found.where}.")
+        for k, found in enumerate(answer.budgets, start=1)
+        if found.parts
+    ]
+    return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing] + places
 
 
 def workspace_xoz(answer: Answer) -> go.Figure:

@@ -12,11 +12,15 @@ from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, framed, labe
 from lostmotion.studies.budget import costs
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import plotly.graph_objects as go
 
     from lostmotion.studies.answer import Answer
+    from lostmotion.studies.budget import Cost
 
 _PARTS_SHOWN: Final = 15
+_LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
 def levels(answer: Answer) -> go.Figure:
@@ -95,6 +99,39 @@ def budget(answer: Answer) -> go.Figure:
         figure.add_annotation(
             x=0, y=1, xref="x", yref="paper", yanchor="bottom", xanchor="right", xshift=-4, text="cancels others", showarrow=False, font={"size": 12}
         )
+    return figure
+
+
+def by_level(found: Sequence[Cost], title: str) -> go.Figure:
+    """Which is to blame, and where does its error come from? Shares of the mean square in %, stacked by level; below zero what cancels others."""
+    import plotly.graph_objects as go
+
+    shown = [cost for cost in found if abs(cost.share) >= _LEAST_SHOWN][:_PARTS_SHOWN]
+    rest = [cost for cost in found if cost not in shown]
+    names = [label(cost.part.removeprefix("joints.")) for cost in shown]
+    shares = np.array([cost.levels for cost in shown]).reshape(-1, 3)
+    if rest:
+        names.append(f"{len(rest)} other{'s' if len(rest) > 1 else ''}")
+        shares = np.vstack([shares, np.sum([cost.levels for cost in rest], axis=0)])
+    figure = framed(title, height=140 + 25 * len(names))
+    for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
+        bar = go.Bar(
+            x=100 * shares[:, k],
+            y=list(range(len(names))),
+            orientation="h",
+            width=0.7,
+            name=name,
+            marker={"color": colour},
+            hovertemplate=f"{name}: %{{x:.3~g}} % of the mean square<extra></extra>",
+        )
+        figure.add_trace(bar)
+    for row, levels_of in enumerate(shares):
+        end = 100 * float(levels_of[levels_of > 0].sum())
+        figure.add_annotation(x=end, y=row, text=_percent(100 * float(levels_of.sum())), showarrow=False, xanchor="left", xshift=5, font={"size": 12})
+    low, high = min(0.0, 100 * float(shares.min(initial=0.0))), 100 * float(np.maximum(shares, 0).sum(axis=1).max(initial=0.0))
+    figure.update_xaxes(title_text="share of mean square [%]", range=[1.05 * low, 1.16 * (high or 1.0)], zeroline=True, zerolinecolor="#888888")
+    figure.update_yaxes(**named(names))
+    figure.update_layout(barmode="relative", legend=LEGEND, margin_t=80)
     return figure
 
 

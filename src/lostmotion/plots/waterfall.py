@@ -76,5 +76,5 @@ def waterfall(found: Waterfall) -> go.Figure:
         top = max(left[k], left[max(k - 1, 0)] if k < len(left) - 1 else 0.0, ends[k].high * factor)
         figure.add_annotation(x=names[k], y=top, text=text, showarrow=False, yanchor="bottom", yshift=3, font={"size": 12})
     figure.update_yaxes(title_text=f"position error that 95 % stay below [{unit}]", range=[0, 1.18 * max(*left, 1e-12)])
-    figure.update_xaxes(showgrid=False, tickangle=0)
+    figure.update_xaxes(tickvals=names, ticktext=names, showgrid=False, tickangle=0)
     return figure

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.arm import tool_points
+from lostmotion.studies.budget import Budget, budget
 from lostmotion.studies.causes import LinkBending, bending
 from lostmotion.studies.halving import Halving, halving
 from lostmotion.studies.montecarlo import Sampled, run
@@ -30,6 +31,7 @@ class Answer:
 
     tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
+    budget: who is to blame over all poses, by kind of error too; budgets: the same at poses and in zones that were asked about.
     """
 
     arm: Arm
@@ -44,9 +46,11 @@ class Answer:
     workspace: Workspace
     halving: Halving
     waterfall: Waterfall
+    budget: Budget
     analytic: Analytic | None = None
     pooled: Pooled | None = None
     stopping: Stopping | None = None
+    budgets: tuple[Budget, ...] = ()
 
 
 def answer(  # noqa: PLR0913 - a study is these numbers
@@ -73,7 +77,8 @@ def answer(  # noqa: PLR0913 - a study is these numbers
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
     gains = halving(arm, poses, robots, visits, seed, approach=approach, progress=progress)
     remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, progress=progress)
+    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach)
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
-    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, bent, space, gains, remedies)
+    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, bent, space, gains, remedies, blame)

@@ -13,28 +13,27 @@ Each remedy is ideal, so what is left is the least that a real one can leave.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies import kernel
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, quantile_drop
-from lostmotion.studies.montecarlo import Plan, sample_block
+from lostmotion.studies.paired import Paired, Sample, thinned
 from lostmotion.studies.poses import Poses, sample_poses
-from lostmotion.studies.screws import Screws, screws
+from lostmotion.studies.screws import screws
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
+    from lostmotion.studies.screws import TermInfo
 
 STAGES: Final = ("as built", "calibrated", "load compensated", "both", "both, and each robot mapped")
 LEVEL: Final = 0.95
 _POSES: Final = 512
 _ROBOTS: Final = 512
-_VISITS: Final = 4
 # Whether a screw is constant is asked over the joints' whole ranges, however few poses the study has.
 _ASKED: Final = 128
 _ROUNDING: Final = 1e-9
@@ -61,14 +60,6 @@ class Waterfall:
     visits: int
 
 
-@dataclass(frozen=True)
-class _Sample:
-    means: Floats
-    groups: np.ndarray
-    sets: np.ndarray
-    largest: float
-
-
 def waterfall(
     arm: Arm,
     poses: Poses,
@@ -85,42 +76,29 @@ def waterfall(
     Arguments as `montecarlo.run`.
     """
     chosen = thinned(poses, _POSES)
-    plan = Plan.of(arm, chosen, min(robots, _ROBOTS), min(visits, _VISITS), seed, approach)
-    each = len(chosen) // chosen.replicates
-    matrices = [screws(arm, chosen.q[first : first + each], approach=approach) for first in range(0, len(chosen), each)]
+    paired = Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, approach)
     geometry = constant_screws(arm, chosen.q, approach=approach)
     stages: list[Stage] = []
-    before: _Sample | None = None
+    before: Sample | None = None
     for done, name in enumerate(STAGES):
         if progress is not None:
             progress("calibrating and compensating", done, len(STAGES))
-        sample = _sample(plan, [left(matrix, name, geometry) for matrix in matrices])
-        drop = Estimate(0.0, 0.0, 0.0) if before is None else quantile_drop((before.groups, before.sets), (sample.groups, sample.sets), LEVEL)
+        sample = paired.run(left(paired.matrices[0].infos, name, geometry))
+        off = Estimate(0.0, 0.0, 0.0) if before is None else quantile_drop((before.groups, before.sets), (sample.groups, sample.sets), LEVEL)
         before = before or sample
-        stages.append(
-            Stage(
-                name,
-                pooled_mean(sample.means),
-                pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest),
-                drop,
-            )
-        )
-    return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), plan.robots, plan.visits)
+        stages.append(Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), off))
+    return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), paired.plan.robots, paired.plan.visits)
 
 
-def left(matrix: Screws, stage: str, geometry: frozenset[str]) -> Screws:
-    """What is left of these screws at a stage out of `STAGES`? `geometry` names the terms that an ideal calibration finds."""
+def left(infos: Sequence[TermInfo], stage: str, geometry: frozenset[str]) -> Floats:
+    """Which of these terms are left at a stage out of `STAGES`? One or nothing (term,); `geometry` names those that an ideal calibration finds."""
     calibrated = stage in {"calibrated", "both"}
     compensated = stage in {"load compensated", "both", "both, and each robot mapped"}
     mapped = stage == "both, and each robot mapped"
-    kept = np.array(
-        [
-            not ((calibrated and info.name in geometry) or (compensated and info.level == "design") or (mapped and info.level == "robot"))
-            for info in matrix.infos
-        ],
-        dtype=float,
-    )
-    return replace(matrix, local=matrix.local * kept, tool=matrix.tool * kept)
+    gone = [
+        (calibrated and info.name in geometry) or (compensated and info.level == "design") or (mapped and info.level == "robot") for info in infos
+    ]
+    return 1.0 - np.array(gone, dtype=float)
 
 
 def constant_screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> frozenset[str]:
@@ -132,25 +110,3 @@ def constant_screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> frozenset[
     return frozenset(
         info.name for info, differs, most in zip(matrix.infos, change, size, strict=True) if info.level == "robot" and differs <= _ROUNDING * most
     )
-
-
-def thinned(poses: Poses, most: int) -> Poses:
-    """Which of these poses stand for all, at most `most` and evenly? The first ones of each independent set, or equal steps where there is one."""
-    if poses.replicates > 1:
-        each = len(poses) // poses.replicates
-        kept = min(each, max(most // poses.replicates, 1))
-        return Poses(poses.q.reshape(poses.replicates, each, -1)[:, :kept].reshape(poses.replicates * kept, -1), poses.law, poses.replicates)
-    return Poses(poses.q[np.unique(np.linspace(0, len(poses) - 1, min(most, len(poses))).astype(int))], poses.law)
-
-
-def _sample(plan: Plan, matrices: list[Screws]) -> _Sample:
-    means, groups, sets, largest = [], np.zeros((plan.groups, kernel.BINS), np.int64), [], 0.0
-    first = 0
-    for matrix in matrices:
-        block = sample_block(plan, matrix, first)
-        first += len(matrix.tool)
-        means.append(block.robot_sums / len(matrix.tool))
-        groups += block.group_hist
-        sets.append(block.group_hist.sum(axis=0))
-        largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
-    return _Sample(np.array(means), groups, np.array(sets), largest)

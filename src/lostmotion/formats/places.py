@@ -1,0 +1,97 @@
+"""A pose or a zone in a line of text: "A=30deg B=-10deg" or a pose's number, "x 0.2..0.5 m, y -100..100 mm"."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import InputError, Problem, shown
+from lostmotion.formats.bounds import listed, nearest
+from lostmotion.parts.joint import PrismaticJoint
+from lostmotion.units import UnitError, read_quantity
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+
+_LONGEST: Final = 2000
+_NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_VALUE: Final = re.compile(rf"\s*(?P<name>[^=,]{{1,100}}?)\s*=\s*(?P<value>{_NUMBER}\s*[^\s,=]*)\s*(?:,|(?=\s)|$)")
+_ENDS: Final = re.compile(rf"\s*(?P<axis>[a-zA-Z])\s+(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER})\s*(?P<unit>\S+)\s*")
+_ZONE: Final = "x 0.2..0.5 m, y -100..100 mm"
+_ROUNDING: Final = 1e-9
+
+
+def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
+    """Which pose is meant: a pose's number, or the value of every moving joint, q (joint,) in rad and m?
+
+    Raises InputError with every mistake: joints that are unknown, missing or named twice, values without a unit of their kind or outside the limits.
+    """
+    if re.fullmatch(r"\s*\d{1,9}\s*", text):
+        return int(text)
+    joints = {joint.name: joint for joint in arm.moving}
+    example = " ".join(f"{name}={'10mm' if isinstance(joint, PrismaticJoint) else '30deg'}" for name, joint in joints.items())
+    mistakes: list[Problem] = []
+    found: dict[str, float] = {}
+    at = 0
+    while at < len(text) <= _LONGEST and text[at:].strip():
+        match = _VALUE.match(text, at)
+        if match is None:
+            mistakes.append(Problem("", option, shown(text[at:].strip()), "joint=value with its unit, for every joint, or a pose's number", example))
+            break
+        at = match.end()
+        name = match["name"]
+        if name not in joints or name in found:
+            what = f"joint '{name}' once more" if name in found else shown(name)
+            mistakes.append(Problem("", option, what, f"each joint once, of {listed(joints)}", example, nearest(name, joints)))
+            continue
+        si = "m" if isinstance(joints[name], PrismaticJoint) else "rad"
+        try:
+            found[name] = read_quantity(match["value"], si).nominal
+        except UnitError as error:
+            found[name] = joints[name].limits[0]
+            mistakes.append(Problem("", option, f"{name}={shown(match['value'])[1:-1]} ({error})", "a value with its unit", example))
+            continue
+        low, high = joints[name].limits
+        slack = _ROUNDING * (high - low)
+        if not low - slack <= found[name] <= high + slack:
+            unit, factor = ("mm", 1e3) if si == "m" else ("deg", 180 / np.pi)
+            ends = f"{low * factor:.6g} {unit} to {high * factor:.6g} {unit}"
+            mistakes.append(Problem("", option, f"{name}={match['value']}", f"a value within its limits, {ends}", f"{name}={low * factor:.6g}{unit}"))
+    if len(text) > _LONGEST:
+        mistakes.append(Problem("", option, f"{len(text)} characters", f"at most {_LONGEST}", example))
+    missing = [name for name in joints if name not in found]
+    if missing and not mistakes:
+        mistakes.append(Problem("", option, f"no value for {listed(missing)}", "the value of every moving joint", example))
+    if mistakes:
+        raise InputError(mistakes)
+    return np.array([found[name] for name in joints])
+
+
+def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float]]:
+    """Between which ends (m) along which of the base's axes does this zone lie?
+
+    Raises InputError with every mistake: an axis that is none of x, y, z or comes twice, ends in the wrong order, no unit of length.
+    """
+    expected = "ends along x, y and z in the base's axes, lower one first, with their unit"
+    out: dict[str, tuple[float, float]] = {}
+    mistakes: list[Problem] = []
+    for part in text[:_LONGEST].split(","):
+        match = _ENDS.fullmatch(part)
+        axis = match["axis"].lower() if match else ""
+        if match is None or axis not in {"x", "y", "z"} or axis in out:
+            mistakes.append(Problem("", option, shown(part.strip()), expected, f'{option} "{_ZONE}"'))
+            continue
+        try:
+            low, high = (read_quantity(f"{match[end]} {match['unit']}", "m").nominal for end in ("low", "high"))
+        except UnitError as error:
+            mistakes.append(Problem("", option, f"{shown(part.strip())} ({error})", expected, f'{option} "{_ZONE}"'))
+            continue
+        if low > high:
+            mistakes.append(Problem("", option, shown(part.strip()), expected, f'{option} "{_ZONE}"'))
+        out[axis] = (low, high)
+    if mistakes:
+        raise InputError(mistakes)
+    return out
