@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
+from lostmotion.studies.budget import budget, costs, tally
+from lostmotion.studies.places import in_zone, one_pose
 from lostmotion.studies.montecarlo import Device, check_device, run
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 from lostmotion.studies.stopping import MOST_ROBOTS, Tolerance, run_until
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     import xarray
@@ -26,8 +28,10 @@ if TYPE_CHECKING:
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic import Analytic, Pooled
+    from lostmotion.studies.budget import By, Cost
     from lostmotion.studies.montecarlo import Sampled
 
+Zone: TypeAlias = "Mapping[str, tuple[float, float]] | np.ndarray"
 Approach = Literal["random", "up", "down"]
 Method = Literal["montecarlo", "analytic", "both"]
 _METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
@@ -187,6 +191,36 @@ class Study(Answer, Shown):
         from lostmotion.figures.arm import sheet
 
         return sheet(self)
+
+    def costs(self, by: By = "part", *, pose: int | Floats | None = None, zone: Zone | None = None) -> list[Cost]:
+        """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.
+
+        pose  its number in the study, or joint values (joint,) in rad and m
+        zone  ends along the base's axes in m, {"x": (0.2, 0.5)}, or which poses are in it (pose,)
+
+        Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
+        """
+        q, _ = self._where(pose, zone)
+        return costs(tally(self.arm, q, by, approach=self.approach))
+
+    def blaming(self, *, pose: int | Floats | None = None, zone: Zone | None = None) -> Study:
+        """Give the same study that also says who is to blame at a pose or in a zone; arguments and errors as `costs`."""
+        q, where = self._where(pose, zone)
+        found = budget(self.arm, q, where, approach=self.approach)
+        return replace(self, budgets=(*self.budgets, found))
+
+    def _where(self, pose: int | Floats | None, zone: Zone | None) -> tuple[Floats, str]:
+        if pose is not None and zone is not None:
+            raise refuse_argument("pose, zone", "both", "one of them, or none for all poses", "pose = 0")
+        if pose is not None:
+            q, name = one_pose(self.poses.q, pose)
+            from lostmotion.figures.arm import joint_values
+
+            return q, f"{name}, {joint_values(self, q[0])}"
+        if zone is not None:
+            mask, name = in_zone(self.tool, zone)
+            return self.poses.q[mask], f"{name}, {int(mask.sum())} of {len(mask)} poses"
+        return self.poses.q, f"over {len(self.poses)} poses"
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
