@@ -11,7 +11,7 @@ from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from lostmotion.arm import Arm
@@ -35,6 +35,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
     repeatability: str | float | None = None,
     share: float = 0.95,
     poses: int | Floats | Poses = DEFAULT_TARGET_POSES,
+    zone: Mapping[str, tuple[float, float]] | None = None,
     robots: int = DEFAULT_TARGET_ROBOTS,
     visits: int = 30,
     seed: int = 1,
@@ -48,19 +49,37 @@ def target(  # noqa: PLR0913 - a target is these numbers
     repeatability  instead: a share of the robots repeats (RP, averaged over the poses) within it
     share          0.95: of positions, or of robots
     poses          how many, chosen by a Sobol sequence, or an array q (pose, joint) in rad and m
+    zone           only poses with the tool in it: ends along the base's axes in m, {"x": (0.2, 0.5)}
     robots, visits of the Monte Carlo that verifies every answer and counts the robots
 
     Raises InputError with every mistake in what is asked.
     """
-    from lostmotion.studies.targets import targets
+    from lostmotion.studies.targets import poses_in_zone, targets
 
     kind, value = _asked(error, repeatability)
     if approach not in _SIGNS:
         raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
     workers = threads or os.cpu_count() or 1
-    chosen = _chosen(arm, poses, seed)
+    name = ""
+    if zone is None:
+        chosen = _chosen(arm, poses, seed)
+    elif isinstance(poses, Integral):
+        chosen, name = poses_in_zone(arm, len(_chosen(arm, poses, seed)), zone, seed)
+    else:
+        raise refuse_argument("zone", "with poses that are given", "a zone, or poses", 'zone = {"x": (0.2, 0.5)}')
     found = targets(
-        arm, chosen, kind, value, share=share, robots=robots, visits=visits, seed=seed, approach=_SIGNS[approach], threads=workers, progress=progress
+        arm,
+        chosen,
+        kind,
+        value,
+        share=share,
+        robots=robots,
+        visits=visits,
+        seed=seed,
+        approach=_SIGNS[approach],
+        threads=workers,
+        zone=name,
+        progress=progress,
     )
     return Target(found)
 

@@ -30,6 +30,7 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     share: Annotated[float, typer.Option(help="Share of positions, or of robots, 0.5 to 0.999.")] = 0.95,
     poses: Annotated[int, typer.Option(min=1, help="How many poses to visit; rounded up to 8 x a power of two.")] = 1024,
     poses_file: Annotated[Path | None, typer.Option(help="CSV of poses to visit instead: one column per joint, header like 'A [deg]'.")] = None,
+    zone: Annotated[str | None, typer.Option(help="Only poses with the tool in this zone, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'.")] = None,
     robots: Annotated[int, typer.Option(min=1, help="How many robots are built to verify, and to count the yield.")] = 1000,
     visits: Annotated[int, typer.Option(min=1, help="How often each returns to each pose; ISO 9283 asks for 30.")] = 30,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bits.")] = 1,
@@ -42,6 +43,7 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     """Say how large play, clearance, tolerances and all else may be for a target, part by part and all together, and how many robots keep it."""
     from lostmotion.ask.read import read
     from lostmotion.ask.targets import target as ask
+    from lostmotion.formats.places import read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 
@@ -61,6 +63,7 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
             repeatability=repeatability,
             share=share,
             poses=chosen,
+            zone=None if zone is None else read_zone(zone),
             robots=robots,
             visits=visits,
             seed=seed,

@@ -48,7 +48,8 @@ _WORDS: Final = (
 
 def targets_sheet(found: Targets) -> Sheet:
     """What is there to say about a target?"""
-    counted = f"{found.robots} robots x {found.visits} visits x {len(found.poses)} poses, seed {found.seed}"
+    where = f" in {found.zone}" if found.zone else ""
+    counted = f"{found.robots} robots x {found.visits} visits x {len(found.poses)} poses{where}, seed {found.seed}"
     sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_any(found), *_together(found), _yield(found)]
     return Sheet(
         name=found.arm.name,
@@ -73,7 +74,8 @@ def kept(found: Targets) -> bool:
 def what(found: Targets) -> str:
     """Name what is held against the target."""
     share = f"{100 * found.share:g} %"
-    return f"error, {share} of positions" if found.kind == "error" else f"RP, {share} of robots"
+    where = f" in {found.zone}" if found.zone else ""
+    return f"error, {share} of positions{where}" if found.kind == "error" else f"RP, {share} of robots{where}"
 
 
 def in_unit(size: Size, factor: float) -> Figure:
@@ -104,6 +106,11 @@ def sized(item: Item, factor: Estimate) -> Figure:
 def now_sized(item: Item) -> Figure:
     """Give an item's size as it is."""
     return Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0)
+
+
+def times(factor: float) -> str:
+    """Say a factor to three digits, large ones whole."""
+    return f"{factor:.3g} x" if factor < 1000 else f"{factor:.0f} x"  # noqa: PLR2004 - no powers of ten among words
 
 
 def ordered(allowed: Iterable[Allowed]) -> list[Allowed]:
@@ -150,23 +157,17 @@ def _kinds(found: Targets) -> list[Section]:
 def _sized_section(found: Targets, key: str, title: str, allowed: Sequence[Allowed], note: str) -> list[Section]:
     rows = []
     for each in ordered(allowed):
-        factor, item = each.factor, each.item
         then = Figure(_NAN, "mm") if each.verified is None else _of(each.verified, _verified(found))
-        figures = (
-            now_sized(item),
-            sized(item, factor),
-            Figure(factor.value, "1", factor.low, factor.high, _solved(found)),
-            then,
-        )
-        rows.append(Row(item.name, figures, _note(each)))
-    return [Section(key, title, ("now", "allowed", "factor", "verified"), tuple(rows), note)] if rows else []
+        allows = sized(each.item, each.factor)
+        figures = (Figure(allows.value, allows.unit, allows.low, allows.high, _solved(found)), then)
+        rows.append(Row(each.item.name, figures, _note(each)))
+    return [Section(key, title, ("allowed", "verified"), tuple(rows), note)] if rows else []
 
 
 def _note(each: Allowed) -> str:
-    said = []
-    if each.item.size is None:
-        said.append("of its stiffness now" if "stiffness" in each.item.cause else "of its errors now")
-    elif each.item.size.zones > 1:
+    of = "" if each.item.size is not None else " of its stiffness" if "stiffness" in each.item.cause else " of its errors"
+    said = [f"now {now_sized(each.item)}{of}; {times(each.factor.value)} the error"]
+    if each.item.size is not None and each.item.size.zones > 1:
         said.append(f"first of {each.item.size.zones} zones, all alike")
     if len(each.ranges) > 1 or each.ranges[0][0] > 0:
         spans = " and ".join(f"{low:.3g} to {'any' if math.isinf(high) else f'{high:.3g}'}" for low, high in each.ranges)
@@ -223,14 +224,15 @@ def _together(found: Targets) -> list[Section]:
     for k, item in enumerate(found.items):
         if np.isfinite(factor.factors[k]):
             figures = (
-                Figure(100 * shares[item.name], "%", samples=_exact(found)),
                 now_sized(item),
                 sized(item, _exactly(float(factor.factors[k]))),
                 Figure(_NAN, "1") if effect is None else sized(item, _exactly(float(effect.factors[k]))),
             )
-            of = "" if item.size is not None else "of its stiffness now" if "stiffness" in item.cause else "of its errors now"
-            rows.append(Row(item.name, figures, of))
-    return [Section("together", "All items together", ("share now", "now", "equal factor", "equal effect"), tuple(rows), _joint_note(factor, effect))]
+            said = f"{Figure(100 * shares[item.name], '%')} of {'the mean square' if found.kind == 'error' else 'what differs between visits'} now"
+            if item.size is None:
+                said += f"; sizes of its {'stiffness' if 'stiffness' in item.cause else 'errors'} now"
+            rows.append(Row(item.name, figures, said))
+    return [Section("together", "All items together", ("now", "equal factor", "equal effect"), tuple(rows), _joint_note(factor, effect))]
 
 
 def _exactly(factor: float) -> Estimate:
@@ -308,11 +310,11 @@ def _cards(found: Targets) -> list[Card]:
     ]
     if found.equal_factor is not None:
         factor = float(np.nanmax(found.equal_factor.factors))
-        out.append(Card("all errors alike may be", f"{factor:.3g} x", "of what they are"))
+        out.append(Card("all errors alike may be", times(factor), "of what they are"))
     single = ordered(found.single)
     if single:
         one = single[0] if kept(found) else single[-1]
-        out.append(Card("tightest item" if kept(found) else "easiest item alone", f"{now_sized(one.item)} → {_plain(one)}", one.item.name))
+        out.append(Card("tightest item" if kept(found) else "easiest item alone", str(_plain(one)), f"{one.item.name}, now {now_sized(one.item)}"))
     for each, title in zip(found.yields, ("robots that keep it", "at every pose"), strict=True):
         figure = yield_figure(each)
         out.append(Card(title, str(figure), f"interval {figure.interval}"))
@@ -365,7 +367,7 @@ def _facts(found: Targets) -> dict[str, Any]:
         "arm": found.arm.name,
         "target": {"of": found.kind, "value_m": found.target, "share": found.share, "kept": kept(found)},
         "seed": found.seed,
-        "poses": {"count": len(found.poses), "law": found.poses.law},
+        "poses": {"count": len(found.poses), "law": found.poses.law, "zone": found.zone},
         "robots": found.robots,
         "visits": found.visits,
         "items": [told(each) for each in found.single],

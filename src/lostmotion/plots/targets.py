@@ -79,6 +79,8 @@ def dumbbells(allowed: Sequence[Allowed], title: str) -> go.Figure:
 
 def together(found: Targets) -> go.Figure:
     """Which sizes have equal effect, and which a single factor on all?"""
+    import plotly.graph_objects as go
+
     factor, effect = found.equal_factor, found.equal_effect
     if factor is None:
         raise ValueError("nothing moves the tool")
@@ -97,16 +99,8 @@ def together(found: Targets) -> go.Figure:
         height=150 + 24 * len(rows),
     )
     alike = float(np.nanmax(factor.factors))
-    figure.add_shape(type="line", x0=alike, x1=alike, y0=0, y1=1, yref="y domain", line={"color": ORANGE, "width": 1.5, "dash": "dot"})
-    figure.add_annotation(
-        x=math.log10(alike),
-        y=1,
-        yref="y domain",
-        yanchor="bottom",
-        text=f"equal factor {alike:.3g}",
-        showarrow=False,
-        font={"color": INK, "size": 12},
-    )
+    line = {"color": ORANGE, "width": 1.5, "dash": "dot"}
+    figure.add_trace(go.Scatter(x=[alike] * 2, y=[-0.5, len(rows) - 0.5], mode="lines", name=f"equal factor {alike:.3g}", line=line))
     names = [label(found.items[k].name.removeprefix("joints.")) for k in shown]
     return _dressed(figure, names, [*values, alike])
 
@@ -174,7 +168,11 @@ def _dots(x: Sequence[float], y: Sequence[int], name: str, colour: Any, said: Se
 def _dressed(figure: go.Figure, names: Sequence[str], values: Sequence[float]) -> go.Figure:
     low, high = math.log10(min(1.0, *values)), math.log10(max(1.0, *values))
     margin = 0.06 * (high - low) + 0.02
-    figure.update_xaxes(title_text=_FACTOR, type="log", range=[low - margin, high + margin], dtick="D2" if high - low < 1.2 else 1)  # noqa: PLR2004 - decades
+    low, high = low - margin, high + margin
+    marks = (1.0,) if high - low > 3 else (1.0, 2.0, 5.0) if high - low > 0.9 else (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)  # noqa: PLR2004 - decades
+    ticks = [mark * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for mark in marks]
+    shown = [tick for tick in ticks if low <= math.log10(tick) <= high]
+    figure.update_xaxes(title_text=_FACTOR, type="log", range=[low, high], tickvals=shown, ticktext=[f"{tick:.6g}" for tick in shown])
     figure.update_yaxes(**named(names))
     figure.update_layout(legend=LEGEND, margin_t=80)
     return figure

@@ -13,27 +13,31 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.errors import refuse_argument
+from lostmotion.arm import tool_points
+from lostmotion.errors import InputError, refuse_argument
 from lostmotion.studies.allocation import NOTHING, Joint, equal_effect, mean_square_form, moving, parts_of
 from lostmotion.studies.gauges import BySamples, ByVisits, Gauge, around, by_montecarlo, root, scaled
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.items import Item, alike, items
 from lostmotion.studies.montecarlo import Plan
+from lostmotion.studies.places import in_zone
+from lostmotion.studies.poses import Poses, sample_poses
 from lostmotion.studies.production import MOST_ROBOTS, Judged, Yield, check_share, in_blocks, robot_figures, yield_of
 from lostmotion.studies.screws import screws
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.gauges import Missed
-    from lostmotion.studies.poses import Poses
     from lostmotion.studies.screws import Screws
 
 Kind = Literal["error", "repeatability"]
 Verdict = Literal["sized", "any", "none"]
 MOST_POSES: Final = 16_384
+# So many poses are looked at to find those in a zone.
+_MOST_TRIED: Final = 1 << 19
 # The screws of so many poses x terms are kept, of 100 bytes each.
 _MOST_CELLS: Final = 8_000_000
 # The interval of a pooled distance counts robots: more visits tell little more.
@@ -79,6 +83,7 @@ class Targets:
 
     arm: Arm
     poses: Poses
+    zone: str
     seed: int
     approach: float
     kind: Kind
@@ -112,12 +117,14 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     seed: int = 1,
     approach: float = 0.0,
     threads: int = 1,
+    zone: str = "",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Targets:
     """How large may each item be, so that a share of all positions errs by no more than the target (m), or a share of the robots repeats within it?
 
     kind     "error": positions of all robots, poses and visits; "repeatability": robots, by their RP averaged over the poses
     robots, visits, seed, approach, threads, progress  of the Monte Carlo that verifies, as `montecarlo.run`
+    zone     how the poses' part of the workspace is called; empty for all of it
 
     First order in the errors; loads and masses stay as they are. Raises InputError for numbers out of range.
     """
@@ -134,7 +141,30 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     matrix = screws(arm, poses.q, approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         raise refuse_argument("poses", len(poses), f"at most {_MOST_CELLS // len(matrix.infos)} with the {len(matrix.infos)} terms of this arm")
-    return _Search(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).found()
+    return _Search(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).found(zone)
+
+
+def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]], seed: int = 1) -> tuple[Poses, str]:
+    """Which `count` poses bring the tool into a zone, ends along the base's axes in m, and how is it called? Those in it of Sobol sequences.
+
+    Fewer where the zone is small. In eight independent sets, unless it is so small that one has none in it. Raises InputError where no pose does.
+    """
+    for tried in (8 * count, 64 * count, _MOST_TRIED):
+        sampled = sample_poses(arm, min(tried, _MOST_TRIED), seed=seed)
+        try:
+            inside, name = in_zone(tool_points(arm, sampled.q), zone)
+        except InputError:
+            if tried == _MOST_TRIED:
+                raise
+            continue
+        sets = inside.reshape(sampled.replicates, -1)
+        each = min(int(sets.sum(axis=1).min()), -(-count // len(sets)))
+        if each * len(sets) >= count:
+            break
+    if not each:
+        return Poses(sampled.q[inside][:count], "given"), name
+    chosen = np.concatenate([np.flatnonzero(of_set)[:each] + k * sets.shape[1] for k, of_set in enumerate(sets)])
+    return Poses(sampled.q[chosen], "sobol", len(sets)), name
 
 
 def check_target(target: float, share: float) -> None:
@@ -158,7 +188,7 @@ class _Search:
         self.gauge: Gauge = BySamples(matrix, sets, share, target, plan.seed) if of_error else ByVisits(matrix, sets, share, target, plan)
         self.checked = plan if kind == "repeatability" else Plan.of(plan.arm, plan.poses, plan.robots, _visits(plan), plan.seed, plan.approach)
 
-    def found(self) -> Targets:
+    def found(self, zone: str) -> Targets:
         """Give the whole answer."""
         plan, ones = self.plan, np.ones(len(self.matrix.infos))
         now_by_gauge = self.gauge.value(ones)
@@ -170,6 +200,7 @@ class _Search:
         return Targets(
             arm=plan.arm,
             poses=plan.poses,
+            zone=zone,
             seed=plan.seed,
             approach=plan.approach,
             kind=self.kind,

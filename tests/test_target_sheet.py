@@ -1,0 +1,183 @@
+"""Targets from the command to the folder: what is asked, said, drawn, written and refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.arm import tool_points
+from lostmotion.figures import find_row
+from lostmotion.figures.targets import in_unit, sized
+from lostmotion.plots.targets import targets_plots
+from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.items import Item, Size
+from lostmotion.studies.targets import poses_in_zone
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
+QUICK = {"poses": 16, "robots": 60, "visits": 4}
+WORDS = ("--poses", "16", "--robots", "60", "--visits", "4")
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "target", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module", params=["missed", "kept", "repeatability"])
+def asked(request):
+    """Ask for a target that is missed, one that is kept, and one for repeatability."""
+    wanted = {"missed": {"error": "2 mm"}, "kept": {"error": "6 mm"}, "repeatability": {"repeatability": "3 mm"}}
+    return lostmotion.target(lostmotion.read(ARM), **wanted[request.param], **QUICK)
+
+
+def test_every_item_is_told_once(asked):
+    """Each item stands in one table, by its allowed size, or as out of reach, or as free; plots belong to sections; the result is plain data."""
+    sheet, found = asked.sheet, asked.found
+    keys = [section.key for section in sheet.sections]
+    for each in found.single:
+        if each.verdict == "sized":
+            row = find_row(sheet.sections, "single", each.item.name)
+            assert row.figures[0].value == pytest.approx(sized(each.item, each.factor).value)
+            assert row.figures[1].value > 0
+        elif each.verdict == "none":
+            assert "none" in keys
+            assert each.without.value > found.target
+        else:
+            assert "any" in keys
+    assert {plot.section for plot in targets_plots(found)} <= set(keys)
+    said = asked.result()
+    json.dumps(said, allow_nan=False)
+    assert len(said["items"]) == len(found.items)
+    assert ("kept" in sheet.verdict) == said["target"]["kept"] == (found.now.value <= found.target)
+    for name in ("equal_factor", "equal_effect"):
+        assert sum(each["mean_square_m2"] for each in said[name].values()) == pytest.approx(np.nansum(getattr(found, name).parts), rel=1e-9)
+
+
+def test_yield_is_told_with_its_interval(asked):
+    """The share of robots on the sheet is that of `production_yield`, for the same arm and counts."""
+    first = asked.found.yields[0]
+    other = lostmotion.production_yield(lostmotion.read(ARM), asked.found.target, judged=first.judged, **QUICK)
+    assert (other.within, other.interval) == (first.within, first.interval)
+    rows = next(section for section in asked.sheet.sections if section.key == "yield").rows
+    assert rows[0].figures[0].value == pytest.approx(100 * first.share)
+    assert f"{first.within} of 60 robots" in rows[0].note
+
+
+def test_a_study_can_be_asked_for_its_yield():
+    """Of a study the robots are its own; text and metres mean the same."""
+    study = lostmotion.study(lostmotion.read(ARM), 16, 60, 4, seed=3)
+    found = lostmotion.production_yield(study, "2.5 mm", judged="repeatability")
+    np.testing.assert_allclose(found.figures, np.sort(study.sampled.robot_means[:, :, 2].mean(axis=0)), rtol=1e-9)
+    assert found.within == lostmotion.production_yield(study, 2.5e-3, judged="repeatability").within
+    assert "robots keep 2.5 mm (repeatability)" in repr(found)
+
+
+def test_sizes_are_told_in_their_own_units():
+    """Angles in arcmin, stiffness in N m/arcmin or N/µm, lengths as they suit; a stiffness's interval is turned over."""
+    assert str(in_unit(Size(math.pi / 10800, "rad"), 2.0)) == "2.000 arcmin"
+    assert str(in_unit(Size(49 * 10800 / math.pi, "N m/rad", divides=True), 2.0)) == "24.50 N m/arcmin"
+    assert str(in_unit(Size(200e6, "N/m", divides=True), 0.5)) == "400.0 N/µm"
+    factor = Estimate(2.0, 1.6, 2.5)
+    clearance = sized(Item("joints.A.bearing", "clearance", (0,), Size(60e-6, "m")), factor)
+    assert (clearance.value, clearance.low, clearance.high) == pytest.approx((0.12, 0.096, 0.15))
+    stiffness = sized(Item("joints.A.gearbox", "stiffness", (0,), Size(49 * 10800 / math.pi, "N m/rad", divides=True)), factor)
+    assert (stiffness.low, stiffness.high) == pytest.approx((49 / 2.5, 49 / 1.6))
+    link = sized(Item("joints.A.link", "stiffness", (0,)), factor)
+    assert (link.value, link.low, link.high) == pytest.approx((50, 40, 62.5))
+    assert (clearance.unit, link.unit) == ("mm", "%")
+
+
+def test_poses_in_a_zone_are_in_it():
+    """The tool is in the zone at every pose, in eight sets of one size; a zone that is out of reach is refused."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    zone = {"x": (0.3, 0.7), "z": (0.5, 1.0)}
+    poses, name = poses_in_zone(arm, 64, zone)
+    points = tool_points(arm, poses.q)
+    assert len(poses) == 64
+    assert poses.replicates == 8
+    assert (points[:, 0].min(), points[:, 2].max()) >= (0.3, 0.0)
+    assert ((points[:, 0] >= 0.3) & (points[:, 0] <= 0.7) & (points[:, 2] >= 0.5) & (points[:, 2] <= 1.0)).all()
+    assert "x 300 … 700 mm" in name
+    with pytest.raises(lostmotion.InputError, match="none of the"):
+        poses_in_zone(arm, 8, {"x": (50.0, 51.0)})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Run the command once."""
+    where = tmp_path_factory.mktemp("target")
+    done = ran(ARM, "--error", "2 mm", *WORDS, cwd=where)
+    assert done.returncode == 0, done.stderr
+    assert "One item at a time" in done.stdout
+    assert "robots built keep it" in done.stdout
+    return where / "z-arm-lumped-target"
+
+
+def test_the_command_writes_a_folder_and_leaves_it_alone(folder):
+    """It writes report.html and result.json, and refuses to write them again."""
+    assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
+    again = ran(ARM, "--error", "2 mm", *WORDS, cwd=folder.parent)
+    assert again.returncode == 2
+    assert "exists" in again.stderr
+
+
+@pytest.mark.slow
+def test_the_same_input_gives_the_same_bytes(folder):
+    """On one thread or more."""
+    done = ran(ARM, "--error", "2 mm", *WORDS, "--threads", 1, "--out", "again", cwd=folder.parent)
+    assert done.returncode == 0, done.stderr
+    for name in ("report.html", "result.json"):
+        assert (folder.parent / "again" / name).read_bytes() == (folder / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "keys"),
+    [
+        ({}, ["target"]),
+        ({"error": "0.5"}, ["error"]),
+        ({"error": "-0.5 mm"}, ["error"]),
+        ({"error": "0 mm"}, ["error"]),
+        ({"error": "0.5 mm ± 0.1 mm"}, ["error"]),
+        ({"error": "3 arcmin"}, ["error"]),
+        ({"error": "1e400 mm"}, ["error"]),
+        ({"error": math.nan}, ["error"]),
+        ({"repeatability": "500 m"}, ["repeatability"]),
+        ({"error": "0.5 mm", "repeatability": "0.1 mm"}, ["target"]),
+        ({"error": "0.5", "repeatability": "0.1 kg"}, ["target", "error", "repeatability"]),
+        ({"error": "0.5 mm", "share": 2.0}, ["share"]),
+        ({"error": "0.5 mm", "robots": 5}, ["robots"]),
+        ({"error": "0.5 mm", "visits": 1}, ["visits"]),
+        ({"error": "0.5 mm", "threads": -1}, ["threads"]),
+        ({"error": "0.5 mm", "approach": "left"}, ["approach"]),
+        ({"error": "0.5 mm", "seed": -1}, ["seed"]),
+        ({"error": "0.5 mm", "poses": 100_000}, ["poses"]),
+        ({"error": "0.5 mm", "zone": {"x": (0.5, 0.2)}}, ["zone"]),
+        ({"error": "0.5 mm", "zone": {"x": (0.2, 0.5)}, "poses": np.zeros((3, 4))}, ["zone"]),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(wanted, keys):
+    """One clear message with every mistake, under its key, with an example where there is one."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        lostmotion.target(lostmotion.read(ARM), **wanted)
+    assert [problem.key for problem in caught.value.problems] == keys
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["--error", "0.5", "--repeatability", "0.1 mm"], "both error and repeatability"), (["--error", "1 mm", "--zone", "w 0..1 m"], "--zone")],
+)
+def test_the_command_refuses_with_code_2_and_writes_nothing(tmp_path, words, said):
+    """A mistake is a message on standard error, and no folder."""
+    done = ran(ARM, *words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
