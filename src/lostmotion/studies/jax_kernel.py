@@ -84,7 +84,9 @@ def run_block(
     step = min(max(_AT_ONCE // (tiles * LANES * visits), 1), poses)
     with jax.enable_x64(True):
         work = _compiled()
-        steady = [jax.numpy.asarray(x) for x in (robot_draws, visit_tables, visit_keys, product_tables, product_keys, product_factors, tables)]
+        products = len(product_columns)  # their tables and keys are filled up to a multiple of four
+        constant = (robot_draws, visit_tables, visit_keys, product_tables[:products], product_keys[:products], product_factors, tables)
+        steady = [jax.numpy.asarray(x) for x in constant]
         for start in range(0, poses, step):
             # The last step begins again at its first pose until it is full; what is there twice does not count.
             rows = np.minimum(np.arange(start, start + step), poses - 1)

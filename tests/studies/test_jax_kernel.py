@@ -1,0 +1,61 @@
+"""The kernel on JAX against the compiled ones; JAX itself runs on the processor here."""
+
+import importlib.util
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion import sample_poses, screws
+from lostmotion.errors import InputError, LostmotionError
+from lostmotion.studies import jax_kernel, kernel
+from lostmotion.studies.montecarlo import Plan, run, sample_block
+
+needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmarks]'")
+
+
+@needs_jax
+@pytest.mark.slow
+@pytest.mark.parametrize(("robots", "visits"), [(300, 1), (150, 7)])
+def test_jax_gives_the_compiled_kernels_figures(arm, monkeypatch, robots, visits):
+    """To 1e-12 of the largest error, with every count but those of samples on a bin's edge; also where the poses are taken in several steps."""
+    poses = sample_poses(arm, 40)
+    matrix = screws(arm, poses.q)
+    plan = Plan.of(arm, poses, robots, visits, 7, 0.0)
+    compiled = sample_block(plan, matrix, 3)
+    monkeypatch.setattr(jax_kernel, "_AT_ONCE", 12 * -(-robots // kernel.LANES) * kernel.LANES * visits)
+    found = sample_block(replace(plan, device="gpu"), matrix, 3)
+    largest = compiled.per_pose[:, kernel.LARGEST].max()
+    whose = [kernel.LARGEST_ROBOT, kernel.LARGEST_VISIT]
+    np.testing.assert_array_equal(found.per_pose[:, whose], compiled.per_pose[:, whose])
+    for name in ("per_pose", "ap_rp", "robot_sums"):
+        np.testing.assert_allclose(getattr(found, name), getattr(compiled, name), rtol=1e-12, atol=1e-12 * largest, err_msg=name)
+    assert found.group_hist.sum() == compiled.group_hist.sum() == len(poses) * robots * visits
+    assert np.abs(found.group_hist - compiled.group_hist).sum() <= 2
+
+
+def test_without_jax_one_sentence_names_what_to_install(arm, monkeypatch):
+    """A study on a GPU says which extra is missing before it begins."""
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+    with pytest.raises(LostmotionError, match=r"JAX, which is not installed\n  pip install 'lostmotion\[gpu\]'"):
+        lostmotion.study(arm, 8, 10, 2, device="gpu")
+
+
+@needs_jax
+def test_without_a_gpu_nothing_runs_elsewhere_unasked(arm):
+    """JAX on the processor is no GPU: asked for one, a study says so instead of crawling."""
+    import jax
+
+    if jax.default_backend() != "cpu":
+        pytest.skip("there is a GPU")
+    with pytest.raises(LostmotionError, match="finds no GPU"):
+        run(arm, sample_poses(arm, 8), 10, 2, 1, device="gpu")
+
+
+def test_an_unknown_device_is_refused(arm):
+    """Only a processor and a GPU are known, and a method without samples has nothing to do on the latter."""
+    with pytest.raises(InputError, match="device"):
+        run(arm, sample_poses(arm, 8), 10, 2, 1, device="abacus")
+    with pytest.raises(InputError, match="without sampling"):
+        lostmotion.study(arm, 8, 10, 2, method="analytic", device="gpu")
