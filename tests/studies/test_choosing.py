@@ -243,9 +243,9 @@ def test_sections_between_those_of_the_grid_are_found(arm, q):
     coarse = search.solve(target)
     fine = search.refine(target, coarse)
     assert search.look(fine).cost < search.look(coarse).cost
-    stock = tuple(Tube(outer=0.08 + 0.001 * k, wall=0.003) for k in range(60))
+    stock = tuple(Tube(outer=0.04 + 0.002 * k, wall=0.003) for k in range(61))
     listed = Search(arm, (link_slot(joint, stock, None, 0.0),), Worth(), q, Rules())
-    best = min(listed.look((k,)).cost for k in range(60) if listed.holds((k,), target))
+    best = min(listed.look((k,)).cost for k in range(61) if listed.holds((k,), target))
     assert search.look(fine).cost == pytest.approx(best, rel=0.02)
     both = link_slot(joint, TubeFamily(outer="40 mm .. 160 mm", wall="2 mm .. 6 mm"), None, 1e-4)
     assert 5 < len(both.candidates) <= 14

@@ -34,7 +34,7 @@ class Candidate:
     """One way to make one part: what it is called, what it is, what it weighs (kg) and costs (any one currency).
 
     part    a section, a gearbox, or a bearing with its clearance; None: as the arm states it
-    stated  how an arm file says it; values of the free sizes for a section out of a family
+    stated  how an arm file says it; values of the free sizes for a section out of a family; note what the reader should know of it
     """
 
     name: str
@@ -43,6 +43,7 @@ class Candidate:
     price: float = 0.0
     stated: Any = None
     values: tuple[float, ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ Every allocation looked at is the real arm at the real poses: its loads are walk
 costs all parts inboard what it does. Nothing is fitted. A gearbox whose rated torque is below what its joint holds is not admitted.
 
 The search climbs from the cheapest allocation (best fall of the mean square per cost), descends from the most accurate one (best saving per rise),
-and then exchanges one or two parts until no exchange is cheaper and within the target. Which pairs are tried is foreseen from what both exchanges do one
-by one; the arm itself decides. Where few allocations are cheaper than the one found, all of them are looked at, and it is the cheapest of all.
+and then exchanges one or two parts until no exchange is cheaper and within the target. Which pairs are tried is foreseen from what both exchanges do
+one by one; the arm itself decides. Where few allocations are cheaper than the one found, all are looked at, and it is the cheapest of all.
 """
 
 from __future__ import annotations
