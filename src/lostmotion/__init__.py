@@ -19,6 +19,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
     from lostmotion.ask.gear import Gear, gear
+    from lostmotion.ask.iso9283 import Iso9283, iso9283
     from lostmotion.ask.read import read
     from lostmotion.ask.runs import Sweep, replay, sweep
     from lostmotion.ask.size import Size, size
@@ -50,6 +51,8 @@ _HOME = {
     "sweep": "ask.runs",
     "Sweep": "ask.runs",
     "replay": "ask.runs",
+    "iso9283": "ask.iso9283",
+    "Iso9283": "ask.iso9283",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",
@@ -92,6 +95,8 @@ __all__ = [  # noqa: RUF022 - reading order
     "sweep",
     "Sweep",
     "replay",
+    "iso9283",
+    "Iso9283",
     "Arm",
     "Tool",
     "Payload",

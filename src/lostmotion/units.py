@@ -30,6 +30,8 @@ giga- = 1e9 = G-
 meter = [length] = m = metre
 gram = [mass] = g
 second = [time] = s
+minute = 60 * second = min
+hour = 3600 * second = h
 kelvin = [temperature] = K
 radian = [angle] = rad
 degree = 0.017453292519943295 * radian = deg = °
@@ -113,6 +115,7 @@ _SPOKEN: Final = {
     "m^4": "second moment of area (mm^4)",
     "rad": "angle (arcmin, arcsec, deg, mrad)",
     "kg": "mass (kg, g)",
+    "s": "time (s, min, h)",
     "N": "force (N, kN)",
     "N m": "torque (N m)",
     "N m/rad": "angular stiffness (N m/arcmin, N m/rad)",

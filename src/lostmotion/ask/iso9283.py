@@ -1,0 +1,170 @@
+"""The sheet of ISO 9283: of robots built to a design, of a measured one, or both side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.ask.shown import Shown
+from lostmotion.errors import refuse_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from lostmotion.arm import Arm
+    from lostmotion.figures import Sheet
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.iso9283.compared import Compared
+    from lostmotion.studies.iso9283.cube import Cube
+    from lostmotion.studies.iso9283.measured import Measured, Visits
+    from lostmotion.studies.iso9283.predicted import Predicted
+    from lostmotion.studies.iso9283.warm_up import Drift, WarmUp
+
+DEFAULT_ISO_ROBOTS = 1000
+_STATED = "with centre=(0.6, 0, 0.4), m"
+
+
+def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
+    arm: Arm | None = None,
+    measured: str | Path | None = None,
+    *,
+    cycles: int = 30,
+    robots: int = DEFAULT_ISO_ROBOTS,
+    seed: int = 1,
+    cube: float | None = None,
+    centre: Sequence[float] | None = None,
+    tool_rpy: Sequence[float] | None = None,
+    floor: float | None = 0.0,
+    path: tuple[str, str] = ("P2", "P4"),
+    warm_up: WarmUp | None = None,
+    mapping: Sequence[str] = (),
+    commands: str | Path | None = None,
+    instrument: float = 0.0,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Iso9283:
+    """What would ISO 9283 say of robots built to this design, what does it say of a measured one, and do the two agree? Never 'certified'.
+
+    arm         the design; left out: the measured robot alone
+    measured    CSV of measured visits (`formats.measured`), with `mapping` of its columns, `commands` in a second file, and the standard deviation
+                of one reading of the `instrument`, m
+    cycles      visits to each of the five poses
+    cube        side of the test cube, m, with its `centre`, m; left out: where P1 to P5 were commanded in the measured file, else the largest found
+    tool_rpy    how the tool is held in the cube, rad about the fixed x, y, z; left out: what allows the largest cube
+    floor       m: height below which the cube must not reach; None: no floor
+    path        the poses whose joining line is followed for AT and RT
+    warm_up     by how much the links warm, for the drift; left out: no drift
+
+    Raises InputError for what cannot be asked, with every mistake in the measured file.
+    """
+    if arm is None and measured is None:
+        raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
+    if (cube is None) != (centre is None):
+        raise refuse_argument("cube, centre", "one without the other", "both, or neither", f"cube=0.4 {_STATED}")
+    chosen = None
+    visits = None
+    if arm is not None:
+        if measured is not None and cube is None:
+            visits = _read(measured, mapping, commands, instrument, None)
+        chosen = _cube(arm, cube, centre, tool_rpy, floor, visits, progress)
+    if measured is not None:
+        visits = _read(measured, mapping, commands, instrument, chosen)
+    return _sheet_of(arm, chosen, visits, cycles, robots, seed, path, warm_up, progress)
+
+
+def _read(measured: str | Path, mapping: Sequence[str], commands: str | Path | None, instrument: float, cube: Cube | None) -> Visits:
+    from lostmotion.formats.measured import read_measured
+    from lostmotion.studies.iso9283.cube import NAMES
+
+    known = None if cube is None else dict(zip(NAMES, cube.poses, strict=True))
+    return read_measured(measured, mapping, commands, known, instrument)
+
+
+def _cube(
+    arm: Arm,
+    side: float | None,
+    centre: Sequence[float] | None,
+    tool_rpy: Sequence[float] | None,
+    floor: float | None,
+    visits: Visits | None,
+    progress: Callable[[str, int, int], None] | None,
+) -> Cube:
+    import numpy as np
+
+    from lostmotion.spatial import pose_of
+    from lostmotion.studies.iso9283.compared import commanded_cube
+    from lostmotion.studies.iso9283.cube import given_cube, largest_cube
+
+    held: Floats | None = None if tool_rpy is None else pose_of(rpy=tuple(tool_rpy))[:3, :3]
+    if side is not None and centre is not None:
+        return given_cube(arm, np.asarray(centre, dtype=float), side, held)
+    stated = None if visits is None else commanded_cube(visits)
+    if stated is not None:
+        turned = held if held is not None or len(arm.moving) < _HOLDS else stated[2]
+        return given_cube(arm, stated[0], stated[1], turned)
+    return largest_cube(arm, held, floor, progress=progress)
+
+
+# Joints with which an arm holds its tool in any orientation.
+_HOLDS = 6
+
+
+def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
+    arm: Arm | None,
+    cube: Cube | None,
+    visits: Visits | None,
+    cycles: int,
+    robots: int,
+    seed: int,
+    path: tuple[str, str],
+    warm_up: WarmUp | None,
+    progress: Callable[[str, int, int], None] | None,
+) -> Iso9283:
+    from lostmotion.studies.iso9283.compared import compare
+    from lostmotion.studies.iso9283.cube import NAMES
+    from lostmotion.studies.iso9283.measured import judge
+    from lostmotion.studies.iso9283.predicted import predict
+    from lostmotion.studies.iso9283.warm_up import drift
+
+    predicted = drifted = None
+    if arm is not None and cube is not None:
+        if len(path) != 2 or not set(path) <= set(NAMES):  # noqa: PLR2004 - from one to another
+            raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
+        ends = NAMES.index(path[0]), NAMES.index(path[1])
+        predicted = predict(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress)
+        if warm_up is not None:
+            drifted = drift(arm, cube.q[0], predicted.loads[0].barycentre[0], warm_up)
+    judged = None if visits is None else judge(visits)
+    both = compare(predicted, judged) if predicted is not None and judged is not None else []
+    return Iso9283(predicted, drifted, judged, tuple(both))
+
+
+@dataclass(frozen=True)
+class Iso9283(Shown):
+    """An ISO 9283 sheet: `summary()`, `report("out/")`, `result()`; `predicted`, `drift`, `measured`, `compared` hold every number."""
+
+    predicted: Predicted | None
+    drift: Drift | None
+    measured: Measured | None
+    compared: tuple[Compared, ...]
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.iso9283 import iso_sheet
+
+        notes: tuple[str, ...] = ()
+        if self.predicted is not None and self.measured is not None and not self.compared:
+            notes = (
+                "not compared: the measured poses are not P1 to P5 of the cube; name and command them so, or state the cube they were measured in",
+            )
+        return iso_sheet(self.predicted, self.drift, self.measured, list(self.compared), notes)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report.iso9283 import write_iso
+
+        return write_iso(self.sheet, self.predicted, self.drift, self.measured, list(self.compared), out, force=force)

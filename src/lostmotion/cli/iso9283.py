@@ -1,0 +1,101 @@
+"""`lostmotion iso9283`: the sheet of ISO 9283, predicted, measured, or side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lostmotion.cli.app import STOPPED, amount, app, stopped
+
+
+@app.command()
+def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
+    file: Annotated[Path | None, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML. Left out: the measured robot alone.")] = None,
+    measured: Annotated[Path | None, typer.Option(help="CSV of measured visits: pose, cycle, x [mm], y [mm], z [mm], xc [mm], ...")] = None,
+    mapping: Annotated[
+        list[str] | None, typer.Option("--map", help="What a column of that CSV is, 'xc = x_t [mm], dx = -x_dif [mm]'. May be repeated.")
+    ] = None,
+    commands: Annotated[Path | None, typer.Option(help="CSV of the commanded poses: pose, x [mm], y [mm], z [mm].")] = None,
+    instrument: Annotated[str | None, typer.Option(help="Standard deviation of one reading of a coordinate, '10 µm'.")] = None,
+    cycles: Annotated[int, typer.Option(min=2, help="Visits to each pose.")] = 30,
+    robots: Annotated[int, typer.Option(min=2, help="How many robots to build.")] = 1000,
+    cube: Annotated[str | None, typer.Option(help="Side of the test cube, '400 mm', with --centre. Default: the largest found.")] = None,
+    centre: Annotated[str | None, typer.Option(help="Its centre in the base frame, '600 mm, 0 mm, 400 mm'.")] = None,
+    tool_rpy: Annotated[
+        str | None, typer.Option(help="How the tool is held, '180 deg, 0 deg, 0 deg'. Default: what allows the largest cube.")
+    ] = None,
+    floor: Annotated[str, typer.Option(help="Height that the cube stays above, '0 mm'; 'none' for no floor.")] = "0 mm",
+    path: Annotated[str, typer.Option(help="The two poses whose joining line is followed.")] = "P2 P4",
+    warm_up: Annotated[str | None, typer.Option(help="By how much the links warm, '25 K', for the drift.")] = None,
+    warm_up_time: Annotated[str, typer.Option(help="Within which time 63 % of it.")] = "1 h",
+    expansion: Annotated[float, typer.Option(min=0, help="Growth of the links per kelvin.")] = 23e-6,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same robots.")] = 1,
+    sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html and result.json. Default: NAME-iso9283.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
+) -> None:
+    """Predict the ISO 9283 sheet of an arm before it is built, judge a measured one, and set the two side by side."""
+    from lostmotion.ask.iso9283 import iso9283 as ask
+    from lostmotion.ask.read import read
+    from lostmotion.report.folder import refuse_existing
+    from lostmotion.screen import ProgressBar
+    from lostmotion.studies.iso9283.warm_up import WarmUp
+
+    stem = (file or measured or Path("robot")).stem
+    folder = out or Path(f"{stem}-iso9283")
+    refuse_existing(folder, force=force)
+    rise = amount("--warm-up", warm_up, "K", "25 K")
+    constant = amount("--warm-up-time", warm_up_time, "s", "1 h") or 0.0
+    side = amount("--cube", cube, "m", "400 mm")
+    reading = amount("--instrument", instrument, "m", "10 µm") or 0.0
+    middle, held = _three("--centre", centre, "m", "600 mm, 0 mm, 400 mm"), _three("--tool-rpy", tool_rpy, "rad", "180 deg, 0 deg, 0 deg")
+    lowest = None if floor.strip().lower() == "none" else amount("--floor", floor, "m", "0 mm", above=-1e9)
+    arm = None if file is None else read(file, sidecar)
+    with ProgressBar() as bar:
+        answer = ask(
+            arm,
+            measured,
+            cycles=cycles,
+            robots=robots,
+            seed=seed,
+            cube=side,
+            centre=middle,
+            tool_rpy=held,
+            floor=lowest,
+            path=_ends(path),
+            warm_up=None if rise is None else WarmUp(rise, constant, expansion),
+            mapping=mapping or (),
+            commands=commands,
+            instrument=reading,
+            progress=bar,
+        )
+    if stopped:
+        raise typer.Exit(STOPPED)
+    written = answer.report(folder, force=force)
+    answer.summary()
+    typer.echo(f"\nReport: {written / 'report.html'}")
+
+
+def _three(option: str, text: str | None, si: str, example: str) -> tuple[float, float, float] | None:
+    """Read three amounts with commas between them, in SI; raises InputError for fewer or more, and as `amount`."""
+    from lostmotion.errors import InputError, Problem, shown
+
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 3:  # noqa: PLR2004 - along or about x, y, z
+        raise InputError([Problem("", option, shown(text), "three amounts with commas between them", f'{option} "{example}"')])
+    x, y, z = (amount(option, part.strip(), si, example.split(",", maxsplit=1)[0], above=-1e9) or 0.0 for part in parts)
+    return x, y, z
+
+
+def _ends(text: str) -> tuple[str, str]:
+    """Read two names of poses."""
+    from lostmotion.errors import InputError, Problem, shown
+
+    words = text.replace(",", " ").replace("-", " ").upper().split()
+    if len(words) != 2:  # noqa: PLR2004 - from one to another
+        raise InputError([Problem("", "--path", shown(text), "two of P1 to P5", '--path "P2 P4"')])
+    return words[0], words[1]

@@ -1,0 +1,306 @@
+"""The figures of an ISO 9283 sheet: test cube, accuracy and repeatability of poses, distances and a path, and drift, over robots built."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.studies.iso9283.compared import over_robots
+from lostmotion.studies.iso9283.cube import NAMES
+from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, PATH_CYCLES
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.iso9283.compared import Compared
+    from lostmotion.studies.iso9283.measured import Measured
+    from lostmotion.studies.iso9283.predicted import PoseSheet, Predicted
+    from lostmotion.studies.iso9283.warm_up import Drift
+
+_AXES: Final = ("x", "y", "z", "a", "b", "c")
+_MEAN, _MOST = "mean", "95 % below"
+_WORDS: Final = (
+    (
+        "predicted, never certified",
+        "what the definitions of ISO 9283:1998 give for robots built to this design; a certificate needs the robot and the standard's text.",
+    ),
+    ("AP_p", "pose accuracy: how far the barycentre, the average of a robot's visits, lies from the commanded point (7.2.1)."),
+    (
+        "best-fit frames",
+        "what is left of AP_p once the base frame (and the tool's, where told) is set as well as can be: six numbers to five poses.",
+    ),
+    ("RP_l", "pose repeatability: mean distance of the visits from their barycentre plus three standard deviations of it (7.2.2)."),
+    (
+        "thirty visits",
+        "RP_l of 30 visits is a sample: of a round normal scatter, 3.537 sigma on the average, 3.616 with many visits, 0.329 up or down by chance.",
+    ),
+    ("from either side", "RP_l if joints arrived from either side at random: play that the standard's cycle keeps on one side then shows in full."),
+    ("mean, 95 % below", "over the robots built: their average, and what 95 % of them stay below."),
+    ("worst", "the worst of the five poses, of each robot by itself."),
+    ("a, b, c", "turns about the base's x, y, z axes."),
+    (
+        "vAP_p",
+        "multi-directional accuracy: how far barycentres lie apart when a pose is approached along the base's x, y and z (7.2.3). Mostly play.",
+    ),
+    ("AD_p, RD", "accuracy and repeatability of the distance between P2 and P4 (7.3)."),
+    ("AT_p, RT_p", "accuracy and repeatability of a path, across it, at the worst of its points (8.2, 8.3). Quasi-static: no speed, no overshoot."),
+    ("interval", "95 % confidence; it counts robots. A question mark: too few of them to tell."),
+)
+
+
+def iso_sheet(
+    predicted: Predicted | None, drifted: Drift | None, measured: Measured | None, compared: list[Compared], notes: tuple[str, ...] = ()
+) -> Sheet:
+    """What is there to say by ISO 9283 of an arm, predicted, measured or both?"""
+    from lostmotion.figures.iso9283_measured import compared_section, measured_cards, measured_facts, measured_sections, measured_verdict
+
+    sections: list[Section] = []
+    cards: list[Card] = []
+    verdict: list[str] = []
+    facts: dict[str, Any] = {}
+    counted: list[str] = []
+    name = "Measured robot"
+    if predicted is not None:
+        sections += _predicted(predicted, drifted)
+        cards += _cards(predicted)
+        verdict.append(_verdict(predicted))
+        facts |= _facts(predicted)
+        counted.append(f"{predicted.robots} robots x {predicted.cycles} cycles x 5 poses, seed {predicted.seed}")
+        name, notes = predicted.arm.name, (*predicted.arm.remarks, *_remarks(predicted), *notes)
+    if measured is not None:
+        sections += [*compared_section(compared), *measured_sections(measured)]
+        cards += measured_cards(measured, compared)
+        verdict.append(measured_verdict(measured, compared))
+        facts |= measured_facts(measured, compared)
+        counted.append(f"{len(measured.visits.pose)} measured visits")
+    return Sheet(
+        name=name,
+        subject="ISO 9283 sheet",
+        verdict=" ".join(verdict),
+        cards=tuple(cards),
+        sections=tuple(sections),
+        counts="; ".join(counted),
+        notes=notes,
+        words=_WORDS,
+        source=f"{'; '.join(counted)}. The same files, version and seed give the same bytes.",
+        seed=None if predicted is None else predicted.seed,
+        facts=facts,
+    )
+
+
+def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
+    """Give an estimate as a length (m) or an angle (rad, shown in arcmin)."""
+    if angle:
+        return Figure(estimate.value / ARCMIN, "arcmin", estimate.low / ARCMIN, estimate.high / ARCMIN, samples)
+    return length(estimate.value, estimate.low, estimate.high, samples)
+
+
+def _predicted(found: Predicted, drifted: Drift | None) -> list[Section]:
+    return [
+        _cube(found),
+        _poses(found),
+        *(section for sheet in found.loads for section in (_accuracy(found, sheet), _repeatability(found, sheet))),
+        _by_axis(found),
+        _sides(found),
+        _distance(found),
+        _path(found),
+        *([] if drifted is None else [_drift(found, drifted)]),
+        _check(found),
+    ]
+
+
+def _counted(found: Predicted) -> str:
+    return f"{found.robots} robots x {found.cycles} visits"
+
+
+def _percent(load: float) -> str:
+    return f"{100 * load:.0f} % of the payload"
+
+
+def _verdict(found: Predicted) -> str:
+    sheet = found.loads[0]
+    repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
+    fitted = over_robots(sheet.fitted.max(axis=0)).high
+    return (
+        f"Of the arms built to this design 95 % will repeat within {length(repeat.value)} (RP_l at the worst of the five poses, {_percent(1.0)}) "
+        f"and stand within {length(accurate.value)} of the command on the average (AP_p), {length(fitted.value)} with best-fit frames."
+    )
+
+
+def _cards(found: Predicted) -> list[Card]:
+    sheet = found.loads[0]
+    return [
+        Card("RP_l, 95 % of arms", str(of(over_robots(sheet.repeatability.max(axis=0)).high)), "worst of five poses, one side"),
+        Card("RP_l, from either side", str(of(over_robots(sheet.from_any_side.max(axis=0)).high)), "95 % of arms, worst pose"),
+        Card("AP_p, 95 % of arms", str(of(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses, as it is"),
+        Card("AP_p, best-fit frames", str(of(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
+        Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
+    ]
+
+
+def _cube(found: Predicted) -> Section:
+    cube = found.cube
+    rows = [Row("side", (length(cube.side),), "" if math.isnan(cube.resolution) else f"grown in steps down to {cube.resolution * 1e3:.0f} mm")]
+    rows += [Row(f"centre {axis}", (length(float(cube.centre[k])),)) for k, axis in enumerate("xyz")]
+    rows.append(Row("points reached", (Figure(cube.checked, ""),), "poses, corners and a grid, by inverse kinematics within the joint limits"))
+    held = "the tool is held alike all over" if cube.rotation is not None else "fewer than six joints: the tool's orientation comes as it comes"
+    how = "as given" if cube.found_by == "given" else f"the largest found: {cube.found_by}; another start may find one larger by a few per cent"
+    return Section(
+        "cube", "Test cube", ("value",), tuple(rows), f"{how}; {held}. Edges along the base's axes; no obstacle or self-collision is looked at"
+    )
+
+
+def _poses(found: Predicted) -> Section:
+    rows = []
+    for k, name in enumerate(NAMES):
+        joints = ", ".join(
+            f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm"
+            for joint, value in zip(found.arm.moving, found.cube.q[k], strict=True)
+        )
+        signs = "".join("+" if sign > 0 else "-" for sign in found.approach[k])
+        rows.append(Row(name, tuple(length(float(x)) for x in found.cube.poses[k, :3, 3]), f"{joints}; joints arrive {signs}"))
+    note = "plane C1-C2-C7-C8, a tenth of the diagonal from its corners; visited as P5, P4, P3, P2, P1, joints straight from pose to pose"
+    return Section("poses", "The five poses", ("x", "y", "z"), tuple(rows), note)
+
+
+def _accuracy(found: Predicted, sheet: PoseSheet) -> Section:
+    counted = _counted(found)
+
+    def row(name: str, values: Floats, fitted: Floats) -> Row:
+        spread = over_robots(values)
+        return Row(name, (of(spread.mean, counted), of(spread.high, counted), of(over_robots(fitted).high, counted)))
+
+    rows = [row(name, sheet.accuracy[k], sheet.fitted[k]) for k, name in enumerate(NAMES)]
+    rows.append(row("worst", sheet.accuracy.max(axis=0), sheet.fitted.max(axis=0)))
+    title = f"Pose accuracy AP_p, {_percent(sheet.load)}"
+    return Section(f"ap{100 * sheet.load:.0f}", title, (_MEAN, _MOST, "best-fit frames, 95 %"), tuple(rows))
+
+
+def _repeatability(found: Predicted, sheet: PoseSheet) -> Section:
+    counted = _counted(found)
+
+    def row(name: str, values: Floats, loose: Floats) -> Row:
+        spread = over_robots(values)
+        return Row(name, (of(spread.mean, counted), of(spread.high, counted), of(over_robots(loose).high, counted)))
+
+    rows = [row(name, sheet.repeatability[k], sheet.from_any_side[k]) for k, name in enumerate(NAMES)]
+    rows.append(row("worst", sheet.repeatability.max(axis=0), sheet.from_any_side.max(axis=0)))
+    note = (
+        "from one side, as the standard's cycle makes every joint arrive; what scatters from visit to visit is what the parts state "
+        "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top. "
+        f"A normal scatter of the same covariance would show {', '.join(str(length(float(x))) for x in sheet.expected)} at P1 to P5 on the average"
+    )
+    return Section(
+        f"rp{100 * sheet.load:.0f}",
+        f"Pose repeatability RP_l, {_percent(sheet.load)}",
+        (_MEAN, _MOST, "either side, 95 %"),
+        tuple(rows),
+        note,
+    )
+
+
+def _by_axis(found: Predicted) -> Section:
+    sheet, counted = found.loads[0], _counted(found)
+    rows = []
+    for k, name in enumerate(NAMES):
+        for axis, letter in enumerate(_AXES):
+            angle = axis >= 3  # noqa: PLR2004 - shifts come first here
+            average = (sheet.turn if angle else sheet.barycentre)[k, :, axis % 3]
+            scatter = sheet.scatter[k, :, axis % 3 + (0 if angle else 3)]
+            spread, wide, repeats = over_robots(average), over_robots(np.abs(average)), over_robots(scatter)
+            rows.append(Row(f"{name}-{letter}", tuple(of(each, counted, angle=angle) for each in (spread.mean, wide.high, repeats.high))))
+    note = "AP_x, AP_y, AP_z, AP_a, AP_b, AP_c; 3 s is RP_a, RP_b, RP_c of the turns, and the same of the shifts"
+    return Section("axes", f"By axis, {_percent(1.0)}", ("AP, mean", "|AP|, 95 %", "± 3 s, 95 %"), tuple(rows), note)
+
+
+def _sides(found: Predicted) -> Section:
+    counted = f"{_counted(found)} from each side"
+    rows = []
+    for k, values in zip(FROM_THREE_SIDES, found.multi_directional, strict=True):
+        spread = over_robots(values)
+        rows.append(Row(NAMES[k], (of(spread.mean, counted), of(spread.high, counted))))
+    note = "approached along the base's x, y and z from a tenth of the cube's side away; joints that stand still then rest as in the cycle"
+    return Section("vap", f"Multi-directional accuracy vAP_p, {_percent(1.0)}", (_MEAN, _MOST), tuple(rows), note)
+
+
+def _distance(found: Predicted) -> Section:
+    counted = _counted(found)
+    accuracy, repeat = found.distance
+    ends = f"{NAMES[DISTANCE[0]]}-{NAMES[DISTANCE[1]]}"
+    mean, wide, again = over_robots(accuracy).mean, over_robots(np.abs(accuracy)).high, over_robots(repeat)
+    rows = (
+        Row(f"AD_p, {ends}", (of(mean, counted), of(wide, counted)), "signed: above zero is too far; the 95 % are of its size"),
+        Row(f"RD, {ends}", (of(again.mean, counted), of(again.high, counted)), "± 3 s"),
+    )
+    return Section("distance", f"Distance accuracy and repeatability, {_percent(1.0)}", (_MEAN, _MOST), rows)
+
+
+def _path(found: Predicted) -> Section:
+    counted = f"{found.robots} robots x {PATH_CYCLES} cycles x {found.path_points} points"
+    ends = "-".join(NAMES[k] for k in found.path_ends)
+    rows = [
+        Row(f"{name}, {ends}", (of(spread.mean, counted), of(spread.high, counted)))
+        for name, spread in ((word, over_robots(values)) for word, values in zip(("AT_p", "RT_p"), found.path, strict=True))
+    ]
+    note = "straight line, in the planes across it, largest over its points; RT_p of 10 cycles at the worst of many points is larger than at one"
+    return Section("path", f"Path accuracy and repeatability, {_percent(1.0)}", (_MEAN, _MOST), tuple(rows), note)
+
+
+def _drift(found: Predicted, drifted: Drift) -> Section:
+    warm, spread = drifted.warm_up, over_robots(drifted.largest)
+    hours = drifted.time[-1] / 3600
+    counted = f"{found.robots} robots, {hours:.0f} h"
+    rows = (
+        Row("dAP_p at P1", (of(spread.mean, counted), of(spread.high, counted)), f"largest change of AP_p within {hours:.0f} h"),
+        Row(
+            "way of the tool",
+            (length(float(np.linalg.norm(drifted.shift[-1]))),) * 2,
+            "how far the barycentre has moved at the end, alike in all robots",
+        ),
+    )
+    note = (
+        f"assumed: all links warm by {warm.rise:g} K, 63 % of it in {warm.time_constant / 60:.0f} min, and grow {warm.expansion * 1e6:g}e-6 per K; "
+        "base, drives and bearings stay as they are; the controller does not know"
+    )
+    return Section("drift", "Drift while warming up", (_MEAN, _MOST), rows, note)
+
+
+def _check(found: Predicted) -> Section:
+    check = found.check
+    rows = (Row("largest difference", (length(check.largest, samples=f"{check.samples} visits"),)), Row("mean difference", (length(check.mean),)))
+    return Section("check", "First order against exact", ("value",), rows, "errors are small and are added up; a sample of them composed exactly")
+
+
+def _remarks(found: Predicted) -> list[str]:
+    out = []
+    if found.still:
+        out.append(f"joints that stand still in the cycle: {', '.join(found.still)}; their play is taken to rest on one side")
+    sheet = found.loads[0]
+    if sheet.repeatability.max() < 0.1 * sheet.from_any_side.max():
+        out.append(
+            "RP_l from one side is small because the parts state little that changes from visit to visit; a real arm adds friction, control "
+            "and warmth: see 'from either side' for what its play can do"
+        )
+    return out
+
+
+def _facts(found: Predicted) -> dict[str, Any]:
+    cube = found.cube
+    return {
+        "arm": found.arm.name,
+        "robots": found.robots,
+        "cycles": found.cycles,
+        "seed": found.seed,
+        "cube": {
+            "side_m": cube.side,
+            "centre_m": cube.centre.tolist(),
+            "tool_rotation": None if cube.rotation is None else cube.rotation.tolist(),
+            "poses_m": {name: cube.poses[k, :3, 3].tolist() for k, name in enumerate(NAMES)},
+            "q": {name: cube.q[k].tolist() for k, name in enumerate(NAMES)},
+            "found_by": cube.found_by,
+        },
+        "approach": {name: found.approach[k].tolist() for k, name in enumerate(NAMES)},
+    }
