@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.formats import native, urdf
+from lostmotion.formats import native, read, urdf
 from lostmotion.formats.bounds import MOST_MISTAKES, listed, nearest, refuse_all
 from lostmotion.formats.draft import SHARED, plain
 from lostmotion.formats.draft import SWEEP as TABLE
@@ -128,14 +128,15 @@ def read_sweep(
     sidecar: Path | None = None,
     by: Path | None = None,
     progress: Callable[[str, int, int], None] | None = None,
+    look: Callable[[Arm], None] | None = None,
 ) -> tuple[Arm, tuple[Axis, ...]]:
     """Which designs are asked for: the arm of the first, and the keys with their values? One design where nothing is swept.
 
     The arm file as it stands is read first. Then raises InputError with every mistake in the table and in each value by itself, under its key; where
-    those pass, in the combinations.
+    those pass, in the combinations. `look` is called with the arm of every design, in order.
     """
+    arm = read(path, sidecar)
     tree = _tree(path, sidecar)
-    arm = _arm(path, sidecar, tree, {})
     said = find_tree(path, sidecar)
     axes, mistakes = read_axes(said, by)
     file = str(by or said)
@@ -147,18 +148,20 @@ def read_sweep(
     for design in range(count):
         stated = changes(axes, design)
         try:
-            read = _arm(path, sidecar, tree, stated)
+            found = _arm(path, sidecar, tree, stated)
         except InputError as error:
             together = ", ".join(f"{key} = {shown(value)}" for key, value in stated.items())
             mistakes += [Problem(file, TABLE, f"{together}: {each.key}: {each.found}", each.expected, each.example) for each in error.problems]
             if len(mistakes) > MOST_MISTAKES:
                 break
             continue
-        if len(read.moving) != len(arm.moving):
+        if len(found.moving) != len(arm.moving):
             mistakes.append(
-                Problem(file, TABLE, f"{len(read.moving)} moving joints in design {design}", f"as many as in the others, {len(arm.moving)}")
+                Problem(file, TABLE, f"{len(found.moving)} moving joints in design {design}", f"as many as in the others, {len(arm.moving)}")
             )
-        arm = read if design == 0 else arm
+        arm = found if design == 0 else arm
+        if look is not None:
+            look(found)
         if progress is not None:
             progress("reading designs", design + 1, count)
     if mistakes:

@@ -163,10 +163,6 @@ def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, byte
     return pack(compute(order_of(text), design, block)), made_with()
 
 
-def parts_of(order: Order) -> tuple[str, ...]:
-    """Which parts do the designs have, in the order of the first design and then of those that have others?"""
-    found: dict[str, None] = {}
-    for design in range(order.designs):
-        arm = order.read(design)
-        found |= dict.fromkeys(screws(arm, arm.limits.mean(axis=1)[None], approach=order.approach).owners)
-    return tuple(found)
+def parts_of(arm: Arm, approach: float) -> tuple[str, ...]:
+    """Which parts of this arm err?"""
+    return screws(arm, arm.limits.mean(axis=1)[None], approach=approach).owners

@@ -8,8 +8,9 @@ import numpy as np
 
 from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.formats.designs import read_sweep, texts
+from lostmotion.formats.sweep import designs
 from lostmotion.runs.blocks import parts_of
-from lostmotion.runs.order import Order, check_block, made_with, usual_block
+from lostmotion.runs.order import LARGEST_BLOCK, MOST_BLOCKS, Order, check_block, made_with, usual_block
 from lostmotion.runs.stream import rounded
 from lostmotion.runs.workers import on_dask, on_threads
 
@@ -44,14 +45,19 @@ def order(  # noqa: PLR0913 - a run is these numbers
     from lostmotion.studies.montecarlo import Plan
     from lostmotion.studies.poses import POSE_LAWS, Poses
 
-    arm, axes = read_sweep(path, sidecar, by, progress)
+    parts: dict[str, None] = {}
+    arm, axes = read_sweep(path, sidecar, by, progress, lambda each: parts.update(dict.fromkeys(parts_of(each, approach))))
     Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
     if pose_law not in POSE_LAWS:
         raise refuse_argument("pose law", pose_law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
     if not 0 <= seed < 2**63:
         raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
     count, sets = rounded(arm, poses, pose_law)
-    found = Order(
+    each = min(check_block(block or usual_block(robots), robots), count // sets)
+    total = designs(axes) * sets * -(-count // sets // each)
+    if total > MOST_BLOCKS:
+        raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", f"block = {LARGEST_BLOCK}")
+    return Order(
         made_with=made_with(),
         arm=path.name,
         files=texts(path, sidecar, axes),
@@ -63,10 +69,9 @@ def order(  # noqa: PLR0913 - a run is these numbers
         visits=visits,
         seed=seed,
         approach=-1 if approach < 0 else 1 if approach > 0 else 0,
-        block=min(check_block(block or usual_block(robots), robots), count // sets),
-        parts=(),
+        block=each,
+        parts=tuple(parts),
     )
-    return found.model_copy(update={"parts": parts_of(found)})
 
 
 def carry_out(

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 # Eight Sobol sequences of 30 bits.
 MOST_POSES: Final = REPLICATES * 2**30
 LARGEST_BLOCK: Final = 1 << 14
+# Each has five small files.
+MOST_BLOCKS: Final = 20_000_000
 # A block holds AP and RP of every robot at every pose of it.
 _MOST_PAIRS: Final = 2_000_000
 _USUAL_BLOCK: Final = 1024
@@ -78,8 +80,8 @@ class Order(BaseModel):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if self.arm not in self.files or self.poses % self.sets or self.designs > MOST_DESIGNS:
-            raise ValueError("an arm without its file, poses that do not share into sets, or too many designs")
+        if self.arm not in self.files or self.poses % self.sets or self.designs > MOST_DESIGNS or self.designs * self.blocks > MOST_BLOCKS:
+            raise ValueError("an arm without its file, poses that do not share into sets, or too many designs or blocks")
         return self
 
     @property

@@ -61,7 +61,7 @@ class Store:
         if there is None:
             if folder.exists() and any(not _PARTIAL.search(each.name) for each in list(folder.iterdir())):
                 raise OutputExistsError(f"'{folder}' exists and holds no run\n  it is left alone; name another folder with --out")
-            place(folder / ORDER, text)
+            _put(folder / ORDER, text)
         elif there != text:
             try:
                 lines = order.differences(order_of(there))
@@ -75,7 +75,7 @@ class Store:
         store._refuse_links()
         for name, content in _metadata(order).items():
             if read_regular(folder / name, _LARGEST_ORDER) != content:
-                place(folder / name, content)
+                _put(folder / name, content)
         return store
 
     @classmethod
@@ -117,21 +117,19 @@ class Store:
         """Which blocks are done (design, block), their chunks as the ledger says? Sweeps out what a killed run left half written."""
         self._sweep_out()
         out = np.zeros((self.order.designs, self.order.blocks), bool)
-        listed = self._listed()
-        for k, (design, block) in enumerate(listed):
+        for k, (design, block) in enumerate(self._listed()):
             out[design, block] = self._packed(design, block) is not None
             if progress is not None:
-                progress("checking what is done", k + 1, len(listed))
+                progress("checking what is done", k + 1, out.size)
         return out
 
-    def _listed(self) -> list[tuple[int, int]]:
-        found = []
+    def _listed(self) -> Iterator[tuple[int, int]]:
+        """Name the blocks that the ledger has a line for, in no order."""
         with suppress(FileNotFoundError), os.scandir(self.folder / LEDGER) as entries:
             for each in entries:
                 match = re.fullmatch(r"(\d{1,9})\.(\d{1,12})\.json", each.name)
                 if match and int(match[1]) < self.order.designs and int(match[2]) < self.order.blocks:
-                    found.append((int(match[1]), int(match[2])))
-        return sorted(found)
+                    yield int(match[1]), int(match[2])
 
     def _sweep_out(self) -> None:
         for name in ("", LEDGER, BLOCKS, *(f"{BLOCKS}/{name}" for name in self._pieces)):
@@ -150,7 +148,7 @@ class Store:
         """Keep a file that sums the run up, in place of an earlier one."""
         if name not in SUMMED_UP:
             raise ValueError(f"'{name}' is no file of a run")
-        place(self.folder / name, content)
+        _put(self.folder / name, content)
 
     def read(self, design: int, block: int) -> Record:
         """Give a block. Raises LostmotionError where it is not there as the ledger says."""
@@ -179,6 +177,13 @@ class Store:
 
     def _entry(self, design: int, block: int) -> Path:
         return self.folder / LEDGER / f"{design}.{block}.json"
+
+
+def _put(path: Path, content: bytes) -> None:
+    try:
+        place(path, content)
+    except OSError as error:
+        raise LostmotionError(f"'{path}' cannot be written: {error.strerror or error}\n  name a folder that can be written with --out") from error
 
 
 def _metadata(order: Order) -> dict[str, bytes]:
