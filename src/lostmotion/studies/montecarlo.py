@@ -221,7 +221,7 @@ def _join(checks: list[exact.ExactCheck]) -> exact.ExactCheck:
 
 def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
     """Compute the blocks on a few threads and hand them on in order; only a bounded number waits."""
-    spans = _spans(len(plan.poses), plan.poses.replicates, plan.robots)
+    spans = _spans(plan)
     tiles = [spans[k : k + tile] for k in range(0, len(spans), tile)]
     if threads == 1:
         yield from (_block(plan, *span) for span in spans)
@@ -236,10 +236,13 @@ def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
             yield from waiting.popleft().result()
 
 
-def _spans(poses: int, replicates: int, robots: int) -> list[tuple[int, int]]:
+def _spans(plan: Plan) -> list[tuple[int, int]]:
     """Cut the poses into blocks, none of which reaches over two replicates."""
-    each = poses // replicates
-    parts = math.ceil(each / max(min(BLOCK, _MOST_PAIRS // robots), 1))
+    replicates = plan.poses.replicates
+    each = len(plan.poses) // replicates
+    # Where there is one visit no AP and RP are kept, and longer blocks spare laying out the robots' draws.
+    pairs = _MOST_PAIRS if plan.visits > 1 else 10 * _MOST_PAIRS
+    parts = math.ceil(each / max(min(BLOCK, pairs // plan.robots), 1))
     ends = [each * k // parts for k in range(parts + 1)]
     return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
 
