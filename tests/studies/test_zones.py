@@ -112,7 +112,7 @@ def test_both_elbows_are_looked_at(plane):
     assert np.mean(both) > 0.9
 
 
-@pytest.mark.parametrize("edge", [0.05, 0.013])
+@pytest.mark.parametrize("edge", [0.05, pytest.param(0.013, marks=pytest.mark.slow)])
 def test_no_cell_in_reach_is_missed(edge):
     """Every cell whose middle lies in the annulus that the arm can reach has poses, and was reached in its middle; few samples or many."""
     found = reach(planar(), 2048, edge, 4, 1)
@@ -224,6 +224,7 @@ def test_turning_the_base_turns_the_map(plane):
         assert np.nanmedian(np.abs(one / two - 1)) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_half_turn_of_a_spatial_arm_turns_its_map(arm):
     """An arm in space on a base turned by 180°: the grid, the reach and the figures of sampled cells turn with it."""
     wish = Wish(cell=0.1, poses=16384, per_cell=4)

@@ -11,11 +11,12 @@ from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
 from lostmotion.studies.zones import BYS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from lostmotion.studies.boxes import Box, Boxes
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.zones import Zones
 
-_SAID: Final = {"best": "best", "mean": "mean over the", "worst": "worst"}
 _UNITS: Final = {3: "m³", 2: "m²", 1: "m"}
 # Shares of the workspace for which the error that they stay within is told.
 _SHARES: Final = (0.1, 0.5, 0.9)
@@ -43,7 +44,7 @@ def zones_sheet(found: Zones) -> Sheet:
         verdict=_verdict(found),
         cards=tuple(_cards(found)),
         sections=tuple(section for section in (_map(found), _within(found), _places(found), _budget(found), _reach(found)) if section is not None),
-        counts=f"{_cells(found)} of {length(found.reached.grid.edge)}, {_per_cell(found)}",
+        counts=f"{_cells(found)} of {edge_said(found)}, {_per_cell(found)}",
         notes=(*found.arm.remarks, *_remarks(found)),
         words=_WORDS,
         source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "
@@ -64,13 +65,18 @@ def by_said(found: Zones) -> str:
     return "mean over configurations" if found.by == "mean" else f"{found.by} configuration"
 
 
+def edge_said(found: Zones) -> str:
+    """Name the cells' edge as it was asked for."""
+    return f"{found.reached.grid.edge * 1e3:.6g} mm"
+
+
 def place_said(box: Box) -> str:
     """Name a place by its middle, and its yaw where it is turned."""
     text = ", ".join(f"{axis} {value * 1e3:.0f}" for axis, value in zip("xyz", box.centre, strict=True)) + " mm"
     return text + (f", yaw {math.degrees(box.yaw):.0f}°" if box.yaw else "")
 
 
-def size_said(size: Any) -> str:  # noqa: ANN401 - three lengths, however they come
+def size_said(size: Iterable[float]) -> str:
     """Name a box by its sides."""
     return " x ".join(f"{side * 1e3:.4g}" for side in size) + " mm"
 
@@ -141,17 +147,17 @@ def _cards(found: Zones) -> list[Card]:
 
 
 def _map(found: Zones) -> Section:
-    known = found.centre & np.isfinite(found.shown)
+    known = _known(found)
     counted = f"{int(known.sum())} cells in reach of the tool at their middle, {_per_cell(found)}"
     rows = []
     for measure, name in ((QUANTILE, f"{level_said(found)} below"), (MEAN, "mean error")):
         for k, by in enumerate(BYS):
             values = found.figures[measure, k][known]
             figures = tuple(length(float(v), samples=counted) for v in (values.min(), np.median(values), values.max()))
-            note = {"best": "a bound: more poses lower it", "mean": "", "worst": "a bound: more poses raise it"}[by]
+            note = {"best": "a bound: more poses lower it", "mean": "over the configurations", "worst": "a bound: more poses raise it"}[by]
             shown = "shown in the plots" if measure == QUANTILE and by == found.by else ""
-            rows.append(Row(f"{name}, {_SAID[by]} configuration{'s' if by == 'mean' else ''}", figures, "; ".join(x for x in (note, shown) if x)))
-    note = f"cells of {length(found.reached.grid.edge)}; each column is the least, the middle and the largest over the cells"
+            rows.append(Row(f"{name}, {by}", figures, "; ".join(x for x in (note, shown) if x)))
+    note = f"cells of {edge_said(found)}; each column is the least, the middle and the largest over the cells"
     return Section("map", "Accuracy map", ("most accurate cell", "median cell", "least accurate cell"), tuple(rows), note)
 
 
@@ -232,7 +238,7 @@ def _reach(found: Zones) -> Section:
     rim = int(((reached.counts > 0) & ~reached.centre).sum())
     size = found.size
     rows = [
-        Row("cells reached", (Figure(len(counts), "1"),), f"edge {length(reached.grid.edge)}"),
+        Row("cells reached", (Figure(len(counts), "1"),), f"edge {edge_said(found)}"),
         Row("of them only in part", (Figure(rim, "1"),), "the middle is out of reach, or was not found"),
         Row(
             {3: "volume", 2: "area", 1: "length"}[max(reached.grid.dimensions, 1)],

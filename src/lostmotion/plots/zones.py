@@ -104,7 +104,7 @@ def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
             text = f"{level * factor:.3g} {unit}"
             i, j, k = (faces[:, c].astype(np.int32) for c in range(3))
             mesh = go.Mesh3d(
-                x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.45, name=text, showlegend=True, hovertemplate=f"{text}<extra></extra>"
+                x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.5, name=text, showlegend=True, hovertemplate=f"{text}<extra></extra>"
             )
             figure.add_trace(mesh)
     for box in () if found.boxes is None else found.boxes.found[:1]:
@@ -112,9 +112,15 @@ def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
-        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 0.7, "y": -1.9, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.1}}},
-        legend={**LEGEND, "title": {"text": f"{level_said(found)} below, {by_said(found)}:"}},
-        margin={"l": 0, "r": 0, "t": 84, "b": 0},
+        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 0.6, "y": -1.6, "z": 0.7}, "center": {"x": 0, "y": 0, "z": -0.1}}},
+        legend={
+            "x": 1,
+            "y": 0.95,
+            "xanchor": "right",
+            "itemsizing": "constant",
+            "title": {"text": f"{level_said(found)} below,<br>{by_said(found)}"},
+        },
+        margin={"l": 0, "r": 0, "t": 40, "b": 0},
     )
     return figure
 
@@ -168,7 +174,7 @@ def budget_by_zone(found: Zones) -> go.Figure:
     figure = framed("Share of mean square by part and zone", *bars, height=150 + (16 * len(bars) + 14) * len(names))
     figure.update_xaxes(title_text="share of mean square [%]")
     figure.update_yaxes(**named(names))
-    figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05, legend=LEGEND, margin_t=80)
+    figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05, legend=LEGEND, margin_t=60 + 22 * len(bars))
     return figure
 
 

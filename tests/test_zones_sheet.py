@@ -1,0 +1,216 @@
+"""An accuracy map from the file to the folder: what is asked, said, drawn and written."""
+
+import io
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import lostmotion
+from lostmotion import Arm
+from lostmotion.figures import find_row
+from lostmotion.plots.surfaces import level_surface
+from lostmotion.plots.zones import zones_plots
+from lostmotion.studies.radial import radial, vertical_axis
+from lostmotion.studies.zones import QUANTILE
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+Z_ARM = EXAMPLES / "z-arm.toml"
+QUICK = ("--cell", "200 mm", "--poses", "4096", "--per-cell", "3")
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "map", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def mapped():
+    """Map the paper's arm once."""
+    arm = lostmotion.read(Z_ARM)
+    return lostmotion.zones(arm, cell=0.15, by="worst", target=1e-3, box=(0.3, 0.3, 0.15), turned=True, floor=0.2, poses=8192, per_cell=4)
+
+
+def test_the_sheet_says_what_was_found(mapped):
+    """Figures on the sheet are the map's own; every plot belongs to a section; the plain data is JSON without NaN."""
+    sheet, found = mapped.sheet, mapped.found
+    known = found.figures[QUANTILE, 2][found.centre]
+    row = find_row(sheet.sections, "map", "95 % below, worst")
+    assert [figure.value for figure in row.figures] == pytest.approx([1e3 * v for v in (known.min(), np.median(known), known.max())])
+    assert "shown in the plots" in row.note
+    share = find_row(sheet.sections, "within", "within 1.000 mm").figures[0]
+    assert share.value == pytest.approx(100 * np.mean(known <= 1e-3))
+    assert share.low < share.value < share.high
+    columns = next(section for section in sheet.sections if section.key == "budget")
+    for k in range(len(columns.columns)):
+        assert sum(row.figures[k].value for row in columns.rows[1:]) == pytest.approx(100)
+    assert {plot.section for plot in zones_plots(found)} <= {section.key for section in sheet.sections}
+    assert find_row(sheet.sections, "reach", "cells reached").figures[0].value == np.isfinite(found.shown).sum()
+    box = found.boxes.found[0]
+    assert f"around {', '.join(f'{a} {v * 1e3:.0f}' for a, v in zip('xyz', box.centre, strict=True))} mm" in sheet.verdict
+    json.dumps(mapped.result(), allow_nan=False)
+    assert "AccuracyMap of 'Z-arm'" in repr(mapped)
+
+
+def test_plots_show_the_map(mapped):
+    """Slices hold the cells of their height with equal axes and one colour scale; each has the target's line; the surfaces are within the reach."""
+    found = mapped.found
+    at = np.array([0.4, 0.1, 0.64])
+    plots = {plot.key: plot.figure for plot in zones_plots(found, at)}
+    assert set(plots) == {"slice-xy", "slice-xz", "slice-yz", "surfaces", "share", "budget"}
+    grid = found.reached.grid
+    for key, axis in (("slice-xy", 2), ("slice-xz", 1), ("slice-yz", 0)):
+        heat, line = plots[key].data[0], plots[key].data[1]
+        index = int(np.argmin(np.abs(grid.along(axis) - at[axis])))
+        assert np.allclose(np.asarray(heat.z), 1e3 * np.take(found.shown, index, axis=axis).T, rtol=1e-6, equal_nan=True)
+        assert plots[key].layout.yaxis.scaleanchor == "x"
+        assert heat.colorbar.title.text == "95 % below, worst configuration [mm]"
+        assert (heat.zmin, heat.zmax) == (1e3 * np.nanmin(found.shown), 1e3 * np.nanmax(found.shown))
+        assert line.contours.start == 1.0
+        assert f"{grid.along(axis)[index] * 1e3:.4g} mm" in plots[key].layout.title.text
+    for mesh in plots["surfaces"].data[:-1]:
+        assert np.min(mesh.y) >= 1e3 * grid.along(1)[0]
+        assert len(mesh.i)
+    assert plots["surfaces"].layout.scene.aspectmode == "data"
+    curve = plots["share"].data[2]
+    assert curve.y[-1] == 100
+    assert curve.x[-1] == pytest.approx(1e3 * found.figures[QUANTILE, 2][found.centre].max())
+
+
+def test_the_map_is_written_with_names_and_units(mapped, tmp_path):
+    """arrays.nc reads back as the map, each variable with unit and meaning, on the cells' middles; an existing folder is left alone."""
+    folder = mapped.report(tmp_path / "out")
+    assert sorted(path.name for path in folder.iterdir()) == ["arrays.nc", "report.html", "result.json"]
+    data = xarray.load_dataset(io.BytesIO((folder / "arrays.nc").read_bytes()), engine="scipy")
+    found = mapped.found
+    assert np.array_equal(data["error_quantile_worst"], found.shown, equal_nan=True)
+    assert np.array_equal(data["x"], found.reached.grid.along(0))
+    assert all(one.attrs["units"] and one.attrs["long_name"] for one in data.variables.values())
+    assert set(np.unique(data["place"])) <= {0, 1, 2, 3}
+    assert int((data["within_target"] == 1).sum()) == (found.shown <= 1e-3).sum()
+    assert float(data.sel(x=0.4, y=0.1, z=0.6, method="nearest")["error_quantile_worst"]) > 0
+    with pytest.raises(lostmotion.OutputExistsError):
+        mapped.report(tmp_path / "out")
+
+
+def test_turned_places_hold_the_box(mapped):
+    """Whatever their yaw, places keep above the floor and share no cell."""
+    places = mapped.found.boxes.found
+    assert places
+    assert all(box.centre[2] - box.size[2] / 2 >= 0.2 - 1e-9 for box in places)
+    cells = np.concatenate([box.cells for box in places])
+    assert len(np.unique(cells)) == len(cells)
+
+
+def test_surfaces_are_where_the_value_is():
+    """The surface of a linear field is its plane, that of a distance a sphere, closed, with its area; unknown corners are left out."""
+    x, y, z = np.meshgrid(*[np.arange(24.0)] * 3, indexing="ij")
+    vertices, faces = level_surface(x + 2 * y - z, 13.3)
+    assert np.allclose(vertices @ [1, 2, -1], 13.3)
+    radius = np.sqrt((x - 11.3) ** 2 + (y - 11.6) ** 2 + (z - 11.1) ** 2)
+    vertices, faces = level_surface(radius, 8.0)
+    assert np.allclose(np.linalg.norm(vertices - [11.3, 11.6, 11.1], axis=1), 8, atol=0.06)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(4 * math.pi * 64, rel=0.02)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    radius[:12] = np.nan
+    vertices, faces = level_surface(radius, 8.0)
+    assert len(faces)
+    assert vertices[:, 0].min() >= 12
+    assert not len(level_surface(np.zeros((4, 1, 4)), 0.5)[1])
+
+
+def test_a_first_axis_that_turns_fully_has_a_radial_section():
+    """With a vertical first axis that turns through 360° a map has a section by radius: the UR5e's; the paper's arm turns by ±170°."""
+    assert vertical_axis(lostmotion.read(Z_ARM)) is None
+    arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
+    assert vertical_axis(arm) == pytest.approx((0, 0), abs=1e-9)
+    found = lostmotion.zones(arm, cell=0.2, by="best", poses=4096, per_cell=3).found
+    section = radial(found)
+    known = np.isfinite(section.values)
+    assert np.nanmin(section.values) == np.nanmin(found.shown)
+    away = np.hypot(found.reached.points[:, 0], found.reached.points[:, 1])
+    assert known.any(axis=1).sum() == math.ceil(away.max() / 0.2)
+    assert "radial" in {plot.key for plot in zones_plots(found)}
+
+
+def test_a_planar_arm_has_one_slice():
+    """An arm whose tool stays in a plane has a map of that plane, areas instead of volumes, and no surfaces."""
+    links = [
+        {
+            "name": name,
+            "type": "revolute",
+            "axis": "-y",
+            "limits": ("-90 deg", "90 deg"),
+            "link": {"length": "0.4 m"},
+            "encoder": {"zero": "1 arcmin"},
+        }
+        for name in "AB"
+    ]
+    mapped = lostmotion.zones(Arm.model_validate({"name": "plane", "joints": links}), cell=0.05, poses=1024, per_cell=3, box=(0.1, 0, 0.1))
+    assert {plot.key for plot in zones_plots(mapped.found)} == {"slice-xz", "share", "budget"}
+    row = find_row(mapped.sheet.sections, "reach", "area")
+    assert row.figures[0].unit == "m²"
+    assert row.figures[0].low < row.figures[0].value <= row.figures[0].high
+    json.dumps(mapped.result(), allow_nan=False)
+
+
+def test_mapping_works_out_of_the_box(tmp_path):
+    """`lostmotion map` prints, writes and ends well; the same input gives the same bytes on other threads; an existing folder is left alone."""
+    words = (Z_ARM, *QUICK, "--target", "1 mm", "--box", "400 x 200 x 200 mm", "--by", "best", "--at", "400 mm, 0 mm, 600 mm")
+    first = ran(*words, "--threads", 1, cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "z-arm-map/report.html\n" in first.stdout
+    assert "Where work of 400 x 200 x 200 mm should stand" in first.stdout
+    second = ran(*words, "--threads", 3, "--out", "again", cwd=tmp_path)
+    assert second.returncode == 0
+    for name in ("result.json", "arrays.nc", "report.html"):
+        assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "z-arm-map" / name).read_bytes()
+    third = ran(*words, cwd=tmp_path)
+    assert third.returncode == 2
+    assert "exists" in third.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--box", "300 mm x 200 mm"), "three lengths"),
+        (("--box", "3 kg x 1 m x 1 m"), "--box"),
+        (("--cell", "50"), "--cell"),
+        (("--target", "-1 mm"), "--target"),
+        (("--at", "1 m, 2 m"), "three lengths"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path, words, said):
+    """One message, exit code 2, nothing written."""
+    done = ran(Z_ARM, *words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_box_that_fits_nowhere_is_said_to():
+    """A box larger than the reach gets no place, and the largest of its proportions is told."""
+    mapped = lostmotion.zones(lostmotion.read(Z_ARM), cell=0.2, poses=4096, per_cell=3, box=(3, 3, 3))
+    said = mapped.result()
+    assert said["places"] == []
+    assert 0 < said["largest_box_m"][0] < 3
+    assert "No place within reach holds 3000 x 3000 x 3000 mm" in mapped.sheet.verdict
+    assert next(section for section in mapped.sheet.sections if section.key == "places").note in mapped.sheet.verdict
+
+
+def test_python_refuses_unknown_wishes():
+    """Names that are none, and points that are none."""
+    arm = lostmotion.read(Z_ARM)
+    with pytest.raises(lostmotion.InputError, match="bx"):
+        lostmotion.zones(arm, bx=3)
+    with pytest.raises(lostmotion.InputError, match="at"):
+        lostmotion.zones(arm, at=(1, 2))
+    with pytest.raises(lostmotion.InputError, match="approach"):
+        lostmotion.zones(arm, approach="sideways")
