@@ -1,6 +1,8 @@
 """The length of a normal vector: against SciPy's laws, Imhof's integral and samples."""
 
+import hashlib
 from math import factorial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from lostmotion.laws import normal_length_kernel as kernel
 from lostmotion.laws.chance import Cosine, Normal, TwoSided, Uniform
 from lostmotion.laws.normal_length import ACCURACY, normal_length, share_below
-from lostmotion.laws.normal_length_kernel import FOURTHS
+from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 
 LEVELS = (0.25, 0.5, 0.95, 0.99, 0.997)
 
@@ -126,6 +129,13 @@ def test_dense_samples_agree():
     assert found.mean[0] == pytest.approx(lengths.mean(), rel=2e-3)
     below = (lengths[:, None] < found.quantiles[0]).mean(axis=0)
     assert np.abs(below - LEVELS).max() < 5 * np.sqrt(0.25 / len(lengths))
+
+
+def test_no_change_of_a_called_file_is_missed():
+    """Compiled code is kept by the text of its own file, which names the digest of every file that it calls (put the new one there)."""
+    folder = Path(kernel.__file__).parent
+    for name, digest in kernel.BEHIND.items():
+        assert hashlib.blake2b((folder / f"{name}.py").read_bytes(), digest_size=8).hexdigest() == digest, name
 
 
 def form_of(directions, excess):

@@ -4,10 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import lostmotion
 from lostmotion import pose_repeatability, sample_poses, screws
 from lostmotion.errors import InputError
+from lostmotion.laws.normal_length import normal_length
 from lostmotion.studies import analytic as route
 from lostmotion.studies.analytic import analytic, of_screws, pooled
 from lostmotion.studies.cumulants import cumulants
@@ -34,8 +36,8 @@ def draws(infos, count, seed=1):
     return out
 
 
-def test_covariance_and_fourth_cumulants_are_the_samples(arm):
-    """Products, shared waves and shared amounts included: second and fourth moments of the error along any direction agree with samples."""
+def test_cumulants_are_the_samples(arm):
+    """Products, shared waves and shared amounts included: second to fourth moments of the error along any direction agree with samples."""
     matrix = screws(arm, sample_poses(arm, 8).q[:3])
     found, drawn = of_screws(matrix), draws(matrix.infos, 400_000)
     for p in range(3):
@@ -44,9 +46,39 @@ def test_covariance_and_fourth_cumulants_are_the_samples(arm):
             part = h @ error
             variance = h @ found.covariance[p] @ h
             assert part.var() == pytest.approx(variance, rel=0.01)
-            powers = np.array([h[0] ** i * h[1] ** j * h[2] ** k for i, j, k in route.kernel.FOURTHS])
+            powers = np.array([h[0] ** i * h[1] ** j * h[2] ** k for i, j, k in route.FOURTHS])
             excess = found.fourth[p] @ powers / variance**2
             assert np.mean(part**4) / np.mean(part**2) ** 2 - 3 == pytest.approx(excess, abs=0.03)
+            skewness = found.third[p] @ [h[0] ** i * h[1] ** j * h[2] ** k for i, j, k in route.THIRDS] / variance**1.5
+            assert np.mean(part**3) / np.mean(part**2) ** 1.5 == pytest.approx(skewness, abs=0.02)
+
+
+def test_only_an_amount_with_its_play_has_third_cumulants(arm):
+    """E[x A A] S S of an amount A = 1 + k x (over its root mean square) and a side S: 2 k / (1 + k^2), in three orders; nothing else is skew."""
+    matrix = screws(arm, sample_poses(arm, 8).q[:1])
+    known = cumulants(matrix.infos, matrix.columns(*DRAWN))
+    assert len(known.threes)
+    for (first, second, third), value in zip(known.threes, known.three_values, strict=True):
+        amount, play, again = (matrix.infos[k] for k in (first, second, third))
+        scatter = play.robot.law.scatter
+        assert play is again
+        assert amount.robot.law == play.robot.law.inner
+        assert value == pytest.approx(3 * 2 * scatter / (1 + scatter**2), abs=1e-8)
+
+
+def test_third_cumulants_move_the_quantiles_the_right_way():
+    """A biased skew vector: gamma draws along x, against SciPy's law."""
+    shape, bias = 60.0, 4.0  # a gamma law of shape 60, shifted to mean zero and scaled to variance one
+    law, k3, k4 = stats.gamma(shape, loc=-np.sqrt(shape), scale=1 / np.sqrt(shape)), 2 / np.sqrt(shape), 6 / shape
+    third, fourth = np.zeros((1, 10)), np.zeros((1, 15))
+    third[0, route.THIRDS.index((3, 0, 0))], fourth[0, route.FOURTHS.index((4, 0, 0))] = k3, k4
+    levels = (0.5, 0.95, 0.99)
+    at, scatter = np.array([[bias, 0, 0]]), np.diag([1.0, 0, 0])[None]
+    with_it, without = (normal_length(at, scatter, levels, fourth, third=one) for one in (third, None))
+    exact = bias + law.ppf(levels)
+    assert with_it.mean[0] == pytest.approx(bias, abs=2e-4)
+    assert (np.abs(with_it.quantiles[0] - exact) <= with_it.quantiles_left[0]).all()
+    assert np.abs(with_it.quantiles[0] - exact).max() < 0.2 * np.abs(without.quantiles[0] - exact).max()
 
 
 def test_terms_of_one_wave_are_uncorrelated_but_not_independent(arm):

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.laws import normal_length_kernel as kernel
 from lostmotion.laws.normal_length import ACCURACY, normal_length, share_below
+from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS, add_up
 from lostmotion.studies.cumulants import Cumulants, cumulants
 from lostmotion.studies.intervals import Estimate, student
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
@@ -43,7 +43,7 @@ class Analytic:
 
     bias            (pose, 3) mean error, m
     covariance      (pose, 3, 3) of the error, m^2
-    fourth          (pose, 15) fourth cumulants of the error as a quartic form (`normal_length_kernel.FOURTHS`), m^4
+    fourth          (pose, 15) fourth cumulants of the error as a quartic form (`normal_length_FOURTHS`), m^4
     mean            (pose,) mean distance, m; NaN where the error is too far from normal for it
     mean_bound      (pose,) how far `mean` may be off: quadrature, and an estimate of what lies beyond fourth cumulants
     quantiles       (pose, level) distance that this share stays below, NaN likewise; quantiles_bound as mean_bound
@@ -55,6 +55,7 @@ class Analytic:
     levels: tuple[float, ...]
     bias: Floats
     covariance: Floats
+    third: Floats
     fourth: Floats
     mean: Floats
     mean_bound: Floats
@@ -116,13 +117,8 @@ def of_screws(matrix: Screws, levels: Sequence[float] = LEVELS, *, only: Sequenc
 
 
 def _block(matrix: Screws, known: Cumulants, levels: tuple[float, ...]) -> Analytic:
-    count = len(matrix.tool)
-    pairs, fourth = np.zeros((6, count)), np.zeros((len(kernel.FOURTHS), count))
-    kernel.add_up(matrix.along_poses[3:], known.pairs, known.pair_values, known.fours, known.four_values, pairs, fourth)
-    covariance = np.ascontiguousarray(pairs.T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
-    forms = np.ascontiguousarray(fourth.T)
-    bias = np.ascontiguousarray(matrix.bias[:, 3:])
-    length = normal_length(bias, covariance, levels, forms)
+    bias, covariance, third, fourth = sums(matrix, known)
+    length = normal_length(bias, covariance, levels, fourth, third=third)
     mean_bound = length.mean_left + ACCURACY * length.mean
     quantiles_bound = length.quantiles_left + ACCURACY * length.quantiles
     told = _told(np.column_stack([length.mean, length.quantiles]), np.column_stack([mean_bound, quantiles_bound]))
@@ -130,16 +126,29 @@ def _block(matrix: Screws, known: Cumulants, levels: tuple[float, ...]) -> Analy
         levels,
         bias,
         covariance,
-        forms,
+        third,
+        fourth,
         np.where(told[:, 0], length.mean, np.nan),
         mean_bound,
         np.where(told[:, 1:], length.quantiles, np.nan),
         quantiles_bound,
         np.asarray(told.all(axis=1)),
-        _excess(covariance, forms),
+        _excess(covariance, fourth),
         worst_case(matrix),
         root_sum_square(matrix),
     )
+
+
+def sums(matrix: Screws, known: Cumulants) -> tuple[Floats, Floats, Floats, Floats]:
+    """Sum the terms' cumulants up to bias (pose, 3), covariance (pose, 3, 3) and forms of the third (pose, 10) and fourth (pose, 15)."""
+    count = len(matrix.tool)
+    pairs, third, fourth = np.zeros((6, count)), np.zeros((len(THIRDS), count)), np.zeros((len(FOURTHS), count))
+    add_up(
+        *(matrix.along_poses[3:], known.pairs, known.pair_values, known.threes, known.three_values, known.fours, known.four_values),
+        *(pairs, third, fourth),
+    )
+    covariance = np.ascontiguousarray(pairs.T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+    return np.ascontiguousarray(matrix.bias[:, 3:]), covariance, np.ascontiguousarray(third.T), np.ascontiguousarray(fourth.T)
 
 
 def _told(figures: Floats, bounds: Floats) -> NDArray[np.bool_]:
@@ -150,7 +159,7 @@ def _told(figures: Floats, bounds: Floats) -> NDArray[np.bool_]:
 
 def _excess(covariance: Floats, forms: Floats) -> Floats:
     """Give k_iijj over the mean fourth power of a normal vector, (tr C)^2 + 2 tr C^2."""
-    weight = np.array([1.0 if max(powers) == 4 else 1 / 3 if sorted(powers) == [0, 2, 2] else 0.0 for powers in kernel.FOURTHS])  # noqa: PLR2004 - x^4; x^2 y^2
+    weight = np.array([1.0 if max(powers) == 4 else 1 / 3 if sorted(powers) == [0, 2, 2] else 0.0 for powers in FOURTHS])  # noqa: PLR2004 - x^4; x^2 y^2
     normal = np.einsum("pii->p", covariance) ** 2 + 2 * np.einsum("pij,pij->p", covariance, covariance)
     return np.asarray(forms @ weight / np.where(normal > 0, normal, 1.0))
 

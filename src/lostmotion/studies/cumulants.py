@@ -1,4 +1,4 @@
-"""Which cumulants do the draws of an arm's terms have? Second and fourth, joint where terms share what is drawn.
+"""Which cumulants do the draws of an arm's terms have? Second, third and fourth, joint where terms share what is drawn.
 
 Terms that draw from different streams are independent. Within a group that shares streams (the two parts of a wave, the amount of a play and its
 side) every mean of a product is a product of means over the streams, each by quadrature.
@@ -28,35 +28,39 @@ _NOTHING: Final = 1e-8
 
 @dataclass(frozen=True)
 class Cumulants:
-    """Joint cumulants of the draws that are not zero: terms (n, 2) and (n, 4) by number, rising, and the cumulants times how often they occur."""
+    """Joint cumulants of the draws that are not zero: terms (n, 2), (n, 3), (n, 4) by number, rising, and their worth times how often they occur."""
 
     pairs: np.ndarray
     pair_values: np.ndarray
+    threes: np.ndarray
+    three_values: np.ndarray
     fours: np.ndarray
     four_values: np.ndarray
 
 
 def cumulants(infos: Sequence[TermInfo], columns: np.ndarray) -> Cumulants:
-    """Which second and fourth cumulants do the draws of these terms have?"""
-    pairs: list[tuple[int, ...]] = []
-    fours: list[tuple[int, ...]] = []
-    pair_values: list[float] = []
-    four_values: list[float] = []
+    """Which second, third and fourth cumulants do the draws of these terms have?
+
+    Every law here is symmetric, so single terms have no third cumulant; an amount that enters by itself has one with the play that it scales.
+    """
+    found: dict[int, tuple[list[tuple[int, ...]], list[float]]] = {order: ([], []) for order in (2, 3, 4)}
     for group in _groups(infos, columns):
         second = {two: _mean(infos, two) for two in combinations_with_replacement(group, 2)}
-        for two, value in second.items():
-            if abs(value) > _NOTHING:
-                pairs.append(two)
-                pair_values.append(value * _arrangements(two))
-        for four in combinations_with_replacement(group, 4):
-            i, j, k, m = four
-            value = _mean(infos, four) - second[i, j] * second[k, m] - second[i, k] * second[j, m] - second[i, m] * second[j, k]
-            if abs(value) > _NOTHING:
-                fours.append(four)
-                four_values.append(value * _arrangements(four))
-    return Cumulants(
-        np.array(pairs, np.int64).reshape(-1, 2), np.array(pair_values), np.array(fours, np.int64).reshape(-1, 4), np.array(four_values, float)
-    )
+        for order, (terms, values) in found.items():
+            for some in combinations_with_replacement(group, order):
+                value = second[some] if order == 2 else _mean(infos, some)  # noqa: PLR2004 - all have mean zero: moments are cumulants below four
+                if order == 4:  # noqa: PLR2004
+                    i, j, k, m = some
+                    value -= second[i, j] * second[k, m] + second[i, k] * second[j, m] + second[i, m] * second[j, k]
+                if abs(value) > _NOTHING:
+                    terms.append(some)
+                    values.append(value * _arrangements(some))
+    (pairs, two), (threes, three), (fours, four) = found.values()
+    return Cumulants(*_arrays(pairs, two, 2), *_arrays(threes, three, 3), *_arrays(fours, four, 4))
+
+
+def _arrays(terms: list[tuple[int, ...]], values: list[float], order: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.array(terms, np.int64).reshape(-1, order), np.array(values, float)
 
 
 def _groups(infos: Sequence[TermInfo], columns: np.ndarray) -> list[list[int]]:
