@@ -217,7 +217,7 @@ def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome])
     largest = max((each.worst[0] for each in outcomes), key=lambda each: each.error)
     out.append(Card("largest error of all samples", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
     samples = order.designs * order.poses * order.robots * order.visits
-    said = f"{samples / 1e9:.3g} thousand million" if samples >= 1e9 else f"{samples / 1e6:.3g} million"  # noqa: PLR2004 - where people change words
+    said = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - where people change words
     out.append(Card("samples", said, f"in {order.designs * order.blocks} blocks"))
     return out
 

@@ -219,7 +219,7 @@ def spread(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
             name=label(design_said(order, each.design)),
             line={"color": colours[k], "width": 2, "dash": _DASHES[k]},
             hovertemplate=f"%{{y:.2f}} % within %{{x:.4~g}} {unit}<extra></extra>",
-            showlegend=True,
+            showlegend=len(outcomes) > 1,
         )
         for k, each in enumerate(outcomes)
     ]
