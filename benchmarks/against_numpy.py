@@ -36,11 +36,11 @@ LEVELS = (0.5, 0.95, 0.99)
 EDGES = np.linspace(0, 5e-3, 500)
 
 
-def ur5e() -> Arm:
+def ur5e(varies: str = "visit") -> Arm:
     joints = []
     for k in range(6):
         tip = {"xyz": (A[k], 0.0, D[k]), "rpy": (ALPHA[k], 0.0, 0.0)}
-        lumped = {"angle": 3 * SIGMA, "law": "normal", "offset": OFFSET}
+        lumped = {"angle": 3 * SIGMA, "law": "normal", "offset": OFFSET, "varies": varies}
         joints.append({"name": f"{k + 1}", "type": "revolute", "axis": "z", "limits": (-math.pi, math.pi), "link": {"tip": tip}, "lumped": lumped})
     return Arm.model_validate({"name": "UR5e, lumped errors", "joints": joints})
 
