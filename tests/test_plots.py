@@ -65,7 +65,7 @@ def test_every_axis_names_its_unit():
 def test_no_two_plots_share_a_key():
     """Keys name files and places on the page."""
     keys = [plot.key for plot in plots.plots(small_study())]
-    assert len(set(keys)) == len(keys) == 9
+    assert len(set(keys)) == len(keys) == 11
 
 
 def test_histogram_counts_every_sample_once():

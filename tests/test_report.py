@@ -137,10 +137,10 @@ def test_every_plot_has_its_place_and_its_words(page):
     """Each plot's data finds an element of its own, ids are unique, and a screen reader is told what is drawn."""
     reader = of_page(page)
     wanted = re.findall(r'data-plot="([^"]+)"', page)
-    assert len(wanted) == 9
+    assert len(wanted) == 11
     assert len(set(reader.ids)) == len(reader.ids)
     assert {f"plot-{key}" for key in wanted} <= set(reader.ids)
-    assert page.count('<figure role="img" aria-label="') == 9
+    assert page.count('<figure role="img" aria-label="') == 11
 
 
 def test_hostile_names_are_shown_not_run():
@@ -149,7 +149,7 @@ def test_hostile_names_are_shown_not_run():
     page = pages.page(sheet(study), plots(study), "0")
     reader = of_page(page)
     assert not any("alert(1)" in script for script in reader.scripts)
-    assert len([script for script in reader.scripts if script]) == 2 + 9
+    assert len([script for script in reader.scripts if script]) == 2 + 11
     assert "<script>alert" not in page
     assert "<script>alert" not in study._repr_html_()
     assert reader.tags.count("title") == 1
