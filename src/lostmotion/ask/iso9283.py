@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lostmotion.ask.shown import Shown
@@ -69,6 +69,8 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
         chosen = _cube(arm, cube, centre, tool_rpy, floor, visits, progress)
     if measured is not None:
         visits = _read(measured, mapping, commands, instrument, chosen)
+        if chosen is not None and chosen.rotation is None:  # orientations come as they come
+            visits = replace(visits, turn=None, rotation=None)
     return _sheet_of(arm, chosen, visits, cycles, robots, seed, path, warm_up, progress)
 
 
@@ -127,6 +129,7 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     from lostmotion.studies.iso9283.warm_up import drift
 
     predicted = drifted = None
+    ends = (1, 3)
     if arm is not None and cube is not None:
         if len(path) != 2 or not set(path) <= set(NAMES):  # noqa: PLR2004 - from one to another
             raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
@@ -135,7 +138,12 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
         if warm_up is not None:
             drifted = drift(arm, cube.q[0], predicted.loads[0].barycentre[0], warm_up)
     judged = None if visits is None else judge(visits)
-    both = compare(predicted, judged) if predicted is not None and judged is not None else []
+    both: list[Compared] = []
+    if arm is not None and cube is not None and predicted is not None and judged is not None and visits is not None:
+        seen = predicted
+        if visits.instrument:  # the robots built are read with the same instrument
+            seen = predict(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, instrument=visits.instrument, progress=progress)
+        both = compare(seen, judged)
     return Iso9283(predicted, drifted, judged, tuple(both))
 
 

@@ -30,7 +30,7 @@ _WORDS: Final = (
     ("AP_p", "pose accuracy: how far the barycentre, the average of a robot's visits, lies from the commanded point (7.2.1)."),
     (
         "best-fit frames",
-        "what is left of AP_p once the base frame (and the tool's, where told) is set as well as can be: six numbers to five poses.",
+        "what is left of AP_p once base frame (and tool frame, where orientations were measured) are set as well as can be.",
     ),
     ("RP_l", "pose repeatability: mean distance of the visits from their barycentre plus three standard deviations of it (7.2.2)."),
     (
@@ -38,7 +38,10 @@ _WORDS: Final = (
         "RP_l of 30 visits is a sample: of a round normal scatter, 3.537 sigma on the average, 3.616 with many visits, 0.329 up or down by chance.",
     ),
     ("from either side", "RP_l if joints arrived from either side at random: play that the standard's cycle keeps on one side then shows in full."),
-    ("mean, 95 % below", "over the robots built: their average, and what 95 % of them stay below."),
+    (
+        "mean, 95 % below",
+        "over the robots built: their average, and what 95 % of them stay below. Under the full payload where nothing else is said.",
+    ),
     ("worst", "the worst of the five poses, of each robot by itself."),
     ("a, b, c", "turns about the base's x, y, z axes."),
     (
@@ -93,6 +96,8 @@ def iso_sheet(
 
 def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
     """Give an estimate as a length (m) or an angle (rad, shown in arcmin)."""
+    if math.isnan(estimate.value):
+        return Figure(math.nan, "1")
     if angle:
         return Figure(estimate.value / ARCMIN, "arcmin", estimate.low / ARCMIN, estimate.high / ARCMIN, samples)
     return length(estimate.value, estimate.low, estimate.high, samples)
@@ -102,8 +107,11 @@ def _predicted(found: Predicted, drifted: Drift | None) -> list[Section]:
     return [
         _cube(found),
         _poses(found),
-        *(section for sheet in found.loads for section in (_accuracy(found, sheet), _repeatability(found, sheet))),
-        _by_axis(found),
+        *(_accuracy(found, sheet) for sheet in found.loads),
+        _fitted(found),
+        *(_repeatability(found, sheet) for sheet in found.loads),
+        _either_side(found),
+        *_by_axis(found),
         _sides(found),
         _distance(found),
         _path(found),
@@ -166,54 +174,66 @@ def _poses(found: Predicted) -> Section:
     return Section("poses", "The five poses", ("x", "y", "z"), tuple(rows), note)
 
 
-def _accuracy(found: Predicted, sheet: PoseSheet) -> Section:
+def _rows(values: Floats, counted: str) -> tuple[Row, ...]:
+    """Give a row for each pose of values (pose, robot), and one for the worst of them in each robot."""
+    spreads = [(name, over_robots(values[k])) for k, name in enumerate(NAMES)]
+    spreads.append(("worst", over_robots(values.max(axis=0))))
+    return tuple(Row(name, (of(spread.mean, counted), of(spread.high, counted))) for name, spread in spreads)
+
+
+def _both_loads(found: Predicted, values: tuple[Floats, ...]) -> tuple[tuple[str, ...], tuple[Row, ...]]:
+    """Give the columns and rows of values (pose, robot) that are told for each load beside the other, what 95 % of robots stay below."""
     counted = _counted(found)
+    columns = tuple(f"{100 * sheet.load:.0f} % load, {_MOST}" for sheet in found.loads)
+    rows = [Row(name, tuple(of(over_robots(each[k]).high, counted) for each in values)) for k, name in enumerate(NAMES)]
+    rows.append(Row("worst", tuple(of(over_robots(each.max(axis=0)).high, counted) for each in values)))
+    return columns, tuple(rows)
 
-    def row(name: str, values: Floats, fitted: Floats) -> Row:
-        spread = over_robots(values)
-        return Row(name, (of(spread.mean, counted), of(spread.high, counted), of(over_robots(fitted).high, counted)))
 
-    rows = [row(name, sheet.accuracy[k], sheet.fitted[k]) for k, name in enumerate(NAMES)]
-    rows.append(row("worst", sheet.accuracy.max(axis=0), sheet.fitted.max(axis=0)))
-    title = f"Pose accuracy AP_p, {_percent(sheet.load)}"
-    return Section(f"ap{100 * sheet.load:.0f}", title, (_MEAN, _MOST, "best-fit frames, 95 %"), tuple(rows))
+def _accuracy(found: Predicted, sheet: PoseSheet) -> Section:
+    title = f"AP_p, {_percent(sheet.load)}"
+    return Section(f"ap{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.accuracy, _counted(found)), "as it is: frames as commanded")
+
+
+def _fitted(found: Predicted) -> Section:
+    columns, rows = _both_loads(found, tuple(sheet.fitted for sheet in found.loads))
+    note = "what is left once each robot's base frame fits its five barycentres best: six numbers to fifteen. The tool is held alike, or as it comes"
+    return Section("fitted", "AP_p with best-fit frames", columns, rows, note)
 
 
 def _repeatability(found: Predicted, sheet: PoseSheet) -> Section:
-    counted = _counted(found)
-
-    def row(name: str, values: Floats, loose: Floats) -> Row:
-        spread = over_robots(values)
-        return Row(name, (of(spread.mean, counted), of(spread.high, counted), of(over_robots(loose).high, counted)))
-
-    rows = [row(name, sheet.repeatability[k], sheet.from_any_side[k]) for k, name in enumerate(NAMES)]
-    rows.append(row("worst", sheet.repeatability.max(axis=0), sheet.from_any_side.max(axis=0)))
     note = (
         "from one side, as the standard's cycle makes every joint arrive; what scatters from visit to visit is what the parts state "
-        "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top. "
-        f"A normal scatter of the same covariance would show {', '.join(str(length(float(x))) for x in sheet.expected)} at P1 to P5 on the average"
+        "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top. A normal scatter of the same "
+        f"covariance would show {', '.join(str(length(float(x))) for x in sheet.expected)} at P1 to P5 on the average"
     )
-    return Section(
-        f"rp{100 * sheet.load:.0f}",
-        f"Pose repeatability RP_l, {_percent(sheet.load)}",
-        (_MEAN, _MOST, "either side, 95 %"),
-        tuple(rows),
-        note,
-    )
+    title = f"RP_l, {_percent(sheet.load)}"
+    return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.repeatability, _counted(found)), note)
 
 
-def _by_axis(found: Predicted) -> Section:
+def _either_side(found: Predicted) -> Section:
+    columns, rows = _both_loads(found, tuple(sheet.from_any_side for sheet in found.loads))
+    note = "not the standard's cycle: joints arrive from either side at random, and play that no load holds closed shows in full"
+    return Section("either", "RP_l from either side", columns, rows, note)
+
+
+def _by_axis(found: Predicted) -> list[Section]:
     sheet, counted = found.loads[0], _counted(found)
-    rows = []
+    accurate, repeats = [], []
     for k, name in enumerate(NAMES):
         for axis, letter in enumerate(_AXES):
             angle = axis >= 3  # noqa: PLR2004 - shifts come first here
             average = (sheet.turn if angle else sheet.barycentre)[k, :, axis % 3]
-            scatter = sheet.scatter[k, :, axis % 3 + (0 if angle else 3)]
-            spread, wide, repeats = over_robots(average), over_robots(np.abs(average)), over_robots(scatter)
-            rows.append(Row(f"{name}-{letter}", tuple(of(each, counted, angle=angle) for each in (spread.mean, wide.high, repeats.high))))
-    note = "AP_x, AP_y, AP_z, AP_a, AP_b, AP_c; 3 s is RP_a, RP_b, RP_c of the turns, and the same of the shifts"
-    return Section("axes", f"By axis, {_percent(1.0)}", ("AP, mean", "|AP|, 95 %", "± 3 s, 95 %"), tuple(rows), note)
+            figures = over_robots(average).mean, over_robots(np.abs(average)).high
+            accurate.append(Row(f"{letter}-{name}", tuple(of(each, counted, angle=angle) for each in figures)))
+            if angle:
+                spread = over_robots(sheet.scatter[k, :, axis % 3])
+                repeats.append(Row(f"{letter}-{name}", tuple(of(each, counted, angle=True) for each in (spread.mean, spread.high))))
+    note = "signed mean; the 95 % are of the size"
+    return [
+        Section("axes", "AP by axis", (_MEAN, _MOST), tuple(accurate), f"AP_x, AP_y, AP_z, AP_a, AP_b, AP_c: {note}"),
+        Section("turns", "RP of orientation", (_MEAN, _MOST), tuple(repeats), "RP_a, RP_b, RP_c: ± 3 s"),
+    ]
 
 
 def _sides(found: Predicted) -> Section:
@@ -223,7 +243,7 @@ def _sides(found: Predicted) -> Section:
         spread = over_robots(values)
         rows.append(Row(NAMES[k], (of(spread.mean, counted), of(spread.high, counted))))
     note = "approached along the base's x, y and z from a tenth of the cube's side away; joints that stand still then rest as in the cycle"
-    return Section("vap", f"Multi-directional accuracy vAP_p, {_percent(1.0)}", (_MEAN, _MOST), tuple(rows), note)
+    return Section("vap", "vAP_p, from three sides", (_MEAN, _MOST), tuple(rows), note)
 
 
 def _distance(found: Predicted) -> Section:
@@ -232,10 +252,14 @@ def _distance(found: Predicted) -> Section:
     ends = f"{NAMES[DISTANCE[0]]}-{NAMES[DISTANCE[1]]}"
     mean, wide, again = over_robots(accuracy).mean, over_robots(np.abs(accuracy)).high, over_robots(repeat)
     rows = (
-        Row(f"AD_p, {ends}", (of(mean, counted), of(wide, counted)), "signed: above zero is too far; the 95 % are of its size"),
-        Row(f"RD, {ends}", (of(again.mean, counted), of(again.high, counted)), "± 3 s"),
+        Row(
+            f"AD_p, {ends}",
+            (of(mean, counted), of(wide, counted)),
+        ),
+        Row(f"RD, {ends}", (of(again.mean, counted), of(again.high, counted))),
     )
-    return Section("distance", f"Distance accuracy and repeatability, {_percent(1.0)}", (_MEAN, _MOST), rows)
+    note = "AD_p is signed, above zero too far; its 95 % are of the size. RD is ± 3 s"
+    return Section("distance", "Distance AD_p, RD", (_MEAN, _MOST), rows, note)
 
 
 def _path(found: Predicted) -> Section:
@@ -246,7 +270,7 @@ def _path(found: Predicted) -> Section:
         for name, spread in ((word, over_robots(values)) for word, values in zip(("AT_p", "RT_p"), found.path, strict=True))
     ]
     note = "straight line, in the planes across it, largest over its points; RT_p of 10 cycles at the worst of many points is larger than at one"
-    return Section("path", f"Path accuracy and repeatability, {_percent(1.0)}", (_MEAN, _MOST), tuple(rows), note)
+    return Section("path", "Path AT_p, RT_p", (_MEAN, _MOST), tuple(rows), note)
 
 
 def _drift(found: Predicted, drifted: Drift) -> Section:
@@ -254,18 +278,19 @@ def _drift(found: Predicted, drifted: Drift) -> Section:
     hours = drifted.time[-1] / 3600
     counted = f"{found.robots} robots, {hours:.0f} h"
     rows = (
-        Row("dAP_p at P1", (of(spread.mean, counted), of(spread.high, counted)), f"largest change of AP_p within {hours:.0f} h"),
+        Row("dAP_p, P1", (of(spread.mean, counted), of(spread.high, counted))),
         Row(
-            "way of the tool",
+            "way, P1",
             (length(float(np.linalg.norm(drifted.shift[-1]))),) * 2,
             "how far the barycentre has moved at the end, alike in all robots",
         ),
     )
     note = (
-        f"assumed: all links warm by {warm.rise:g} K, 63 % of it in {warm.time_constant / 60:.0f} min, and grow {warm.expansion * 1e6:g}e-6 per K; "
+        f"dAP_p is the largest change of AP_p within {hours:.0f} h; the way is that of the barycentre at the end, alike in all robots. Assumed: "
+        f"all links warm by {warm.rise:g} K, 63 % of it in {warm.time_constant / 60:.0f} min, and grow {warm.expansion * 1e6:g}e-6 per K; "
         "base, drives and bearings stay as they are; the controller does not know"
     )
-    return Section("drift", "Drift while warming up", (_MEAN, _MOST), rows, note)
+    return Section("drift", "Drift dAP_p", (_MEAN, _MOST), rows, note)
 
 
 def _check(found: Predicted) -> Section:

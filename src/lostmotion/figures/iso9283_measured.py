@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, length
 from lostmotion.figures.iso9283 import of
+from lostmotion.studies.intervals import Estimate
 
 if TYPE_CHECKING:
-    from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.measured import Measured, MeasuredPose
 
 _MOST_POSES: Final = 12
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 # In reading order; the figures that stand in the table, not only in result.json.
-SHOWN: Final = ("AP_p", "AP_p, best-fit frames", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD")
+SHOWN: Final = ("AP_p", "AP_p fitted", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD")
 
 
 def measured_verdict(found: Measured, compared: list[Compared]) -> str:
@@ -88,15 +88,18 @@ def _pooled(found: Measured) -> list[Section]:
 def _poses(found: Measured) -> Section:
     shown = found.poses[:_MOST_POSES]
     with_instrument = found.visits.instrument > 0
+    with_sides = any(_known(pose.multi_directional) for pose in found.poses)
 
     def row(pose: MeasuredPose) -> Row:
         counted = f"{pose.visits} visits"
-        figures = [of(pose.accuracy, counted), length(pose.fitted), of(pose.repeatability, counted)]
+        figures = [of(pose.accuracy, counted), of(Estimate(pose.fitted, math.nan, math.nan)), of(pose.repeatability, counted)]
         if with_instrument:
             figures.append(length(pose.without_instrument))
-        return Row(pose.name, (*figures, of(pose.multi_directional)))
+        if with_sides:
+            figures.append(of(pose.multi_directional))
+        return Row(pose.name, tuple(figures))
 
-    columns = ("AP_p", "best-fit frames", "RP_l", *(("RP_l less instrument",) if with_instrument else ()), "vAP_p")
+    columns = ("AP_p", "best-fit frames", "RP_l", *(("less instrument",) if with_instrument else ()), *(("vAP_p",) if with_sides else ()))
     note = "" if len(shown) == len(found.poses) else f"the first {len(shown)} of {len(found.poses)} poses; "
     note += "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"
     if with_instrument:
@@ -142,7 +145,10 @@ def compared_section(compared: list[Compared]) -> list[Section]:
             rows.append(Row(f"{name}, {each.pose}", (*plain, figures[3]), "within" if each.within else "outside"))
     if not rows:
         return []
-    note = "over robots built, full payload; within: between what 5 % and 95 % of them stay below. Of a robot like them one figure in ten is not"
+    note = (
+        "over robots built, full payload, read with the instrument stated; within: between what 5 % and 95 % of them stay below. "
+        "Of a robot like them one figure in ten is not"
+    )
     return [Section("compared", "Predicted and measured", ("5 % below", "mean", "95 % below", "measured"), tuple(rows), note)]
 
 

@@ -88,7 +88,7 @@ def cube(found: Predicted) -> go.Figure:
 
     cloud = tool_points(found.arm, sample_poses(found.arm, _POINTS).q) * 1e3
     corners, five = found.cube.corners, found.cube.poses[:, :3, 3]
-    marker = {"size": 1.6, "color": _CLOUD}
+    marker = {"size": 1.3, "color": _CLOUD}
     traces = [
         go.Scatter3d(x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], mode="markers", name="within reach", marker=marker, hoverinfo="skip"),
         line(corners[list(_EDGES)], "test cube", INK),
@@ -111,7 +111,7 @@ def cube(found: Predicted) -> go.Figure:
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
-        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.15, "y": -1.45, "z": 0.75}, "center": {"x": 0, "y": 0, "z": -0.1}}},
+        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.3, "y": -1.65, "z": 0.85}, "center": {"x": 0, "y": 0, "z": -0.18}}},
         legend={**LEGEND, "y": 0.98, "yanchor": "bottom"},
         margin={"l": 0, "r": 0, "t": 74, "b": 0},
     )

@@ -8,6 +8,7 @@ which the n of the sample show a little less.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -92,7 +93,7 @@ class MeasuredPose:
 class Measured:
     """The sheet of one robot.
 
-    poses       each pose, in the file's order
+    poses       each pose, P2 before P10
     distance    AD_p and RD between P2 and P4; None without both
     pooled      mean, standard deviation, 95 % point and largest of AP_p over poses, as it is and with the best-fit frames; with intervals over poses
     fit         the frames; None for fewer than three poses or no commands
@@ -112,7 +113,7 @@ NOTHING: Final = Estimate(math.nan, math.nan, math.nan)
 
 def judge(visits: Visits, level: float = LEVEL) -> Measured:
     """What does ISO 9283 say of these visits? Intervals of this level; two visits at least for a scatter, three poses for frames."""
-    names = list(dict.fromkeys(visits.pose))
+    names = sorted(dict.fromkeys(visits.pose), key=_counting)
     label = np.array(visits.pose)
     in_cycle = np.array([not side for side in visits.side])
     rows = {name: np.flatnonzero((label == name) & in_cycle) for name in names}
@@ -129,6 +130,12 @@ def judge(visits: Visits, level: float = LEVEL) -> Measured:
         pooled = _pooled(lambda chosen: raw[chosen], len(raw), level), _pooled(_refit(command, rotation, fit), len(raw), level)
     floor = visits.instrument * _round_repeatability(min(len(found) for found in rows.values()))
     return Measured(visits, poses, _distance(visits, rows, level), pooled, fit, floor)
+
+
+def _counting(name: str) -> tuple[str, int, str]:
+    """Give what sorts names as people count."""
+    word = name.rstrip("0123456789")
+    return word, int(name[len(word) :][-9:] or 0), name
 
 
 def student_interval(values: Floats, level: float = LEVEL) -> Estimate:
@@ -165,13 +172,16 @@ def accuracy_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     The square of the average's length is too large by the trace of its covariance C, and has the variance 4 b'Cb + 2 tr C^2 (normal scatter);
     Student's share of its root to both sides, never below zero. Holds its level where AP_p is half of the scatter of a visit or more; above it below.
     """
-    mean, count = errors.mean(axis=0), len(errors)
+    if len(errors) < _FEWEST:
+        return Estimate(float(np.linalg.norm(errors.mean(axis=0))), math.nan, math.nan)
+    return _length(errors.mean(axis=0), np.cov(errors.T) / len(errors), len(errors) - 1, level)
+
+
+def _length(mean: Floats, covariance: Floats, freedom: int, level: float) -> Estimate:
+    """Give the length of an average with this covariance, and its interval."""
     value = float(np.linalg.norm(mean))
-    if count < _FEWEST:
-        return Estimate(value, math.nan, math.nan)
-    covariance = np.cov(errors.T) / count
     square = value**2 - float(np.trace(covariance))
-    half = student(count - 1, level) * math.sqrt(float(4 * mean @ covariance @ mean + 2 * (covariance**2).sum()))
+    half = student(freedom, level) * math.sqrt(float(4 * mean @ covariance @ mean + 2 * (covariance**2).sum()))
     return Estimate(value, math.sqrt(max(square - half, 0.0)), math.sqrt(max(square + half, 0.0)))
 
 
@@ -239,26 +249,20 @@ def _pose(visits: Visits, name: str, found: np.ndarray, fitted: float, level: fl
 
 
 def _from_sides(visits: Visits, name: str, level: float) -> Estimate:
-    """Give vAP_p with its interval by drawing visits again from each side (B. Efron's bootstrap, 1979), about the value found."""
+    """Give vAP_p, with the interval of the pair of sides that stand farthest apart."""
     sides: dict[str, list[int]] = {}
     for k, (pose, side) in enumerate(zip(visits.pose, visits.side, strict=True)):
         if pose == name and side:
             sides.setdefault(side, []).append(k)
-    if len(sides) < _FEWEST:
-        return NOTHING
     sets = [visits.attained[found] for found in sides.values()]
-    value = _widest(np.array([each.mean(axis=0) for each in sets])[None])[0]
-    if min(map(len, sets)) < _FEWEST:
-        return Estimate(float(value), math.nan, math.nan)
-    rng = _generator(f"sides.{name}")
-    again = _widest(np.stack([each[rng.integers(len(each), size=(_AGAIN, len(each)))].mean(axis=1) for each in sets], axis=1))
-    low, high = np.quantile(again, [(1 - level) / 2, (1 + level) / 2])
-    return Estimate(float(value), float(max(2 * value - high, 0.0)), float(2 * value - low))
-
-
-def _widest(barycentres: Floats) -> Floats:
-    apart = np.linalg.norm(barycentres[:, :, None] - barycentres[:, None], axis=-1)
-    return np.asarray(apart.max(axis=(1, 2)))
+    if len(sets) < _FEWEST:
+        return NOTHING
+    pairs = [(one, other) for one, other in itertools.combinations(sets, 2)]
+    one, other = max(pairs, key=lambda pair: float(np.linalg.norm(pair[0].mean(axis=0) - pair[1].mean(axis=0))))
+    between, fewest = one.mean(axis=0) - other.mean(axis=0), min(len(one), len(other))
+    if fewest < _FEWEST:
+        return Estimate(float(np.linalg.norm(between)), math.nan, math.nan)
+    return _length(between, np.cov(one.T) / len(one) + np.cov(other.T) / len(other), fewest - 1, level)
 
 
 def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tuple[Estimate, Estimate] | None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies import exact
+from lostmotion.studies.draws import key
 from lostmotion.studies.inverse import bring
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import NAMES
@@ -58,7 +59,7 @@ class PoseSheet:
     barycentre, turn      (pose, robot, 3) the average error of a robot's visits, and its rotation: AP_x, AP_y, AP_z and AP_a, AP_b, AP_c
     repeatability         (pose, robot) RP_l
     scatter               (pose, robot, 6) 3 s about and along the axes: RP_a, RP_b, RP_c first
-    fitted                (pose, robot) AP_p left once each robot's frames fit best over the five poses
+    fitted                (pose, robot) AP_p left once each robot's base frame fits best over the five poses
     expected, deviation   (pose,) mean and standard deviation of RP_l if visits scattered normally with the terms' covariance: no samples
     from_any_side         (pose, robot) RP_l if every joint arrived from either side at random, so that nothing held the side of its play
     shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
@@ -122,6 +123,7 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
     seed: int = 1,
     path: tuple[int, int] = DISTANCE,
     path_points: int = PATH_POINTS,
+    instrument: float = 0.0,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Predicted:
     """What would the sheet of ISO 9283 say of robots built to this design, in this cube?
@@ -129,6 +131,7 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
     cycles   visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
     robots   how many are built
     path     the poses that the line for AT and RT joins, 0 for P1; the line is run 10 times
+    instrument  standard deviation, m, of the readings of positions that are added: what the sheet would look like through it
     Raises InputError for numbers out of range, and for a path that the arm cannot follow.
     """
     for name, value, least, most in (
@@ -145,11 +148,11 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
     for number, load in enumerate(LOADS):
         told("visiting the five poses", number, steps)
         first = _NUMBERS["cycle"] + len(NAMES) * number
-        sheets.append(_pose_sheet(_loaded(arm, load), cube, arrives, load, seed, first, robots, cycles))
+        sheets.append(_pose_sheet(_loaded(arm, load), cube, arrives, load, seed, first, robots, cycles, instrument))
     told("arriving from three sides", len(LOADS), steps)
-    sides = _from_sides(arm, cube, arrives, seed, robots, cycles)
+    sides = _from_sides(arm, cube, arrives, seed, robots, cycles, instrument)
     told("following the path", len(LOADS) + 1, steps)
-    profile, at_rt = _along_path(arm, cube, arrives, path, path_points, seed, robots)
+    profile, at_rt = _along_path(arm, cube, arrives, path, path_points, seed, robots, instrument)
     distance = sheets[0][1]
     return Predicted(
         arm,
@@ -197,14 +200,17 @@ def _loaded(arm: Arm, share: float) -> Arm:
     return arm if share == 1 else arm.model_copy(update={"payload": lighter})
 
 
-def _errors(matrix: Screws, row: int, number: int, seed: int, robots: int, visits: int) -> Floats:
-    """Give the tool's error (robot, visit, 6) at one pose, rad and m: what the study's kernel would draw for pose `number`."""
+def _errors(matrix: Screws, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:
+    """Give the tool's error (robot, visit, 6) at one pose, rad and m: what the study's kernel would draw for pose `number`, and the readings' own."""
     out = np.empty((robots, visits, 6))
     for first in range(0, robots, _AT_ONCE):
         last = min(first + _AT_ONCE, robots)
         robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(first, last), np.arange(visits), indexing="ij"))
         draws = exact.draws_of(matrix, seed, number, robot, visit)
         out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, visits, 6)
+    if instrument:
+        readings = np.random.Generator(np.random.Philox(key=key(seed, f"iso9283.readings.{number}")))
+        out[..., 3:] += instrument * readings.standard_normal((robots, visits, 3))
     return out
 
 
@@ -216,24 +222,24 @@ def visit_covariance(matrix: Screws) -> Floats:
 
 
 def _pose_sheet(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, arrives: Floats, load: float, seed: int, first: int, robots: int, cycles: int
+    arm: Arm, cube: Cube, arrives: Floats, load: float, seed: int, first: int, robots: int, cycles: int, instrument: float
 ) -> tuple[PoseSheet, Floats]:
     matrix, loose = screws(arm, cube.q, approach=arrives), screws(arm, cube.q)
-    errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles) for k in range(len(NAMES))])
+    errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles, instrument) for k in range(len(NAMES))])
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
     command = cube.poses[:, :3, 3]
-    expected, deviation = iso.expected_repeatability(visit_covariance(matrix), cycles)
+    expected, deviation = iso.expected_repeatability(visit_covariance(matrix) + instrument**2 * np.eye(3), cycles)
     sheet = PoseSheet(
         load,
         barycentre,
         iso.axis_accuracy(turn),
         iso.pose_repeatability(shift),
         iso.axis_repeatability(errors),
-        np.linalg.norm(left_by_frames(barycentre, command, cube.poses[:, :3, :3]), axis=-1),
+        np.linalg.norm(left_by_frames(barycentre, command), axis=-1),
         expected,
         deviation,
-        iso.pose_repeatability(np.stack([_errors(loose, k, first + k, seed, robots, cycles)[..., 3:] for k in range(len(NAMES))])),
+        iso.pose_repeatability(np.stack([_errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:] for k in range(len(NAMES))])),
         shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
     )
     a, b = DISTANCE
@@ -242,14 +248,14 @@ def _pose_sheet(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     return sheet, np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
 
 
-def _from_sides(arm: Arm, cube: Cube, arrives: Floats, seed: int, robots: int, cycles: int) -> Floats:
+def _from_sides(arm: Arm, cube: Cube, arrives: Floats, seed: int, robots: int, cycles: int, instrument: float) -> Floats:
     """Give vAP (pose, robot): each pose approached along the base's x, y and z."""
     out = np.empty((len(FROM_THREE_SIDES), robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
         q = np.tile(cube.q[pose], (3, 1))
         matrix = screws(arm, q, approach=side_approach(arm, cube, pose, arrives[pose]))
         number = _NUMBERS["sides"] + 3 * row
-        shift = np.stack([_errors(matrix, k, number + k, seed, robots, cycles)[..., 3:] for k in range(3)], axis=1)
+        shift = np.stack([_errors(matrix, k, number + k, seed, robots, cycles, instrument)[..., 3:] for k in range(3)], axis=1)
         out[row] = iso.multi_directional_accuracy(shift)
     return out
 
@@ -294,7 +300,9 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
     return q
 
 
-def _along_path(arm: Arm, cube: Cube, arrives: Floats, ends: tuple[int, int], points: int, seed: int, robots: int) -> tuple[Floats, Floats]:
+def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
+    arm: Arm, cube: Cube, arrives: Floats, ends: tuple[int, int], points: int, seed: int, robots: int, instrument: float
+) -> tuple[Floats, Floats]:
     """Give AT and RT at each point (2, point, 2), mean over robots and 95 % of them below, and of the whole path (2, robot)."""
     q = path_poses(arm, cube, ends, points)
     signs = np.sign(np.where(np.abs(np.diff(q, axis=0)) < _STILL, 0.0, np.diff(q, axis=0)))
@@ -303,7 +311,7 @@ def _along_path(arm: Arm, cube: Cube, arrives: Floats, ends: tuple[int, int], po
     along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
     found = np.empty((2, points, robots))
     for k in range(points):
-        errors = _errors(matrix, k, _NUMBERS["path"] + k, seed, robots, PATH_CYCLES)[..., 3:][:, None]
+        errors = _errors(matrix, k, _NUMBERS["path"] + k, seed, robots, PATH_CYCLES, instrument)[..., 3:][:, None]
         found[:, k] = iso.path_accuracy(errors, along), iso.path_repeatability(errors, along)
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
     return profile, found.max(axis=1)
