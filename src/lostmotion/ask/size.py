@@ -1,4 +1,4 @@
-"""Size the links of an arm."""
+"""Size the links of an arm by limits, or choose its parts for a target on the tool."""
 
 from __future__ import annotations
 
@@ -6,46 +6,76 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.ask.shown import Shown
+from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from lostmotion.arm import Arm
+    from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
+    from lostmotion.studies.aimed import Aimed
     from lostmotion.studies.sizing import Sizing
 
 DEFAULT_SIZING_POSES = 1024
+# With a target: poses that the search sums up at; the full study of what it found has as many as a study of an arm.
+DEFAULT_SEARCH_POSES = 128
 
 
-def size(
+def size(  # noqa: PLR0913 - a sizing is these
     arm: Arm,
     by: str | Path | None = None,
-    poses: int = DEFAULT_SIZING_POSES,
+    poses: int | None = None,
     seed: int = 1,
     *,
     also: Floats | None = None,
+    reducers: Sequence[GearboxRow] = (),
+    threads: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
     **asked: Any,  # noqa: ANN401 - keys of a file's table
-) -> Size:
-    """Which sections make the links of this arm as light as their limits allow, and what would other limits cost?
+) -> Size | Selection:
+    """Which sections make the links of this arm as light as their limits allow? Or, with a target: which parts hold it at the least cost?
 
-    by      a TOML that says how (`formats.sizing`); left out: the paper's condition (4), each link among sections like its own
-    poses   how many to look at, by a Sobol sequence; corners of the joints' ranges are looked at besides, and `also` (pose, joint), rad and m
-    asked   keys of its table as in the file, slope="0.5 arcmin", deflection=2500, tilt="10 deg", family={"kind": "tube", ...}
+    by       a TOML that says how (`formats.sizing`); left out: the paper's condition (4), each link among sections like its own
+    poses    how many to look at, by a Sobol sequence: 1024, or 128 in the search for a target, which a full study of 2048 follows; corners of the
+             joints' ranges are looked at besides, and by limits `also` (pose, joint), rad and m
+    asked    keys of its table as in the file, slope="0.5 arcmin", deflection=2500, tilt="10 deg", family={"kind": "tube", ...}, target="0.5 mm"
+    reducers rows of the user's own that the file may name besides the catalogue's (`formats.own_reducers.read_reducers`)
+    threads  of the full study; left out: one per processor
 
     Raises InputError with every mistake in file and keys.
     """
+    import os
     from pathlib import Path
 
-    from lostmotion.formats.sizing import read_sizing
+    from lostmotion.formats.sizing import read_asked
     from lostmotion.studies.poses import sample_poses
-    from lostmotion.studies.sizing import size_links
 
-    plan, wanted = read_sizing(None if by is None else Path(by), asked, arm)
-    chosen = sample_poses(arm, poses, seed=seed)
-    return Size(size_links(arm, wanted, plan.limits, chosen, tilt=plan.tilt, step=plan.step, also=also, progress=progress))
+    said = read_asked(None if by is None else Path(by), asked, arm, reducers)
+    if said.plan.target is None:
+        from lostmotion.studies.sizing import size_links
+
+        chosen = sample_poses(arm, poses or DEFAULT_SIZING_POSES, seed=seed)
+        return Size(size_links(arm, said.wanted, said.plan.limits, chosen, tilt=said.plan.tilt, step=said.plan.step, also=also, progress=progress))
+    if also is not None:
+        raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace", "also left out")
+    from lostmotion.ask.study import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS
+    from lostmotion.studies.aimed import Counts, aim
+
+    found = aim(
+        arm,
+        said.slots,
+        said.worth,
+        said.plan.target,
+        sample_poses(arm, poses or DEFAULT_SEARCH_POSES, seed=seed),
+        sample_poses(arm, DEFAULT_POSES, seed=seed),
+        rules=said.rules,
+        counts=Counts(DEFAULT_ROBOTS, DEFAULT_VISITS, seed, threads or os.cpu_count() or 1),
+        progress=progress,
+    )
+    return Selection(found, said.notes)
 
 
 @dataclass(frozen=True)
@@ -72,3 +102,29 @@ class Size(Shown):
 
         text = sized_text(source, sidecar, self.found) if source is not None and self.found.holds else None
         return write_sizing(self.sheet, self.found, text, out, force=force)
+
+
+@dataclass(frozen=True)
+class Selection(Shown):
+    """An arm whose parts were chosen for a target: `summary()`, `report("out/")`, `result()`; `found.sized` is the arm, `found` every number."""
+
+    found: Aimed
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sheet(self) -> Sheet:
+        """Give every figure, as printed, reported and written."""
+        from lostmotion.figures.aimed import aimed_sheet
+
+        return aimed_sheet(self.found, self.notes)
+
+    def report(self, out: str | Path, source: str | Path | None = None, sidecar: str | Path | None = None, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all; with `source`, where the target holds, sized.toml too.
+
+        Arguments and errors as `Size.report`.
+        """
+        from lostmotion.formats.sized import sized_text
+        from lostmotion.report.sizing import write_aimed
+
+        text = sized_text(source, sidecar, self.found) if source is not None and self.found.holds else None
+        return write_aimed(self.sheet, self.found, text, out, force=force)

@@ -17,11 +17,15 @@
     keep = true
 
 A link of which nothing is said is sized among sections like its own. `material` gives a link another one, or one at all.
+
+With `target = "0.5 mm"` the links are sized for the error of the tool instead, with the gearboxes and clearances that `offers` tells of; slope and
+deflection then limit the links besides where they are stated.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Final, get_args
 
 from pydantic import Field, ValidationError, model_validator
@@ -30,21 +34,28 @@ from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import listed, nearest, refuse_all
 from lostmotion.formats.mistakes import problems
+from lostmotion.formats.offers import TABLES_OFFERED, WORTH_EXAMPLE, Offers, worth_of
+from lostmotion.formats.own_reducers import take_reducers
 from lostmotion.formats.toml import read_toml
 from lostmotion.parts.family import Family, family_around
 from lostmotion.parts.material import Material
 from lostmotion.parts.section import Plain, Sized, refuse_section
 from lostmotion.parts.source import Part
+from lostmotion.studies.candidates import Worth, link_slot
+from lostmotion.studies.choosing import Rules
 from lostmotion.studies.lightest import Limits
 from lostmotion.studies.sizing import PAPER, Wanted
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from lostmotion.arm import Arm
+    from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.formats.mistakes import Path as KeyPath
     from lostmotion.parts.joint import Joint
+    from lostmotion.studies.candidates import Slot
 
 TABLE: Final = "sizing"
 _EXAMPLE: Final = '[sizing] with slope = "0.5 arcmin", deflection = 2500'
@@ -77,6 +88,9 @@ class Plan(LinkChoice):
     deflection: Annotated[float, Quantity("", "2500", low=10, high=1e9)] = PAPER.deflection
     tilt: Annotated[float, Quantity("rad", "10 deg", low=0, high=math.pi)] | None = None
     step: Annotated[float, Quantity("m", "0.1 mm", low=0, high=0.1)] = 1e-4
+    target: Annotated[float, Quantity("m", "0.5 mm", above=0, high=10)] | None = None
+    minimise: Annotated[str, Field(max_length=80)] = "mass"
+    price_per_kg: Annotated[float, Quantity("", "12", low=0)] | None = None
 
     @property
     def limits(self) -> Limits:
@@ -84,19 +98,53 @@ class Plan(LinkChoice):
         return Limits(self.slope, self.deflection)
 
 
-_ALSO: Final[dict[type[Any], dict[str, str]]] = {Plan: {"links": _LINK_EXAMPLE}}
+_ALSO: Final[dict[type[Any], dict[str, str]]] = {
+    Plan: {"links": _LINK_EXAMPLE, **{table: f"[sizing.{table}]" for table in TABLES_OFFERED}},
+}
+BY_MASS: Final = Worth()
+_NUMBERS: Final = ("deflection", "price_per_kg")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a sizing is to do: limits or a target, the links to size by the name of their joint; with a target, all parts to choose and what is small.
+
+    notes   what the reader should be warned of
+    """
+
+    plan: Plan
+    wanted: dict[str, Wanted]
+    slots: tuple[Slot, ...] = ()
+    worth: Worth = BY_MASS
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rules(self) -> Rules:
+        """Give what is allowed beside the target: limits on the links, where they were stated."""
+        limited = {"slope", "deflection"} & self.plan.model_fields_set
+        return Rules(self.plan.limits if limited else None, self.plan.tilt)
 
 
 def read_sizing(path: Path | None, options: dict[str, Any], arm: Arm) -> tuple[Plan, dict[str, Wanted]]:
     """What does this file, and do these options of a command line, ask of an arm? The limits, and the links to size by the name of their joint.
 
-    `options` stand as keys of `[sizing]`, under their own names. Raises InputError with every mistake in file and options, also links that the arm
-    has not, or that cannot be sized.
+    As `read_asked`.
+    """
+    asked = read_asked(path, options, arm)
+    return asked.plan, asked.wanted
+
+
+def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
+    """What does this file, and do these options of a command line, ask of an arm?
+
+    `options` stand as keys of `[sizing]`, under their own names; `own` are the arm file's rows of reducers. Raises InputError with every mistake in
+    file and options, also links, gearboxes and bearings that the arm has not, or that cannot be chosen.
     """
     file = str(path) if path is not None else ""
     tree = read_toml(path) if path is not None else {}
     stated = tree.pop(TABLE, {})
-    mistakes = [
+    in_file, mistakes = take_reducers(file, tree)
+    mistakes += [
         Problem(file, shown(key)[1:-1], f"an unknown key with {shown(value)}", f"one table [{TABLE}]", _EXAMPLE, nearest(key, [TABLE]))
         for key, value in list(tree.items())[:_MOST_LINKS]
     ]
@@ -106,6 +154,7 @@ def read_sizing(path: Path | None, options: dict[str, Any], arm: Arm) -> tuple[P
     mistakes += [Problem(file, f"{TABLE}.{key}", f"stated here, and by --{key}", "one of the two", f"--{key} left out") for key in twice]
     merged = {**stated, **options}
     links = merged.pop("links", {})
+    tables = {name: merged.pop(name) for name in TABLES_OFFERED if name in merged}
 
     def key_of(where: KeyPath) -> str:
         if where and where[0] in options:
@@ -121,9 +170,41 @@ def read_sizing(path: Path | None, options: dict[str, Any], arm: Arm) -> tuple[P
             mistakes.append(
                 Problem(file, _key((TABLE, "links", name)), "no such joint", f"one of {listed(known)}", _LINK_EXAMPLE, nearest(name, known))
             )
+    offers = _offers(merged, Offers(file, tables, arm, BY_MASS, own, in_file), key_of)
+    parts = offers.slots()
+    mistakes += offers.mistakes
+    wanted: dict[str, Wanted] = {}
+    if isinstance(plan, Plan) and not any(problem.key.startswith(f"{TABLE}.links") for problem in mistakes):
+        wanted = _wanted(plan, named, arm, file, mistakes, needed=not tables)
+        if wanted and offers.worth.price and plan.price_per_kg is None:
+            expected = "what a kilogram of link costs, for prices are to be small; 0 where links cost nothing"
+            mistakes.append(Problem(file, f"{TABLE}.price_per_kg", "nothing", expected, "price_per_kg = 12"))
     if mistakes or not isinstance(plan, Plan):
         refuse_all(mistakes)
-    return plan, _wanted(plan, named, arm, file)
+    return Asked(plan, wanted) if plan.target is None else _aiming(plan, wanted, offers, parts)
+
+
+def _offers(merged: dict[str, Any], offers: Offers, key_of: Callable[[KeyPath], str]) -> Offers:
+    """Say what is to be small; note where it cannot be read, and where something is offered and no target is stated."""
+    alone = [*offers.tables, *(name for name in ("minimise", "price_per_kg") if name in merged)]
+    if alone and "target" not in merged:
+        expected = "a target on the tool beside it: by condition (4) links are sized, by mass"
+        offers.mistakes.append(Problem(offers.file, f"{TABLE}.{alone[0]}", "no target", expected, 'target = "0.5 mm"'))
+    worth = worth_of(str(merged.get("minimise", "mass")))
+    if worth is None:
+        expected = "mass, price, or a sum of both, each with a factor where it has one"
+        offers.mistakes.append(Problem(offers.file, key_of(("minimise",)), shown(merged["minimise"]), expected, WORTH_EXAMPLE))
+    offers.worth = worth or BY_MASS
+    return offers
+
+
+def _aiming(plan: Plan, wanted: dict[str, Wanted], offers: Offers, parts: list[Slot]) -> Asked:
+    """Put the links' sections beside the other parts, in the order of the joints."""
+    order = {joint.name: k for k, joint in enumerate(offers.arm.joints)}
+    joints = {joint.name: joint for joint in offers.arm.joints}
+    sections = [link_slot(joints[name], want.choice, want.material, plan.step, plan.price_per_kg or 0.0) for name, want in wanted.items()]
+    slots = sorted([*parts, *sections], key=lambda slot: order[slot.joint])
+    return Asked(plan, wanted, tuple(slots), offers.worth, tuple(offers.notes))
 
 
 # Keys of a family that options of the command line are called after.
@@ -140,6 +221,7 @@ def _key(path: KeyPath) -> str:
 def _checked(tree: dict[str, Any], model: type[LinkChoice], file: str, key_of: Any, mistakes: list[Problem]) -> LinkChoice | None:  # noqa: ANN401
     """Check a table by its model; material may go by name."""
     known = materials()
+    tree = {key: f"{value}" if key in _NUMBERS and type(value) in {int, float} else value for key, value in tree.items()}
     material = tree.get("material")
     if isinstance(material, str):
         if material in known:
@@ -172,9 +254,9 @@ def _links(links: Any, file: str, mistakes: list[Problem]) -> dict[str, LinkChoi
     return out
 
 
-def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str) -> dict[str, Wanted]:
-    """Decide for each link of the arm; raises InputError where one that is named cannot be sized, and where none can."""
-    mistakes = []
+def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mistakes: list[Problem], *, needed: bool) -> dict[str, Wanted]:
+    """Decide for each link of the arm; notes a mistake where one that is named cannot be sized, and where none can though one is needed."""
+    before = len(mistakes)
     out: dict[str, Wanted] = {}
     for joint in arm.joints:
         own = named.get(joint.name)
@@ -188,11 +270,9 @@ def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str) -> di
             mistakes.append(Problem(file, _key((TABLE, "links", joint.name)), lacks[0], lacks[1], lacks[2]))
         elif not lacks and choice is not None:
             out[joint.name] = Wanted(choice, material)
-    if not out and not mistakes:
+    if needed and not out and len(mistakes) == before:
         expected = "at least one link with a section and a material, or a family and a material for one without"
         mistakes.append(Problem(file, TABLE, "no link to size", expected, 'material = "aluminium" beside the family'))
-    if mistakes:
-        refuse_all(mistakes)
     return out
 
 

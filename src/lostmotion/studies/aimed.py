@@ -152,7 +152,7 @@ def aim(  # noqa: PLR0913 - a search is these
             best = choice, proven, error
         # So much more than the search the study says.
         told = _AIM * target * (search.error(choice) / error.high if error.high > 0 and search.error(choice) > 0 else 1.0)
-        if tried and (held and told <= inner * _SPARE or not search.holds(choice, inner)):
+        if tried and ((held and told <= inner * _SPARE) or not search.holds(choice, inner)):
             break
         stage = turn
         inner = told if not tried or held else min(told, _AIM * inner)
@@ -233,9 +233,7 @@ def _roughly(search: Search, choice: Choice, poses: Poses, counts: Counts) -> Es
     return _studied(search.made(choice), _some(poses), few)
 
 
-def _trade(  # noqa: PLR0913, PLR0917 - one point more is these
-    search: Search, choice: Choice, target: float, inner: float, poses: Poses, counts: Counts, tell: Callable[[], None]
-) -> tuple[Point, ...]:
+def _trade(search: Search, choice: Choice, target: float, inner: float, poses: Poses, counts: Counts, tell: Callable[[], None]) -> tuple[Point, ...]:
     """What would other targets cost? From strict to loose, each begins at the one before, so that a looser one never costs more."""
     out = []
     before: tuple[Choice, ...] = ()
