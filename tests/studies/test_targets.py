@@ -211,10 +211,10 @@ def test_samples_agree_with_sums_over_terms():
     poses = sample_poses(arm, 128)
     matrix = screws(arm, poses.q)
     gauge = BySamples(matrix, poses.replicates, 0.95, 1.4e-3, 1)
-    for item in items(arm, matrix.infos)[9:12]:
+    for item in items(arm, matrix.infos)[8:12]:
         factors = all_factors(matrix, item, 2.5)
         by_sums = pooled(of_screws(scaled(matrix, factors), (0.95,)), poses.replicates).quantiles[0].value
-        assert gauge.value(factors).value == pytest.approx(by_sums, rel=0.01)
+        assert gauge.value(factors).value == pytest.approx(by_sums, rel=3e-3)
 
 
 def edited(tmp_path, old, new, source="z-arm.toml", count=1):

@@ -36,6 +36,8 @@ _RP_ROBOTS: Final = 400
 # A root is looked for this closely, and its slope taken over this share of it.
 _CLOSE: Final = 1e-7
 _STEP: Final = 0.02
+# The ends of an interval, this closely.
+_END: Final = 1e-2
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +82,36 @@ def root(missed: Callable[[float], Missed], low: float, high: float) -> float:
 
 
 def around(missed: Callable[[float], Missed], at: float) -> Estimate:
-    """How sure is a root? What is missed there is sure to an interval; that over the slope is the root's."""
+    """How sure is a root? Between the ends at which what is missed, or kept, is just as large as half of its own interval.
+
+    By inversion, for the slope may change within the interval (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635, of quantiles). An end below zero is
+    zero, one that is not found within sixteen times the first guess of its way NaN.
+    """
     step = _STEP * at
-    slope = abs(missed(at + step).value - missed(at - step).value) / (2 * step) if step else 0.0
-    half = missed(at).half / slope if slope else math.nan
-    return Estimate(at, max(at - half, 0.0), at + half)
+    slope = (missed(at + step).value - missed(at - step).value) / (2 * step) if step else 0.0
+    half = missed(at).half
+    if not half > 0 or not slope:
+        return Estimate(at, at if half == 0 else math.nan, at if half == 0 else math.nan)
+    sign = math.copysign(1.0, slope)
+
+    def beyond(x: float, side: float) -> float:
+        found = missed(x)
+        return side * sign * found.value - found.half
+
+    return Estimate(at, _end(lambda x: beyond(x, -1.0), at, -half / abs(slope)), _end(lambda x: beyond(x, 1.0), at, half / abs(slope)))
+
+
+def _end(beyond: Callable[[float], float], at: float, way: float) -> float:
+    """Where on this way from the root is the end passed? Zero where it lies below."""
+    from scipy.optimize import brentq
+
+    for k in range(5):
+        far = max(at + 2.0**k * way, 0.0)
+        if beyond(far) > 0:
+            return float(brentq(beyond, at, far, xtol=_END * abs(way), rtol=_CLOSE))
+        if far == 0:
+            return 0.0
+    return math.nan
 
 
 class BySamples:
