@@ -172,6 +172,8 @@ def test_an_order_stays_in_its_folder(small, name):
     "change",
     [
         {"block": 2**40},
+        {"block": 16384, "robots": 1_000_000},
+        {"robots": 1_000_000, "visits": 10_000, "block": 1},
         {"robots": 2**40},
         {"poses": 2**60},
         {"poses": 63},

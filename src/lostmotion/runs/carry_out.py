@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pydantic import ValidationError
 
-from lostmotion.errors import LostmotionError, refuse_argument
+from lostmotion.errors import LostmotionError, refuse_argument, shown
 from lostmotion.formats.designs import read_sweep, texts
 from lostmotion.formats.sweep import designs
 from lostmotion.runs.blocks import parts_of
-from lostmotion.runs.order import LARGEST_BLOCK, MOST_BLOCKS, Order, check_block, made_with, usual_block
+from lostmotion.runs.order import LARGEST_BLOCK, MOST_BLOCKS, MOST_RETURNS, Order, check_block, made_with, usual_block
 from lostmotion.runs.stream import rounded
 from lostmotion.runs.workers import on_dask, on_threads
 
@@ -57,21 +58,29 @@ def order(  # noqa: PLR0913 - a run is these numbers
     total = designs(axes) * sets * -(-count // sets // each)
     if total > MOST_BLOCKS:
         raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", f"block = {LARGEST_BLOCK}")
-    return Order(
-        made_with=made_with(),
-        arm=path.name,
-        files=texts(path, sidecar, axes),
-        axes=axes,
-        poses=count,
-        sets=8 if sets > 1 else 1,
-        law=pose_law,
-        robots=robots,
-        visits=visits,
-        seed=seed,
-        approach=-1 if approach < 0 else 1 if approach > 0 else 0,
-        block=each,
-        parts=tuple(parts),
-    )
+    if robots * visits > MOST_RETURNS:
+        raise refuse_argument("robots x visits", robots * visits, f"at most {MOST_RETURNS}, held by every worker", "robots = 1000, visits = 30")
+    files = texts(path, sidecar, axes)
+    try:
+        return Order(
+            made_with=made_with(),
+            arm=path.name,
+            files=files,
+            axes=axes,
+            poses=count,
+            sets=8 if sets > 1 else 1,
+            law=pose_law,
+            robots=robots,
+            visits=visits,
+            seed=seed,
+            approach=-1 if approach < 0 else 1 if approach > 0 else 0,
+            block=each,
+            parts=tuple(parts),
+        )
+    except ValidationError as error:
+        found = shown(", ".join(files) if error.errors()[0]["loc"] == ("files",) else error.errors()[0]["msg"])
+        expected = "at most 50 files, with plain names that end in .toml, .urdf, .xml or .csv"
+        raise refuse_argument("files of the arm", found, expected, "arm.toml") from None
 
 
 def carry_out(

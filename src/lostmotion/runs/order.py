@@ -34,6 +34,8 @@ MOST_BLOCKS: Final = 20_000_000
 # A block holds AP and RP of every robot at every pose of it.
 _MOST_PAIRS: Final = 2_000_000
 _USUAL_BLOCK: Final = 1024
+# A worker holds the size of every robot's error at every visit to one pose, 6 bytes each.
+MOST_RETURNS: Final = 300_000_000
 _MOST_FILES: Final = 50
 _LONGEST_NAME: Final = 200
 _ENDINGS: Final = (".toml", ".urdf", ".xml", ".csv")
@@ -82,6 +84,12 @@ class Order(BaseModel):
     def _fits_together(self) -> Self:
         if self.arm not in self.files or self.poses % self.sets or self.designs > MOST_DESIGNS or self.designs * self.blocks > MOST_BLOCKS:
             raise ValueError("an arm without its file, poses that do not share into sets, or too many designs or blocks")
+        return self
+
+    @model_validator(mode="after")
+    def _fits_into_memory(self) -> Self:
+        if self.block > largest_block(self.robots) or self.robots * self.visits > MOST_RETURNS:
+            raise ValueError("blocks that no worker could hold")
         return self
 
     @property
@@ -161,9 +169,14 @@ def usual_block(robots: int) -> int:
     return min(_USUAL_BLOCK, 1 << max(int(_MOST_PAIRS / robots).bit_length() - 1, 0))
 
 
+def largest_block(robots: int) -> int:
+    """How many poses may make a block, with so many robots?"""
+    return min(LARGEST_BLOCK, max(4 * _MOST_PAIRS // robots, 1))
+
+
 def check_block(block: int, robots: int) -> int:
     """Refuse blocks that are too large to be held by every worker."""
-    most = min(LARGEST_BLOCK, max(4 * _MOST_PAIRS // robots, 1))
+    most = largest_block(robots)
     if not 1 <= block <= most:
         raise refuse_argument("block", block, f"from 1 to {most} poses with {robots} robots", f"block = {usual_block(robots)}")
     return block

@@ -191,11 +191,10 @@ def with_pose(order: Order, found: Worst) -> Worst:
 def _check(order: Order, design: int) -> exact.ExactCheck:
     """Compare first order with exact composition at a few poses, evenly spread over the run."""
     arm = design_of(order, design).arm
-    found = []
-    for pose in np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int)):
-        matrix = screws(arm, poses_between(arm, order.law, order.poses, order.seed, pose, pose + 1), approach=order.approach)
-        found.append(
-            exact.check(matrix, int(pose), np.array([0]), order.seed, min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS))
-        )
+    poses = np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int))
+    q = np.concatenate([poses_between(arm, order.law, order.poses, order.seed, int(pose), int(pose) + 1) for pose in poses])
+    matrix = screws(arm, q, approach=order.approach)
+    counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
+    found = [exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts) for row, pose in enumerate(poses)]
     samples = sum(each.samples for each in found)
     return exact.ExactCheck(max(each.largest for each in found), sum(each.mean * each.samples for each in found) / samples, samples)
