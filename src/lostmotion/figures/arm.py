@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length
-from lostmotion.figures.budget import asked_sections, budget_section, causes_section, levels_section, parts_by_level
+from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies import kernel
@@ -74,7 +74,7 @@ def sections(answer: Answer) -> list[Section]:
         waterfall_section(answer.waterfall, _repeats(answer)),
         budget_section(answer),
         causes_section(answer),
-        parts_by_level(answer),
+        *by_level_sections(answer.budget),
         *asked_sections(answer.budgets),
         *_bending(answer),
         _torques(answer),

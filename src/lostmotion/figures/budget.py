@@ -81,21 +81,21 @@ def causes_section(answer: Answer) -> Section:
     rows = [
         Row(
             cost.part,
-            (*_shares(cost, exact), _gain(halving.causes[cost.part], counted)),
+            (Figure(cost.alone * 1e6, "µm", samples=exact), Figure(100 * cost.share, "%", samples=exact), _gain(halving.causes[cost.part], counted)),
             "cancels part of the others" if cost.share < _CANCELS else "",
         )
         for cost in answer.budget.causes
     ]
-    columns = ("share", *_LEVELS, "halving it takes off the 95 %")
-    note = (
-        "the same mean square, put together by kind of error instead of part; what of it follows from load and pose, from each robot, from each visit"
-    )
-    return Section("causes", "Which kind of error is to blame", columns, tuple(rows), note)
+    note = "the same mean square, put together by kind of error instead of part; halving: that kind of error at every joint"
+    return Section("causes", "Which kind of error is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
 
 
-def parts_by_level(answer: Answer) -> Section:
-    """What of each part's share follows from load and pose, from each robot, from each visit?"""
-    return _crossed("budget_levels", "Parts by where their error comes from", answer.budget.parts, answer.budget)
+def by_level_sections(found: Budget) -> list[Section]:
+    """What of each part's share, and of each kind of error's, follows from load and pose, from how a robot was built, from each visit?"""
+    return [
+        _crossed("budget_levels", "Parts by where their error comes from", found.parts, found),
+        _crossed("causes_levels", "Kinds of error by where they come from", found.causes, found),
+    ]
 
 
 def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
