@@ -14,6 +14,7 @@ from lostmotion.errors import InputError
 from lostmotion.formats import read
 from lostmotion.laws.chance import Normal
 from lostmotion.parts.joint import RevoluteJoint
+from lostmotion.studies import gauges
 from lostmotion.studies.allocation import equal_effect, mean_square_form, parts_of
 from lostmotion.studies.analytic import of_screws, pooled
 from lostmotion.studies.budget import Tally
@@ -311,8 +312,9 @@ def test_a_target_for_repeatability(tmp_path):
     assert of_robots[379] == pytest.approx(80e-6, rel=0.02)
 
 
-def test_the_same_bits_whatever_the_threads():
+def test_the_same_bits_whatever_the_threads(monkeypatch):
     """Threads change nothing."""
+    monkeypatch.setattr(gauges, "_SAMPLES", 1 << 14)
     arm = read(EXAMPLES / "paper/z-arm-lumped.toml")
     one, two = (targets(arm, sample_poses(arm, 16), "error", 2e-3, robots=64, visits=4, threads=threads) for threads in (1, 3))
     assert [each.factor for each in one.single] == [each.factor for each in two.single]
