@@ -221,7 +221,7 @@ def _together(found: Targets) -> list[Section]:
         return []
     rows = []
     shares = {each.item.name: each.share for each in found.single}
-    for k, item in enumerate(found.items):
+    for k, item in sorted(enumerate(found.items), key=lambda one: -shares[one[1].name]):
         if np.isfinite(factor.factors[k]):
             figures = (
                 now_sized(item),
