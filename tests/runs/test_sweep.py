@@ -286,3 +286,24 @@ def test_mistakes_end_in_one_message(tmp_path):
     assert "from 1 to 8000 poses with 1000 robots" in found.stderr
     assert "Traceback" not in found.stderr
     assert not (tmp_path / "run").exists()
+
+
+def test_designs_are_compared_at_the_users_own_poses(tmp_path):
+    """Poses from a CSV are visited by every design as the study visits them, kept with the run and replayed; limits that exclude one are refused."""
+    path, poses = tmp_path / "tiny.toml", tmp_path / "poses.csv"
+    path.write_text(ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]', encoding="utf-8")
+    poses.write_text("B [deg],A [deg]\n10,20\n-30,5\n50,-80\n", encoding="utf-8")
+    found = lostmotion.sweep(path, poses=poses, robots=20, visits=3, block=2, out=tmp_path / "run", workers=2)
+    q = np.radians([[20, 10], [5, -30], [-80, 50]])
+    for outcome in found.outcomes:
+        study = lostmotion.study(found.store.order.read(outcome.design), q, 20, 3, seed=1)
+        assert outcome.mean.value == pytest.approx(study.sampled.robot_means[:, :, 0].mean(), rel=1e-12)
+    poses.unlink()
+    each = lostmotion.replay(tmp_path / "run")[0].found
+    assert each.kernel == each.found.error
+    np.testing.assert_allclose(each.found.q, q[each.found.pose])
+    poses.write_text("B [deg],A [deg]\n55,20\n", encoding="utf-8")
+    path.write_text(ARM + '[sweep]\n"joints.B.limits.1" = ["60 deg", "40 deg"]', encoding="utf-8")
+    with pytest.raises(lostmotion.InputError, match="line 2"):
+        lostmotion.sweep(path, poses=poses, out=tmp_path / "other")
+    assert not (tmp_path / "other").exists()

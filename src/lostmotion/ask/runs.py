@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,7 @@ _SIGNS = {"random": 0, "up": 1, "down": -1}
 def sweep(  # noqa: PLR0913 - a run is these numbers
     path: str | Path,
     by: str | Path | None = None,
-    poses: int = DEFAULT_POSES,
+    poses: int | str | Path = DEFAULT_POSES,
     robots: int = DEFAULT_ROBOTS,
     visits: int = DEFAULT_VISITS,
     seed: int = 1,
@@ -48,7 +49,7 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
 
     path     the arm file; `sidecar` as in `read`
     by       a TOML with [sweep], in place of the arm's own; without either there is one design
-    poses    how many of each design; any number up to 8 x 2^30, memory does not grow with it
+    poses    how many of each design, any number up to 8 x 2^30: memory does not grow with it; or a CSV of poses as in `formats.poses`
     robots, visits, seed, pose_law, approach   as in `study`; all designs share poses and draws
     block    poses computed and kept at a time; changes last bits of sums, so it is part of the order. Left out: 1024, fewer with many robots
     out      the folder of the run, NAME-sweep where left out. A run that was killed goes on from what is there, to the same bytes
@@ -71,10 +72,10 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
         path,
         None if sidecar is None else Path(sidecar),
         None if by is None else Path(by),
-        poses=poses,
-        robots=robots,
-        visits=visits,
-        seed=seed,
+        poses=Path(poses) if isinstance(poses, str | Path) else index(poses),
+        robots=index(robots),
+        visits=index(visits),
+        seed=index(seed),
         pose_law=pose_law,
         approach=_SIGNS[approach],
         block=block,

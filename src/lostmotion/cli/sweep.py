@@ -19,6 +19,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - options of a command line
         int, typer.Option(min=1, help="How many poses each design visits, any number; rounded up to 8 x a power of two for sobol.")
     ] = 2048,
     pose_law: Annotated[PoseChoice, typer.Option(help="How poses are chosen within the joint limits; 'normal' is the paper's.")] = PoseChoice.sobol,
+    poses_file: Annotated[Path | None, typer.Option(help="CSV of poses to visit instead: one column per joint, header like 'A [deg]'.")] = None,
     robots: Annotated[int, typer.Option(min=1, help="How many robots are built of each design.")] = 1000,
     visits: Annotated[int, typer.Option(min=1, help="How often each returns to each pose; ISO 9283 asks for 30.")] = 30,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bytes.")] = 1,
@@ -41,7 +42,7 @@ def sweep(  # noqa: PLR0913, PLR0917 - options of a command line
             answer = carry_out(
                 file,
                 by,
-                poses,
+                poses_file or poses,
                 robots,
                 visits,
                 seed,

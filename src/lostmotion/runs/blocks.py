@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.errors import LostmotionError
 from lostmotion.runs.order import Order, made_with, order_of
 from lostmotion.runs.stream import poses_between
 from lostmotion.studies import kernel
@@ -107,10 +108,11 @@ def _unpacked_size(raw: bytes) -> int:
 
 
 class Design(NamedTuple):
-    """An arm of the sweep and the plan of its study, with what was drawn for every robot."""
+    """An arm of the sweep, the plan of its study with what was drawn for every robot, and its poses where they are given."""
 
     arm: Arm
     plan: Plan
+    given: Floats | None
 
 
 def design_of(order: Order, design: int) -> Design:
@@ -123,13 +125,22 @@ def _design_of(text: bytes, design: int) -> Design:
     order = order_of(text)
     arm = order.read(design)
     # The plan's poses play no part in a block, which is given its own.
-    return Design(arm, Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), order.robots, order.visits, order.seed, order.approach))
+    plan = Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), order.robots, order.visits, order.seed, order.approach)
+    given = order.listed(arm)
+    if given is not None and len(given) != order.poses:
+        raise LostmotionError(f"the order lists {len(given)} poses and speaks of {order.poses}")
+    return Design(arm, plan, given)
+
+
+def poses_of(order: Order, design: int, first: int, last: int) -> Floats:
+    """Which poses stand from number `first` up to `last`? q (pose, joint), rad or m; no stretch over two sets."""
+    arm, _, given = design_of(order, design)
+    return poses_between(arm, order.law, order.poses, order.seed, first, last) if given is None else given[first:last]
 
 
 def matrix_of(order: Order, design: int, block: int) -> Screws:
     """How does every elementary error move the tool at the poses of this block?"""
-    arm = design_of(order, design).arm
-    return screws(arm, poses_between(arm, order.law, order.poses, order.seed, *order.span(block)), approach=order.approach)
+    return screws(design_of(order, design).arm, poses_of(order, design, *order.span(block)), approach=order.approach)
 
 
 def compute(order: Order, design: int, block: int) -> Record:

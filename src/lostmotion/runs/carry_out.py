@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from pydantic import ValidationError
 
 from lostmotion.errors import LostmotionError, refuse_argument, shown
 from lostmotion.formats.designs import read_sweep, texts
+from lostmotion.formats.poses import read_poses
 from lostmotion.formats.sweep import designs
 from lostmotion.runs.blocks import parts_of
 from lostmotion.runs.order import LARGEST_BLOCK, MOST_BLOCKS, MOST_RETURNS, Order, check_block, made_with, usual_block
@@ -19,10 +20,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from lostmotion.arm import Arm
     from lostmotion.runs.order import Law
     from lostmotion.runs.store import Store
 
-MOST_WORKERS = 1024
+MOST_WORKERS: Final = 1024
+# Where an order keeps the user's poses, so that they have no name of the arm's own files.
+_GIVEN: Final = "given"
 
 
 def order(  # noqa: PLR0913 - a run is these numbers
@@ -30,7 +34,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     sidecar: Path | None = None,
     by: Path | None = None,
     *,
-    poses: int,
+    poses: int | Path,
     robots: int,
     visits: int,
     seed: int,
@@ -41,26 +45,39 @@ def order(  # noqa: PLR0913 - a run is these numbers
 ) -> Order:
     """What does this run consist of? Reads the arm, and every design that its `[sweep]`, or that of the file `by`, asks for.
 
-    Raises InputError with every mistake in the files, and for counts out of range.
+    `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with every mistake in the files,
+    and for counts out of range.
     """
     from lostmotion.studies.montecarlo import Plan
     from lostmotion.studies.poses import POSE_LAWS, Poses
 
     parts: dict[str, None] = {}
-    arm, axes = read_sweep(path, sidecar, by, progress, lambda each: parts.update(dict.fromkeys(parts_of(each, approach))))
+    reaches: dict[tuple[object, ...], Arm] = {}
+
+    def look(each: Arm) -> None:
+        parts.update(dict.fromkeys(parts_of(each, approach)))
+        reaches.setdefault((*(joint.name for joint in each.moving), each.limits.tobytes()), each)
+
+    arm, axes = read_sweep(path, sidecar, by, progress, look)
     Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
-    if pose_law not in POSE_LAWS:
-        raise refuse_argument("pose law", pose_law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
     if not 0 <= seed < 2**63:
         raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
-    count, sets = rounded(arm, poses, pose_law)
+    files = texts(path, sidecar, axes)
+    given: str | None = None
+    if isinstance(poses, int):
+        if pose_law not in POSE_LAWS:
+            raise refuse_argument("pose law", pose_law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+        count, sets = rounded(arm, poses, pose_law)
+    else:
+        # Designs with other joints or limits must be able to take them too.
+        count, sets, pose_law, given = min(len(read_poses(poses, each)) for each in reaches.values()), 1, "given", f"{_GIVEN}/{poses.name}"
+        files[given] = poses.read_text(encoding="utf-8-sig")
     each = min(check_block(block or usual_block(robots), robots), count // sets)
     total = designs(axes) * sets * -(-count // sets // each)
     if total > MOST_BLOCKS:
         raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", f"block = {LARGEST_BLOCK}")
     if robots * visits > MOST_RETURNS:
         raise refuse_argument("robots x visits", robots * visits, f"at most {MOST_RETURNS}, held by every worker", "robots = 1000, visits = 30")
-    files = texts(path, sidecar, axes)
     try:
         return Order(
             made_with=made_with(),
@@ -70,6 +87,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
             poses=count,
             sets=8 if sets > 1 else 1,
             law=pose_law,
+            given=given,
             robots=robots,
             visits=visits,
             seed=seed,

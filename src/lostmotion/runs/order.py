@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from lostmotion import __version__
 from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.formats.designs import read_design
+from lostmotion.formats.poses import read_poses
 from lostmotion.formats.sweep import MOST_DESIGNS, MOST_KEYS, Axis, changes, designs
 from lostmotion.studies.montecarlo import MOST_ROBOTS, MOST_VISITS
 from lostmotion.studies.poses import REPLICATES
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
 
 # Eight Sobol sequences of 30 bits.
 MOST_POSES: Final = REPLICATES * 2**30
@@ -42,12 +44,13 @@ _ENDINGS: Final = (".toml", ".urdf", ".xml", ".csv")
 # What decides the bytes: the same order made with others might differ in the last bits.
 _MADE_WITH: Final = ("numpy", "scipy", "numba", "zarr", "numcodecs")
 
-Law = Literal["sobol", "uniform", "normal", "grid"]
+Law = Literal["sobol", "uniform", "normal", "grid", "given"]
 
 
 class Order(BaseModel):
     """One run. `files` hold the texts of the arm, its sidecar and whatever they name, by their place in the arm's folder; `arm` is the arm's.
 
+    given  which of the files lists the poses, where their law is "given"
     poses  in all, in `sets` independent sets of equal size, each cut into blocks of `block` poses (the last of a set may be shorter)
     """
 
@@ -60,6 +63,7 @@ class Order(BaseModel):
     poses: Annotated[int, Field(ge=1, le=MOST_POSES)]
     sets: Literal[1, 8]
     law: Law
+    given: str | None
     robots: Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
     visits: Annotated[int, Field(ge=1, le=MOST_VISITS)]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
@@ -84,6 +88,12 @@ class Order(BaseModel):
     def _fits_together(self) -> Self:
         if self.arm not in self.files or self.poses % self.sets or self.designs > MOST_DESIGNS or self.designs * self.blocks > MOST_BLOCKS:
             raise ValueError("an arm without its file, poses that do not share into sets, or too many designs or blocks")
+        return self
+
+    @model_validator(mode="after")
+    def _lists_its_poses(self) -> Self:
+        if (self.law == "given") != (self.given is not None) or self.given not in {None, *self.files} or (self.given and self.sets > 1):
+            raise ValueError("poses given without their file, or a file without need")
         return self
 
     @model_validator(mode="after")
@@ -124,6 +134,13 @@ class Order(BaseModel):
         """Which arm is this design? Read from the texts of the order alone; raises InputError as the reader."""
         with _laid_out(self.files) as folder:
             return read_design(folder / self.arm, None, self.stated(design))
+
+    def listed(self, arm: Arm) -> Floats | None:
+        """Which poses does the order list for this arm? None where they follow from a law."""
+        if self.given is None:
+            return None
+        with _laid_out({self.given: self.files[self.given]}) as folder:
+            return read_poses(folder / self.given, arm)
 
     def text(self) -> bytes:
         """Write the order down; the same order gives the same bytes."""

@@ -42,6 +42,8 @@ def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: i
     """Which poses stand from number `first` up to `last` in a row of `poses`, rounded already? q (pose, joint), rad or m; within one set."""
     low, high = arm.limits.T
     joints = len(low)
+    if law == "given":
+        raise ValueError("poses that are given follow from no law")
     if law == "grid":
         steps = round(poses ** (1 / joints))
         axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of
-from lostmotion.runs.stream import poses_between
+from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
 from lostmotion.studies import exact, kernel
 from lostmotion.studies.budget import Cost, Tally, costs
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop
@@ -183,8 +182,7 @@ def _spread(counts: np.ndarray) -> tuple[Floats, Floats]:
 
 def with_pose(order: Order, found: Worst) -> Worst:
     """Look the joint values of an extreme up."""
-    arm = design_of(order, found.design).arm
-    q = poses_between(arm, order.law, order.poses, order.seed, found.pose, found.pose + 1)[0]
+    q = poses_of(order, found.design, found.pose, found.pose + 1)[0]
     return Worst(found.design, found.block, found.pose, found.robot, found.visit, found.error, q)
 
 
@@ -192,7 +190,7 @@ def _check(order: Order, design: int) -> exact.ExactCheck:
     """Compare first order with exact composition at a few poses, evenly spread over the run."""
     arm = design_of(order, design).arm
     poses = np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int))
-    q = np.concatenate([poses_between(arm, order.law, order.poses, order.seed, int(pose), int(pose) + 1) for pose in poses])
+    q = np.concatenate([poses_of(order, design, int(pose), int(pose) + 1) for pose in poses])
     matrix = screws(arm, q, approach=order.approach)
     counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
     found = [exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts) for row, pose in enumerate(poses)]
