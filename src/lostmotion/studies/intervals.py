@@ -5,13 +5,14 @@ A robot's errors resemble each other, so a thousand robots returning thirty time
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies.kernel import bin_edges
+from lostmotion.studies import kernel
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -21,6 +22,10 @@ RESOLUTION: Final = 2.7e-4
 # Groups of robots by which the choice of robots is told from that of poses: at most so many, of at least so many robots.
 _GROUPS: Final = 16
 _IN_GROUP: Final = 20
+
+
+# Asked for thousands of times when robots are left out one group at a time.
+_edges = functools.cache(kernel.bin_edges)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +59,7 @@ def quantile(hist: np.ndarray, level: float) -> float:
     if at == len(hist) - 1:
         return math.inf  # the last bin holds all that is larger
     before = float(cumulative[at - 1])
-    low, high = bin_edges()[at : at + 2]
+    low, high = (float(edge) for edge in _edges()[at : at + 2])
     return float(low + (high - low) * max(rank - before, 0.0) / max(float(hist[at]), 1.0))
 
 
@@ -72,8 +77,8 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
         return Estimate(min(value, largest), math.nan, math.nan)
     half = share_spread(group_hist, replicate_hist, value).half
     value = min(value, largest)
-    at = int(np.searchsorted(bin_edges(), value, side="right"))
-    bin_low, bin_high = (0.0, 0.0) if value == 0 else bin_edges()[[max(at - 1, 0), min(at, len(hist))]]
+    at = int(np.searchsorted(_edges(), value, side="right"))
+    bin_low, bin_high = (0.0, 0.0) if value == 0 else _edges()[[max(at - 1, 0), min(at, len(hist))]]
     # Added to the log odds, so that both ends stay shares: those of 99 % stay below 100 %.
     odds, wide = level / (1 - level), math.exp(half / (level * (1 - level)))
     ends = [quantile(hist, odds * by / (1 + odds * by)) for by in (1 / wide, wide)]
@@ -92,7 +97,7 @@ def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: floa
 
 def _shares_below(hists: np.ndarray, value: float) -> Floats:
     """Which share of each histogram's samples (member, bin) lies below the value? (member,), on a straight line within a bin."""
-    edges = bin_edges()
+    edges = _edges()
     at = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, hists.shape[1] - 1))
     part = min(max((value - edges[at]) / (edges[at + 1] - edges[at]), 0.0), 1.0)
     return np.asarray((hists[:, :at].sum(axis=1) + part * hists[:, at]) / np.maximum(hists.sum(axis=1), 1))
