@@ -1,7 +1,10 @@
 """The kernel on JAX against the compiled ones; JAX itself runs on the processor here."""
 
 import importlib.util
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from lostmotion.errors import InputError, LostmotionError
 from lostmotion.studies import jax_kernel, kernel
 from lostmotion.studies.montecarlo import Plan, run, sample_block
 
+ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
 needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmarks]'")
 
 
@@ -40,6 +44,17 @@ def test_without_jax_one_sentence_names_what_to_install(arm, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     with pytest.raises(LostmotionError, match=r"JAX, which is not installed\n  pip install 'lostmotion\[gpu\]'"):
         lostmotion.study(arm, 8, 10, 2, device="gpu")
+
+
+def test_the_command_refuses_with_exit_code_2_and_writes_nothing(tmp_path):
+    """`lostmotion run --device gpu` without JAX: one message that names the extra, exit code 2, no folder."""
+    words = ["lostmotion", "run", str(ARM), "--device", "gpu"]
+    code = f"import sys; sys.modules['jax'] = None; sys.argv = {words}; from lostmotion.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "pip install 'lostmotion[gpu]'" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 @needs_jax
