@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, PATH_CYCLES
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.iso9283.warm_up import Drift
 
 _AXES: Final = ("x", "y", "z", "a", "b", "c")
+# Of an arcmin: below it seconds are read more easily.
+_SMALL_ANGLE: Final = 0.1
 _MEAN, _MOST = "mean", "95 % below"
 _WORDS: Final = (
     (
@@ -95,11 +97,12 @@ def iso_sheet(
 
 
 def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
-    """Give an estimate as a length (m) or an angle (rad, shown in arcmin)."""
+    """Give an estimate as a length (m) or an angle (rad, shown in arcmin or arcsec)."""
     if math.isnan(estimate.value):
         return Figure(math.nan, "1")
     if angle:
-        return Figure(estimate.value / ARCMIN, "arcmin", estimate.low / ARCMIN, estimate.high / ARCMIN, samples)
+        unit, size = ("arcsec", ARCSEC) if abs(estimate.value) < _SMALL_ANGLE * ARCMIN else ("arcmin", ARCMIN)
+        return Figure(estimate.value / size, unit, estimate.low / size, estimate.high / size, samples)
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
@@ -152,7 +155,7 @@ def _cards(found: Predicted) -> list[Card]:
 def _cube(found: Predicted) -> Section:
     cube = found.cube
     rows = [Row("side", (length(cube.side),), "" if math.isnan(cube.resolution) else f"grown in steps down to {cube.resolution * 1e3:.0f} mm")]
-    rows += [Row(f"centre {axis}", (length(float(cube.centre[k])),)) for k, axis in enumerate("xyz")]
+    rows += [Row(f"centre {axis}", (_place(cube.centre[k]),)) for k, axis in enumerate("xyz")]
     rows.append(Row("points reached", (Figure(cube.checked, ""),), "poses, corners and a grid, by inverse kinematics within the joint limits"))
     held = "the tool is held alike all over" if cube.rotation is not None else "fewer than six joints: the tool's orientation comes as it comes"
     how = "as given" if cube.found_by == "given" else f"the largest found: {cube.found_by}; another start may find one larger by a few per cent"
@@ -161,15 +164,20 @@ def _cube(found: Predicted) -> Section:
     )
 
 
+def _place(value: float) -> Figure:
+    """Give a coordinate in mm, without what rounding leaves of zero."""
+    return Figure(round(1e3 * float(value), 5) + 0.0, "mm")
+
+
 def _poses(found: Predicted) -> Section:
     rows = []
     for k, name in enumerate(NAMES):
         joints = ", ".join(
-            f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm"
+            f"{joint.name} {math.degrees(value) + 0.0:.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm"
             for joint, value in zip(found.arm.moving, found.cube.q[k], strict=True)
         )
         signs = "".join("+" if sign > 0 else "-" for sign in found.approach[k])
-        rows.append(Row(name, tuple(length(float(x)) for x in found.cube.poses[k, :3, 3]), f"{joints}; joints arrive {signs}"))
+        rows.append(Row(name, tuple(_place(x) for x in found.cube.poses[k, :3, 3]), f"{joints}; joints arrive {signs}"))
     note = "plane C1-C2-C7-C8, a tenth of the diagonal from its corners; visited as P5, P4, P3, P2, P1, joints straight from pose to pose"
     return Section("poses", "The five poses", ("x", "y", "z"), tuple(rows), note)
 

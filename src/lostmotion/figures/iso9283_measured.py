@@ -137,19 +137,18 @@ def compared_section(compared: list[Compared]) -> list[Section]:
             spread = each.predicted
             figures = (
                 of(spread.low, angle=each.angle),
-                of(spread.mean, angle=each.angle),
                 of(spread.high, angle=each.angle),
                 of(each.measured, angle=each.angle),
             )
-            plain = tuple(Figure(figure.value, figure.unit) for figure in figures[:3])
-            rows.append(Row(f"{name}, {each.pose}", (*plain, figures[3]), "within" if each.within else "outside"))
+            plain = tuple(Figure(figure.value, figure.unit) for figure in figures[:2])
+            rows.append(Row(f"{name}, {each.pose}", (*plain, figures[2]), "within" if each.within else "outside"))
     if not rows:
         return []
     note = (
         "over robots built, full payload, read with the instrument stated; within: between what 5 % and 95 % of them stay below. "
         "Of a robot like them one figure in ten is not"
     )
-    return [Section("compared", "Predicted and measured", ("5 % below", "mean", "95 % below", "measured"), tuple(rows), note)]
+    return [Section("compared", "Predicted and measured", ("5 % below", "95 % below", "measured"), tuple(rows), note)]
 
 
 def measured_facts(found: Measured, compared: list[Compared]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 LEVEL: Final = 0.95
-_DRAWN: Final = 4000
+_DRAWN: Final = 2000
 _AGAIN: Final = 400
 _HALVINGS: Final = 60
 _FEWEST: Final = 2
@@ -189,7 +189,7 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     """What is RP_l of errors (visit, 3), and between which does the RP_l of many visits lie?
 
     Sets of as many visits are drawn from a normal scatter with the covariance found; how their RP_l stands to the limit is how this one is taken to.
-    The covariance is first drawn towards a round one by what so many visits tell of its shape (Y. Chen and others, IEEE TSP 58 (2010) 5016, eq. 23).
+    The covariance is first made rounder by what a sample's is too unequal.
     """
     value, count = float(iso.pose_repeatability(errors)) if len(errors) >= _FEWEST else math.nan, len(errors)
     if not value > 0 or count <= _FEWEST:
@@ -208,11 +208,16 @@ def _round_repeatability(count: int) -> float:
 
 
 def _shrunk(covariance: Floats, count: int) -> Floats:
-    size = len(covariance)
-    trace, square = float(np.trace(covariance)), float((covariance**2).sum())
-    shape = (count + 1 - 2 / size) * (square - trace**2 / size)
-    share = min(((1 - 2 / size) * square + trace**2) / shape, 1.0) if shape > 0 else 1.0
-    return np.asarray((1 - share) * covariance + share * trace / size * np.eye(size))
+    """Draw a sample's covariance towards a round one, until its eigenvalues are as unequal as the true ones are on the average.
+
+    A sample's squares are too unequal by a known amount: E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = count - 1, of normal visits.
+    """
+    size, freedom = len(covariance), count - 1
+    round_one = float(np.trace(covariance)) ** 2 / size
+    found = float((covariance**2).sum()) - round_one
+    true = freedom**2 / ((freedom - 1) * (freedom + 2)) * (found + round_one - size * round_one / freedom) - round_one
+    share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
+    return np.asarray(share * covariance + (1 - share) * float(np.trace(covariance)) / size * np.eye(size))
 
 
 def _root(covariance: Floats) -> Floats:

@@ -1,0 +1,140 @@
+"""Measured visits from CSV: what is read, what is mapped, and that every mistake is told with its line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lostmotion
+from lostmotion.formats.measured import read_measured
+from lostmotion.spatial import pose_of
+
+MEASURED = Path(__file__).parents[2] / "examples" / "measured"
+
+
+def read(tmp_path, text, *mapping, **options):
+    """Read a text as a file."""
+    path = tmp_path / "visits.csv"
+    path.write_text(text, encoding="utf-8")
+    return read_measured(path, mapping, **options)
+
+
+def test_positions_come_in_metres_whatever_their_unit(tmp_path):
+    """Millimetres, inches and metres are read in SI; commands beside them; cycles are counted where none are named."""
+    found = read(
+        tmp_path, "# a remark\npose,x [mm],y [in],z [m],xc [mm],yc [mm],zc [mm]\nP1,1000,1,2,1000,25,2000\nP1,1001,1,2,1000,25,2000\nP2,0,0,0,0,0,0\n"
+    )
+    assert found.pose == ("P1", "P1", "P2")
+    assert found.attained[0] == pytest.approx([1.0, 0.0254, 2.0])
+    assert found.command[1] == pytest.approx([1.0, 0.025, 2.0])
+    assert found.cycle.tolist() == [1, 2, 1]
+    assert found.turn is None
+
+
+def test_semicolons_and_deviations_with_a_sign(tmp_path):
+    """Deviations are added to the command, with a minus where they are command less attained; units come from the header or the map."""
+    text = "nr;gx;gy;gz;ex [µm];ey [µm];ez [µm]\n1;100;0;0;10;20;30\n2;200;0;0;10;20;30\n"
+    found = read(tmp_path, text, "xc = gx [mm], yc = gy [mm], zc = gz [mm]", "dx = -ex", "dy = ey, dz = ez")
+    assert found.attained[0] == pytest.approx([0.1 - 1e-5, 2e-5, 3e-5])
+    assert found.pose == ("1", "2")
+
+
+def test_exact_repeats_are_left_out_and_counted(tmp_path):
+    """A row that repeats another in every cell is no second visit."""
+    found = read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2,3\nA,2,1,2,3\n")
+    assert found.duplicates == 1
+    assert len(found.pose) == 2
+
+
+def test_turns_are_told_against_the_commanded_orientation(tmp_path):
+    """A turn of 0.1 degrees about the base's z after the commanded orientation is a rotation vector along z, whatever that orientation is."""
+    from scipy.spatial.transform import Rotation
+
+    command = Rotation.from_euler("xyz", [170, 20, 30], degrees=True)
+    a, b, c = (Rotation.from_rotvec([0, 0, np.radians(0.1)]) * command).as_euler("xyz", degrees=True)
+    header = "pose,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg],xc [mm],yc [mm],zc [mm],ac [deg],bc [deg],cc [deg]"
+    found = read(tmp_path, f"{header}\nP1,0,0,0,{a:.12f},{b:.12f},{c:.12f},0,0,0,170,20,30\n")
+    assert found.turn[0] == pytest.approx([0, 0, np.radians(0.1)], abs=1e-12)
+    assert found.rotation[0] == pytest.approx(pose_of(rpy=np.radians([170, 20, 30]))[:3, :3])
+
+
+def test_commands_in_a_second_file_or_known(tmp_path):
+    """Commanded poses may stand in a file of their own, or be known from the test cube; poses without one have none."""
+    path = tmp_path / "commands.csv"
+    path.write_text("pose,x [mm],y [mm],z [mm]\nA,1,2,3\n", encoding="utf-8")
+    text = "pose,x [mm],y [mm],z [mm]\nA,1,2,4\nB,0,0,0\n"
+    found = read(tmp_path, text, commands=path)
+    assert found.command[0] == pytest.approx([0.001, 0.002, 0.003])
+    assert np.isnan(found.command[1]).all()
+    assert read(tmp_path, text, known={"B": pose_of((1, 2, 3))}).command[1] == pytest.approx([1, 2, 3])
+
+
+def test_bad_rows_are_told_all_at_once(tmp_path):
+    """Cells that are no number, rows too short, and a pose with two commands: each with its line."""
+    text = "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,x,0,0,0\n\nA,1,2,3,0,0,0\nA,1,nan,3,0,0,0\nA,1,2\n,1,2,3,0,0,0\n"
+    with pytest.raises(lostmotion.InputError) as caught:
+        read(tmp_path, text)
+    assert [problem.key.split(",")[0] for problem in caught.value.problems] == ["line 2", "line 5", "line 6", "line 7"]
+    with pytest.raises(lostmotion.InputError, match=r"line 3(.|\n)*than in line 2"):
+        read(tmp_path, "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,3,0,0,0\nA,1,2,3,0,0,1\n")
+
+
+@pytest.mark.parametrize(
+    ("header", "mapping", "said"),
+    [
+        ("pose,x [mm],y [mm]", (), "without z"),
+        ("pose,x,y [mm],z [mm]", (), "no unit"),
+        ("pose,x [deg],y [mm],z [mm]", (), "not a unit of length"),
+        ("pose,cycle", (), "no attained positions"),
+        ("x [mm],y [mm],z [mm]", (), "neither pose nor"),
+        ("pose,dx [mm],dy [mm],dz [mm]", (), "dx, dy, dz without xc"),
+        ("pose,x [mm],x [mm],y [mm],z [mm]", (), "once more"),
+        ("pose,x [mm],y [mm],z [mm]", ("q = x",), "ROLE = COLUMN"),
+        ("pose,x [mm],y [mm],z [mm]", ("xc = xx [mm]",), "a column of"),
+        ("pose,x [mm],y [mm],z [mm]", ("nonsense",), "ROLE = COLUMN"),
+    ],
+)
+def test_columns_that_do_not_fit_are_refused(tmp_path, header, mapping, said):
+    """Missing, doubled, unitless columns and maps that lead nowhere are refused by name."""
+    row = ",".join(["1"] * len(header.split(",")))
+    with pytest.raises(lostmotion.InputError, match=said):
+        read(tmp_path, f"{header}\n{row}\n", *mapping)
+
+
+@pytest.mark.parametrize("text", ["", "pose,x [mm],y [mm],z [mm]\n", "# nothing\n", '"a\n'])
+def test_files_without_visits_are_refused(tmp_path, text):
+    """Nothing to read is said, and no traceback."""
+    with pytest.raises(lostmotion.InputError):
+        read(tmp_path, text)
+
+
+@settings(max_examples=50, deadline=None)
+@given(text=st.text(max_size=200), mapping=st.text(max_size=40))
+def test_hostile_text_is_read_or_refused(tmp_path_factory, text, mapping):
+    """Whatever stands in the file or the map, there is an answer or a list of mistakes."""
+    try:
+        read(tmp_path_factory.mktemp("hostile"), "pose,x [mm],y [mm],z [mm]\n" + text, mapping)
+    except lostmotion.InputError as error:
+        assert error.problems  # noqa: PT017 - refused is as good as read
+
+
+def test_the_tracker_data_is_read_as_published():
+    """1 000 poses of a UR5 by a laser tracker: off by 2.635 mm on the average, s 0.375, 95 % 3.394, largest 4.409; less with the best-fit base."""
+    from lostmotion.studies.iso9283.measured import judge
+
+    mapping = ("xc = x_t [mm], yc = y_t [mm], zc = z_t [mm]", "dx = -x_dif [mm], dy = -y_dif [mm], dz = -z_dif [mm]")
+    found = judge(read_measured(MEASURED / "ur5-grid.csv", mapping))
+    assert len(found.poses) == 1000
+    raw, fitted = found.pooled
+    assert [1e3 * each.value for each in raw] == pytest.approx([2.635, 0.375, 3.394, 4.409], abs=6e-4)
+    assert fitted[0].value < raw[0].value / 3
+    assert raw[0].low < raw[0].value < raw[0].high
+    # The closed form for the base alone, by SciPy: the same residual.
+    from scipy.spatial.transform import Rotation
+
+    visits = found.visits
+    a, c = visits.attained - visits.attained.mean(axis=0), visits.command - visits.command.mean(axis=0)
+    turned = Rotation.align_vectors(a, c)[0].apply(c)
+    assert float(np.linalg.norm(a - turned, axis=1).mean()) == pytest.approx(fitted[0].value, rel=1e-9)

@@ -1,0 +1,160 @@
+"""A measured robot by ISO 9283: intervals that cover, the sheet of made-up visits, and predicted against measured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.formats.measured import read_measured
+from lostmotion.studies.iso9283 import characteristics as iso
+from lostmotion.studies.iso9283.compared import commanded_cube, compare
+from lostmotion.studies.iso9283.cube import five_points, given_cube
+from lostmotion.studies.iso9283.measured import (
+    Visits,
+    accuracy_interval,
+    judge,
+    repeatability_interval,
+    scatter_interval,
+    student_interval,
+)
+from lostmotion.studies.iso9283.predicted import predict
+from lostmotion.studies.iso9283.warm_up import WarmUp, drift, growth
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def visits_of(errors, command, sides=None, instrument=0.0):
+    """Give visits (pose, visit, 3) of poses P1, P2, ... about their commands."""
+    poses, count = errors.shape[:2]
+    names = tuple(f"P{k + 1}" for k in range(poses) for _ in range(count))
+    return Visits(
+        names,
+        np.tile(np.arange(count, dtype=float), poses),
+        tuple(sides or [""] * len(names)),
+        (command[:, None] + errors).reshape(-1, 3),
+        np.repeat(command, count, axis=0),
+        None,
+        None,
+        0,
+        instrument,
+        "made up",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", [(1.0, 0.7, 0.4), (1.0, 0.3, 0.1)])
+def test_intervals_cover(scale):
+    """Over 1 000 made-up sets of 30 normal visits, 90 % intervals of AP_p, RP_l, AP_x and RP_a hold the true values in 87 to 93 %."""
+    rng = np.random.default_rng(8)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] * np.array(scale)
+    off = np.array([3.0, -1.0, 2.0])
+    covariance = turn @ turn.T
+    truth = np.linalg.norm(off), float(iso.expected_repeatability(covariance[None])[0][0]), off[0], 3 * np.sqrt(covariance[0, 0])
+    hits = np.zeros(4)
+    for _ in range(1000):
+        errors = rng.normal(size=(30, 3)) @ turn.T + off
+        found = (
+            accuracy_interval(errors, 0.9),
+            repeatability_interval(errors, 0.9),
+            student_interval(errors[:, 0], 0.9),
+            scatter_interval(errors[:, 0], 0.9),
+        )
+        hits += [each.low <= value <= each.high for each, value in zip(found, truth, strict=True)]
+    assert (hits >= 870).all(), hits
+    assert (hits <= 930).all(), hits
+
+
+def test_a_vanishing_bias_is_not_excluded():
+    """Where the average stands within its own scatter of the command, the interval of AP_p begins at zero."""
+    found = accuracy_interval(np.random.default_rng(9).normal(size=(30, 3)))
+    assert found.low == 0
+    assert found.high > found.value / 2
+
+
+def test_the_sheet_of_made_up_visits():
+    """Values are the definitions'; distance, frames and the instrument's share come with them; poses are counted as people do."""
+    rng = np.random.default_rng(10)
+    command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)
+    errors = rng.normal(0, 2e-5, (5, 30, 3)) + rng.normal(0, 1e-4, (5, 1, 3)) + [5e-4, 0, 0]
+    found = judge(visits_of(errors, command, instrument=1e-5))
+    assert [pose.name for pose in found.poses] == ["P1", "P2", "P3", "P4", "P5"]
+    for k, pose in enumerate(found.poses):
+        assert pose.accuracy.value == pytest.approx(float(iso.pose_accuracy(errors[k], np.zeros(3))))
+        assert pose.repeatability.value == pytest.approx(float(iso.pose_repeatability(errors[k])))
+        assert pose.without_instrument == pytest.approx(np.sqrt(pose.repeatability.value**2 - found.floor**2))
+        assert pose.fitted < pose.accuracy.value
+    assert found.floor == pytest.approx(3.537e-5, rel=1e-3)
+    ends = command[1] + errors[1], command[3] + errors[3]
+    far = np.linalg.norm(command[3] - command[1])
+    assert found.distance[0].value == pytest.approx(float(iso.distance_accuracy(*ends, far)))
+    assert found.distance[1].value == pytest.approx(float(iso.distance_repeatability(*ends)))
+
+
+def test_visits_from_sides_make_vap_and_nothing_else():
+    """Rows with a side count for vAP alone: barycentres 3 and 4 apart at a right angle are 5 apart."""
+    rng = np.random.default_rng(11)
+    errors = rng.normal(0, 1e-3, (1, 90, 3))
+    errors -= errors.reshape(1, 3, 30, 3).mean(axis=2, keepdims=True).repeat(30, axis=2).reshape(1, 90, 3)
+    errors[0, 30:60] += [3.0, 0, 0]
+    errors[0, 60:] += [0, 4.0, 0]
+    found = visits_of(errors, np.zeros((1, 3)), sides=["x"] * 30 + ["y"] * 30 + ["z"] * 30)
+    plain = visits_of(np.full((1, 2, 3), 7.0), np.zeros((1, 3)))
+    both = Visits(
+        found.pose + plain.pose,
+        np.concatenate([found.cycle, plain.cycle]),
+        found.side + plain.side,
+        np.vstack([found.attained, plain.attained]),
+        np.vstack([found.command, plain.command]),
+        None,
+        None,
+        0,
+        0.0,
+        "made up",
+    )
+    pose = judge(both).poses[0]
+    assert pose.multi_directional.value == pytest.approx(5.0)
+    assert pose.multi_directional.low < 5 < pose.multi_directional.high
+    assert pose.accuracy.value == pytest.approx(7 * np.sqrt(3))
+    assert pose.visits == 2
+
+
+def test_the_cube_is_known_from_its_commands():
+    """Five poses on the diagonals tell centre and side; moved by 2 mm they are no such five."""
+    command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)
+    centre, side, rotation = commanded_cube(visits_of(np.zeros((5, 2, 3)), command))
+    assert centre == pytest.approx([0.5, 0.0, 0.4])
+    assert side == pytest.approx(0.3)
+    assert rotation is None
+    command[2, 0] += 2e-3
+    assert commanded_cube(visits_of(np.zeros((5, 2, 3)), command)) is None
+
+
+def test_robots_predicted_look_like_themselves():
+    """A robot drawn from the design lies within 5 and 95 % of the others in about nine of ten figures; one that misses by 10 mm in AP_p does not."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    found = read_measured(EXAMPLES / "measured" / "z-arm.csv", instrument=5e-6)
+    centre, side, _ = commanded_cube(found)
+    predicted = predict(arm, given_cube(arm, centre, side), robots=300, path_points=2, instrument=5e-6)
+    rows = [each for each in compare(predicted, judge(found)) if each.name in {"AP_p", "AP_p fitted", "RP_l", "vAP_p", "AD_p", "RD"}]
+    assert len(rows) == 20
+    assert sum(each.within for each in rows) >= 16
+    off = Visits(**{**found.__dict__, "attained": found.attained + 0.01})
+    assert not any(each.within for each in compare(predicted, judge(off)) if each.name == "AP_p")
+
+
+def test_a_link_that_warms_moves_the_tool_by_its_growth():
+    """A straight arm of 0.7 m by 25 K and 23e-6 per K grows by 0.4025 mm along itself, 63 % of it within the time constant; dAP_p follows."""
+    joints = [
+        {"name": name, "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": length}}
+        for name, length in (("A", "400 mm"), ("B", "300 mm"))
+    ]
+    arm = lostmotion.Arm.model_validate({"name": "straight", "joints": joints})
+    warm = WarmUp(25.0)
+    grown = growth(arm, np.zeros(2), warm)
+    assert grown == pytest.approx([0.7 * 23e-6 * 25, 0, 0])
+    found = drift(arm, np.zeros(2), np.array([[1e-3, 0, 0], [-1e-3, 0, 0]]), warm)
+    assert found.shift[6] == pytest.approx(grown * (1 - np.exp(-1)), rel=1e-12)  # one hour of eight in 48 steps
+    assert found.largest == pytest.approx(np.full(2, float(grown[0]) * (1 - np.exp(-8))))
+    right = growth(arm, np.array([np.pi / 2, 0]), warm)
+    assert right == pytest.approx([0, grown[0], 0], abs=1e-15)

@@ -1,0 +1,114 @@
+"""ISO 9283 from the file to the folder: what is asked, said, drawn and written."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.figures import find_row
+from lostmotion.plots.iso9283 import iso_plots
+from lostmotion.studies.iso9283.warm_up import WarmUp
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+Z_ARM, VISITS = EXAMPLES / "z-arm.toml", EXAMPLES / "measured" / "z-arm.csv"
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "iso9283", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def both():
+    """Predict the paper's arm and judge a robot of it, once."""
+    return lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, cycles=10, instrument=5e-6, warm_up=WarmUp(25.0))
+
+
+def test_the_sheet_says_what_was_found(both):
+    """Figures of the sheet are those of the study, in the units they are shown in; every plot belongs to a section; all of it is plain data."""
+    sheet, found = both.sheet, both.predicted
+    mean = find_row(sheet.sections, "ap100", "P4").figures[0]
+    assert mean.value * {"mm": 1e-3, "µm": 1e-6}[mean.unit] == pytest.approx(found.loads[0].accuracy[3].mean())
+    most = find_row(sheet.sections, "rp10", "worst").figures[1]
+    assert most.value * 1e-6 == pytest.approx(np.sort(found.loads[1].repeatability.max(axis=0))[56])
+    assert most.samples == "60 robots x 10 visits"
+    assert find_row(sheet.sections, "cube", "side").figures[0].value == pytest.approx(500)
+    keys = [section.key for section in sheet.sections]
+    assert keys[:4] == ["cube", "poses", "ap100", "ap10"]
+    assert {"fitted", "either", "axes", "turns", "vap", "distance", "path", "drift", "check", "compared", "measured-poses", "measured-data"} <= set(
+        keys
+    )
+    drawn = iso_plots(both.predicted, both.drift, both.measured, list(both.compared))
+    assert {plot.section for plot in drawn} <= set(keys)
+    assert len({plot.key for plot in drawn}) == len(drawn) == 8
+    json.dumps(both.result(), allow_nan=False)
+    assert "of 20 measured figures lie within" in sheet.verdict
+
+
+def test_the_measured_cube_is_the_one_predicted_in(both):
+    """Where P1 to P5 were commanded in the file, robots are predicted in that cube; each figure stands beside its own."""
+    assert both.predicted.cube.centre == pytest.approx([0.52, 0.0, 1.05])
+    said = both.result()
+    row = next(each for each in said["compared"] if each["figure"] == "RP_l" and each["pose"] == "P3")
+    assert row["measured"] == pytest.approx(both.measured.poses[2].repeatability.value)
+    assert row["within"] == (row["predicted_5"] <= row["measured"] <= row["predicted_95"])
+
+
+def test_a_measured_robot_alone():
+    """Without an arm the measured sheet stands by itself, with commands and frames."""
+    found = lostmotion.iso9283(measured=VISITS)
+    assert found.predicted is None
+    assert find_row(found.sheet.sections, "measured-data", "visits").figures[0].value == 420
+    assert find_row(found.sheet.sections, "measured-poses", "P4").figures[0].value == pytest.approx(0.717, abs=1e-3)
+
+
+def test_other_poses_are_not_compared():
+    """Measured poses that are no test cube are told beside the prediction, not compared with it, and that is said."""
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, cycles=3, cube=0.3, centre=(0.52, 0.0, 1.0))
+    assert not found.compared
+    assert any("not compared" in note for note in found.sheet.notes)
+
+
+@pytest.mark.parametrize("asked", [{}, {"cube": 0.4}, {"path": ("P1",)}, {"path": ("P1", "P9")}])
+def test_questions_without_an_answer_are_refused(asked):
+    """Neither arm nor visits, a cube without its centre, a path to nowhere."""
+    arm = lostmotion.read(Z_ARM) if asked else None
+    place = {"cube": 0.3, "centre": (0.52, 0.0, 1.0)} if "path" in asked else {}
+    with pytest.raises(lostmotion.InputError):
+        lostmotion.iso9283(arm, robots=2, **place, **asked)
+
+
+def test_the_command_writes_the_same_bytes_twice(tmp_path):
+    """`lostmotion iso9283` prints, writes report and figures and nothing else, repeats itself, and leaves an existing folder alone."""
+    words = (Z_ARM, "--cube", "300 mm", "--centre", "550 mm, 0 mm, 800 mm", "--robots", "20", "--cycles", "5", "--warm-up", "25 K")
+    first = ran(*words, cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "RP_l" in first.stdout
+    folder = tmp_path / "z-arm-iso9283"
+    assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
+    assert ran(*words, "--out", "again", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "again" / "result.json").read_bytes() == (folder / "result.json").read_bytes()
+    third = ran(*words, cwd=tmp_path)
+    assert third.returncode == 2
+    assert "--force" in third.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--centre", "1 mm, 2 mm"), "three amounts"),
+        (("--cube", "3 m", "--centre", "500 mm, 0 mm, 500 mm"), "all of which the tool reaches"),
+        (("--measured", "nowhere.csv"), "no such file"),
+        ((), "neither"),
+    ],
+)
+def test_mistakes_are_one_message(tmp_path, words, said):
+    """A mistake in an option ends with code 2, one message and no folder."""
+    done = ran(*((Z_ARM,) if words else ()), *words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert not list(tmp_path.iterdir())
