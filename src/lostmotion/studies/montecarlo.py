@@ -331,7 +331,7 @@ def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
         from lostmotion.studies import jax_kernel
 
         return jax_kernel.run_block
-    return kernel.run_block if moves and plan.visits > 1 else once_kernel.run_once  # type: ignore[no-any-return]
+    return kernel.run_block if moves and plan.visits > 1 else once_kernel.run_once
 
 
 def _alive(matrix: Screws, level: str) -> np.ndarray:
