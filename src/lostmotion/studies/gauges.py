@@ -62,6 +62,9 @@ class Gauge(Protocol):
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Missed]:
         """Give by how much the target is missed as a function of the factor on these terms, all others as they are."""
 
+    def without(self, columns: tuple[int, ...]) -> Estimate:
+        """Give what is compared with the target, m, where these terms are zero."""
+
     def value(self, factors: Floats) -> Estimate:
         """Give what is compared with the target, m, for a factor on each term (term,)."""
 
@@ -147,9 +150,15 @@ class BySamples:
         a, b, c = (np.einsum("prc,prc->pr", one, other) for one, other in ((rest, rest), (rest, own), (own, own)))
         return lambda factor: self._missed(a + factor * (2 * b + factor * c), self.target)
 
+    def without(self, columns: tuple[int, ...]) -> Estimate:
+        """Give the distance that the share of all positions stays within where these terms are zero."""
+        return self._distance(self._all - self._errors(dict.fromkeys(columns, 1.0)))
+
     def value(self, factors: Floats) -> Estimate:
         """Give the distance that the share of all positions stays within."""
-        errors = self._all if (factors == 1).all() else self._errors(dict(enumerate(map(float, factors))))
+        return self._distance(self._all if (factors == 1).all() else self._errors(dict(enumerate(map(float, factors)))))
+
+    def _distance(self, errors: Floats) -> Estimate:
         squares = np.einsum("prc,prc->pr", errors, errors)
         at = float(np.sqrt(np.quantile(squares, self.share)))
         return around(lambda limit: self._missed(squares, limit), at)
@@ -218,6 +227,12 @@ class ByVisits:
             return Missed(found.value / self.target - 1, (found.high - found.low) / 2 / self.target)
 
         return missed
+
+    def without(self, columns: tuple[int, ...]) -> Estimate:
+        """Give the RP that the share of the robots stays below where these terms are zero."""
+        factors = np.ones(len(self.matrix.infos))
+        factors[list(columns)] = 0
+        return self.value(factors)
 
     def value(self, factors: Floats) -> Estimate:
         """Give the RP that the share of the robots stays below, each robot's RP averaged over the poses."""

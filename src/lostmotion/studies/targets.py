@@ -249,8 +249,7 @@ class _Search:
         fine = self.kind == "error" and any(self.matrix.infos[column].level == "design" for column in item.columns)
         ranges = _ranges(missed, size * np.array(_FINE if fine else _FEW), search=fine)
         if not ranges:
-            without = self.gauge.value(self._factors(item, 0.0))
-            return Allowed(item, "none", no, (), without, None, share)
+            return Allowed(item, "none", no, (), self.gauge.without(item.columns), None, share)
         at = _nearest(ranges)
         if math.isinf(at):
             return Allowed(item, "any", Estimate(math.inf, math.nan, math.nan), ranges, no, None, share)
