@@ -31,13 +31,25 @@ def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
         subject="parts for a target on the tool",
         verdict=_verdict(found),
         cards=tuple(_cards(found)),
-        sections=(_parts(found), _result(found, counted), _buys(found, small), _trade(found, small), _halving(found), _searched(found)),
+        sections=tuple(section for section in _sections(found, counted, small) if section.rows),
         counts=f"search at {found.searched} poses; full study: {counted}",
         notes=(*found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version and seed give the same bytes.",
         seed=found.counts.seed,
         facts=_facts(found),
+    )
+
+
+def _sections(found: Aimed, counted: str, small: str) -> tuple[Section, ...]:
+    return (
+        _parts(found),
+        _result(found, counted),
+        _buys(found, small),
+        _trade(found, small),
+        _halving(found),
+        _torques(found),
+        _searched(found),
     )
 
 
@@ -156,6 +168,8 @@ def _trade(found: Aimed, small: str) -> Section:
         note = "" if point.holds else "cannot be reached"
         if point.target == found.target:
             note = "asked for"
+        elif not found.holds and point.target == found.error.high:
+            note = "the nearest"
         rows.append(Row(str(_mm(point.target)), tuple(figures), note))
     columns = (*(("cost",) if both else ()), "mass", *(("price",) if priced(found) else ()), "95 % error")
     note = "" if found.holds else "around what was reached; "
@@ -170,8 +184,24 @@ def _halving(found: Aimed) -> Section:
     return Section("halving", "What binds now", ("halving it takes off the 95 %",), rows, "of the arm with the parts chosen, the largest first")
 
 
+def _torques(found: Aimed) -> Section:
+    rows = []
+    for each in found.bought:
+        rated = getattr(_gearbox(found, each), "rated_torque", None)
+        if each.slot.what == "gearbox":
+            held = found.torques[each.slot.joint]
+            share = Figure(100 * held / rated if rated else math.nan, "%")
+            rows.append(
+                Row(each.slot.joint, (Figure(held, "N m"), Figure(math.nan if rated is None else rated, "N m"), share), name_of(each, each.chosen))
+            )
+    leaning = "as the base stands" if found.rules.tilt is None else f"base tilted up to {math.degrees(found.rules.tilt):.3g}°"
+    note = f"at worst over the poses of the search and the corners of the joints' ranges, {leaning}, with the weights chosen"
+    return Section("torques", "Torque at the gearboxes chosen", ("held at worst", "rated", "of it"), tuple(rows), note)
+
+
 def _searched(found: Aimed) -> Section:
     sure = "all cheaper allocations were looked at" if found.proven else "no exchange of one or two parts was found cheaper"
+    sure = sure if found.holds else "none reaches the target; the nearest is told"
     rows = (
         Row("allocations possible", (Figure(float(found.allocations), "1") if found.allocations > 10**9 else Figure(found.allocations, "1"),)),
         Row("looked at", (Figure(found.looked_at, "1"),), sure),

@@ -82,6 +82,7 @@ class Aimed:
     looked_at, foreseen  allocations that were, and pairs whose error was foreseen only
     trade             other targets, strict to loose, the one asked for among them; one part exchanged at a time
     halving           what halving the errors of any part of the sized arm would buy
+    torques           by joint, the most that a joint with a gearbox to choose holds, N m, over the poses of the search and the corners of the ranges
     small             (poses, robots, visits) of the smaller studies in `trade` and `bought`
     """
 
@@ -108,6 +109,7 @@ class Aimed:
     foreseen: int
     trade: tuple[Point, ...]
     halving: Halving
+    torques: dict[str, float]
     small: tuple[int, int, int]
 
     @property
@@ -195,6 +197,11 @@ def aim(  # noqa: PLR0913 - a search is these
         foreseen=search.foreseen,
         trade=trade,
         halving=halving(sized, poses, size.robots, size.visits, size.seed),
+        torques={
+            joint.name: float(torque)
+            for joint, torque in zip(sized.moving, search.torques(sized), strict=True)
+            if any(slot.joint == joint.name and slot.what == "gearbox" for slot in slots)
+        },
         small=(len(some), min(size.robots, _ROBOTS), min(size.visits, _VISITS)),
     )
 

@@ -1,0 +1,372 @@
+"""Choosing parts for a target, from the file to the folder: what is offered, found, said, drawn and written."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import lostmotion
+from lostmotion.ask.size import Selection
+from lostmotion.figures import find_row
+from lostmotion.formats.offers import worth_of
+from lostmotion.formats.own_reducers import read_reducers
+from lostmotion.formats.sized import reads_back, sized_text
+from lostmotion.formats.sizing import read_asked
+from lostmotion.plots.aimed import aimed_plots
+from lostmotion.studies import kernel
+from lostmotion.studies.aimed import Counts, aim
+from lostmotion.studies.candidates import Worth, with_parts
+from lostmotion.studies.intervals import pooled_quantile
+from lostmotion.studies.montecarlo import run
+
+ROOT = Path(__file__).parents[1]
+Z_ARM = ROOT / "examples" / "z-arm.toml"
+DRAWN = ROOT / "examples" / "arm-from-drawings.toml"
+SMALL = Counts(robots=64, visits=4, seed=1, threads=2)
+
+OFFER = """
+[sizing]
+minimise = "price + 20 * mass"
+price_per_kg = 10
+[sizing.links.O]
+keep = true
+[sizing.links.roll]
+keep = true
+[sizing.links.A]
+stock = [{ kind = "tube", outer = "100 mm", wall = "3 mm" }, { kind = "tube", outer = "180 mm", wall = "3 mm" }]
+[sizing.links.B]
+stock = [{ kind = "tube", outer = "80 mm", wall = "3 mm" }, { kind = "tube", outer = "140 mm", wall = "3 mm" }]
+[sizing.gearboxes]
+A = ["present", "RV-40E", "X-9"]
+B = ["RV-20E-121", "RV-40E"]
+[sizing.bearings]
+O = ["present", "10 µm ± 5 µm"]
+A = ["30 µm ± 30 µm", "10 µm ± 5 µm"]
+[sizing.costs]
+"RV-20E*" = { mass = "3.5 kg", price = 900 }
+RV-40E = { mass = "7 kg", price = 1500 }
+X-9 = { mass = "6 kg", price = 2500 }
+"10 µm ± 5 µm" = { price = 40 }
+[sizing.present]
+A = { mass = "3 kg", price = 900 }
+B = { mass = "2.5 kg" }
+[[reducers]]
+models = ["X-9"]
+maker = "X"
+part = { rated_torque = "500 N m", stiffness = "150 N m/arcmin", backlash = "0.2 arcmin" }
+source = "measured, 2024"
+"""
+
+
+def asked(tmp_path, text, arm=None, own=(), **options):
+    """Read a sizing file."""
+    path = tmp_path / "by.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_asked(path, options, arm or lostmotion.read(Z_ARM), own)
+
+
+def found_for(said, arm, target, counts=SMALL, poses=64):
+    """Choose with few poses."""
+    few, all_poses = lostmotion.sample_poses(arm, 32), lostmotion.sample_poses(arm, poses)
+    return aim(arm, said.slots, said.worth, target, few, all_poses, rules=said.rules, counts=counts)
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory):
+    """What is offered for the paper's arm."""
+    return asked(tmp_path_factory.mktemp("by"), OFFER, target="1.1 mm")
+
+
+@pytest.fixture(scope="module")
+def found(said):
+    """What was chosen of it."""
+    return found_for(said, lostmotion.read(Z_ARM), said.plan.target)
+
+
+def error_of(arm, poses=64, counts=SMALL):
+    """What the study says of an arm."""
+    sampled = run(arm, lostmotion.sample_poses(arm, poses), counts.robots, counts.visits, counts.seed)
+    return pooled_quantile(sampled.group_hist, sampled.replicate_hist, 0.95, float(sampled.per_pose[:, kernel.LARGEST].max()))
+
+
+def test_the_file_says_what_may_be_chosen(said):
+    """Ratios come from the present gearboxes, masses and prices by name, model or pattern, rows from the file itself, and what is kept is kept."""
+    slots = {slot.label: slot for slot in said.slots}
+    assert list(slots) == ["O bearing", "A gearbox", "A bearing", "A link", "B gearbox", "B link"]
+    assert [(each.name, each.mass, each.price) for each in slots["A gearbox"].candidates] == [
+        ("present", 3.0, 900.0),
+        ("RV-40E-121", 7.0, 1500.0),
+        ("X-9-121", 6.0, 2500.0),
+    ]
+    assert slots["A gearbox"].candidates[1].part.ratio == 121
+    assert slots["A gearbox"].candidates[2].stated["stiffness"] == "150 N m/arcmin"
+    assert [each.name for each in slots["B gearbox"].candidates] == ["RV-20E-121", "RV-40E-121"]
+    assert math.isnan(slots["B gearbox"].present.price)
+    assert slots["A bearing"].candidates[0].part is None
+    assert slots["A bearing"].candidates[1].part.clearance.nominal == pytest.approx(10e-6)
+    assert slots["A link"].candidates[0].price == pytest.approx(10 * slots["A link"].candidates[0].mass)
+    assert said.worth == Worth(20.0, 1.0)
+    assert said.rules.limits is None
+
+
+def test_the_parts_chosen_hold_the_target_at_the_least_cost(said, found):
+    """The study's own error holds the target with the end of its interval, and of all allocations that do so none is cheaper."""
+    arm = lostmotion.read(Z_ARM)
+    assert found.holds
+    assert error_of(found.sized) == found.error
+    assert error_of(arm) == found.error_before
+    assert found.proven
+    cost = said.worth.of(found.mass, found.price)
+    cheaper = [
+        chosen
+        for chosen in itertools.product(*(slot.candidates for slot in said.slots))
+        if sum(said.worth.of(each.mass, each.price) for each in chosen) < cost * (1 - 1e-9)
+    ]
+    assert cheaper
+    for chosen in cheaper:
+        assert error_of(with_parts(arm, said.slots, chosen)).high > found.target * (1 - 0.01)
+
+
+def test_what_each_choice_buys_is_needed(found):
+    """Put back to a cheaper part one by one, every choice leaves an error beyond the target; other targets cost the less the looser they are."""
+    assert any(each.without for each in found.bought)
+    for each in found.bought:
+        if each.without is not None:
+            assert each.saved > 0
+            assert each.without.high > found.target
+    costs = [point.cost for point in found.trade]
+    assert costs == sorted(costs, reverse=True)
+    assert all(point.error.value < point.target * 1.05 for point in found.trade if point.holds)
+    assert {point.target for point in found.trade} >= {found.target}
+
+
+def test_the_sheet_says_what_was_chosen(found):
+    """Masses, prices, errors and torques on the sheet are those of the arm, and every plot stands beside a section."""
+    selection = Selection(found, ("a note",))
+    sheet = selection.sheet
+    gearbox = find_row(sheet.sections, "parts", "A gearbox")
+    assert gearbox.figures[0].value == 3.0
+    assert gearbox.figures[1].value == next(each.chosen.mass for each in found.bought if each.slot.label == "A gearbox")
+    assert find_row(sheet.sections, "error", "parts chosen").figures[0].value == pytest.approx(found.error.value * 1e3)
+    assert find_row(sheet.sections, "trade", "1.100 mm").note == "asked for"
+    held, rated, share = (figure.value for figure in find_row(sheet.sections, "torques", "A").figures)
+    assert share == pytest.approx(100 * held / rated)
+    assert share <= 100
+    assert "All cheaper allocations miss the target" in sheet.verdict
+    assert any("RV-40E-121 is taken from the catalogue" in note for note in sheet.notes) == any(
+        each.chosen.name == "RV-40E-121" for each in found.bought
+    )
+    assert {plot.section for plot in aimed_plots(found)} <= {section.key for section in sheet.sections}
+    json.dumps(selection.result(), allow_nan=False)
+
+
+def test_the_chosen_arm_reads_back_and_studies_to_the_printed_error(found, tmp_path):
+    """sized.toml is the user's file with other parts, comments kept: read again it errs as printed, to the last bit."""
+    folder = Selection(found).report(tmp_path / "out", Z_ARM)
+    written = folder / "sized.toml"
+    assert not reads_back(Z_ARM, written, found)
+    assert error_of(lostmotion.read(written)) == found.error
+    assert "# paper: working clearance up to 60 µm" in written.read_text(encoding="utf-8")
+    assert not lostmotion.read(written).notes or all("used by no joint" not in note for note in lostmotion.read(written).notes)
+
+
+@pytest.mark.parametrize("pick", [(1, 0, 0, 0, 0, 0), (0, 2, 1, 1, 0, 1), (1, 1, 1, 0, 1, 0), (0, 0, 0, 1, 1, 1)])
+def test_whatever_is_chosen_is_written(said, found, tmp_path, pick):
+    """Shared bearings that part ways, reducers of the file's own, and parts left as they are: all read back as the arm."""
+    import dataclasses
+
+    arm = lostmotion.read(Z_ARM)
+    chosen = tuple(slot.candidates[k] for slot, k in zip(said.slots, pick, strict=True))
+    bought = tuple(dataclasses.replace(each, chosen=candidate) for each, candidate in zip(found.bought, chosen, strict=True))
+    other = dataclasses.replace(found, sized=with_parts(arm, said.slots, chosen), bought=bought)
+    out = tmp_path / "sized.toml"
+    out.write_text(sized_text(Z_ARM, None, other), encoding="utf-8")
+    assert not reads_back(Z_ARM, out, other)
+
+
+def test_groups_of_clearances_are_chosen_of_drawn_bearings(tmp_path):
+    """C2, CN and C3 of a drawn bearing are the standard's bands; where all joints take the same the shared bearing gets it."""
+    arm = lostmotion.read(DRAWN)
+    text = '[sizing]\ntarget = "2 mm"\nkeep = true\n[sizing.bearings]\nshoulder = ["C2", "CN", "C3"]\nelbow = ["C3", "C2"]'
+    said = asked(tmp_path, text, arm)
+    shoulder = {slot.label: slot for slot in said.slots}["shoulder bearing"]
+    assert shoulder.candidates[1].part is None
+    assert [each.part.clearance.nominal * 1e6 for each in shoulder.candidates if each.part] == pytest.approx([6.0, 26.5], abs=1.5)
+    found = found_for(said, arm, said.plan.target, poses=32)
+    assert found.holds
+    assert not found.torques
+    out = tmp_path / "sized.toml"
+    out.write_text(sized_text(DRAWN, None, found), encoding="utf-8")
+    assert not reads_back(DRAWN, out, found)
+
+
+def test_a_target_out_of_reach_is_said_with_what_binds(tmp_path):
+    """Where nothing reaches the target: the nearest, what binds, no sized arm, and other targets around what is in reach."""
+    arm = lostmotion.read(Z_ARM)
+    said = asked(tmp_path, OFFER, arm, target="0.2 mm")
+    found = found_for(said, arm, said.plan.target)
+    assert not found.holds
+    selection = Selection(found)
+    assert "No allocation was found whose 95 % error is within 0.2000 mm" in selection.sheet.verdict
+    assert "Most binds joints." in selection.sheet.verdict
+    assert found.trade[0].target > found.target
+    folder = selection.report(tmp_path / "out", Z_ARM)
+    assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
+
+
+def test_the_whole_catalogue_may_be_offered(tmp_path):
+    """Of the catalogue come the rows that fit the ratio and the load, with those left out that have no costs, and that is said."""
+    text = """
+[sizing]
+target = "1 mm"
+minimise = "price"
+keep = true
+[sizing.gearboxes]
+A = "catalogue"
+[sizing.costs]
+"RV-*E*" = { price = 1000 }
+"""
+    said = asked(tmp_path, text)
+    (slot,) = said.slots
+    names = [each.name for each in slot.candidates]
+    assert "RV-40E-121" in names
+    assert all(each.part.rated_torque > 40 for each in slot.candidates)
+    assert any("were left out, for no cost of them is stated" in note for note in said.notes)
+    assert any("no masses are stated" in note for note in said.notes)
+
+
+def test_rows_of_the_arm_file_may_be_offered(tmp_path):
+    """A reducer that the arm file describes is offered by its name, and the sized arm names it."""
+    text = Z_ARM.read_text(encoding="utf-8").replace(
+        "# ---- Parts that several joints share",
+        '[[reducers]]\nmodels = ["Mine"]\nmaker = "me"\npart = { rated_torque = "300 N m", stiffness = "90 N m/arcmin" }\nsource = "measured"\n',
+    )
+    path = tmp_path / "arm.toml"
+    path.write_text(text, encoding="utf-8")
+    offer = '[sizing]\ntarget = "1.3 mm"\nminimise = "price"\nkeep = true\n[sizing.gearboxes]\nA = ["Mine"]\n[sizing.costs]\nMine = { price = 1 }'
+    arm = lostmotion.read(path)
+    said = asked(tmp_path, offer, arm, read_reducers(path))
+    assert said.slots[0].candidates[0].stated == "Mine-121"
+    found = found_for(said, arm, said.plan.target)
+    out = tmp_path / "sized.toml"
+    out.write_text(sized_text(path, None, found), encoding="utf-8")
+    assert not reads_back(path, out, found)
+
+
+@pytest.mark.parametrize(
+    ("text", "worth"),
+    [
+        ("mass", Worth(1.0, 0.0)),
+        ("price", Worth(0.0, 1.0)),
+        ("mass + 0.05*price", Worth(1.0, 0.05)),
+        ("price + 20 * mass", Worth(20.0, 1.0)),
+        ("mass + mass", None),
+        ("weight", None),
+        ("-1 * mass", None),
+        ("0 * mass", None),
+        ("1e999 * mass", None),
+        ("", None),
+    ],
+)
+def test_what_is_to_be_small_is_a_sum(text, worth):
+    """Masses and prices, each with a factor."""
+    assert worth_of(text) == worth
+
+
+def test_every_mistake_is_told_at_once(tmp_path):
+    """Wrong names with the nearest, joints that do not exist, a target without unit, wrong costs: all in one message, each under its key."""
+    text = """
+[sizing]
+target = "0.5"
+minimise = "wieght"
+[sizing.gearboxes]
+A = ["RV-40F"]
+Q = ["RV-40E"]
+B = 3
+C = []
+[sizing.bearings]
+A = ["C2"]
+BB = ["CN"]
+[sizing.costs]
+RV-40E = { mas = "3 kg" }
+C2 = 3
+[sizing.present]
+A = { mass = "three" }
+Z = { mass = "3 kg" }
+"""
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(tmp_path, text)
+    problems = {problem.key: problem for problem in caught.value.problems}
+    assert set(problems) == {
+        "sizing.target",
+        "sizing.minimise",
+        "sizing.gearboxes.A",
+        "sizing.gearboxes.Q",
+        "sizing.gearboxes.B",
+        "sizing.gearboxes.C",
+        "sizing.bearings.A",
+        "sizing.bearings.BB",
+        "sizing.costs.RV-40E.mas",
+        "sizing.costs.C2",
+        "sizing.present.A.mass",
+        "sizing.present.Z",
+    }
+    assert problems["sizing.gearboxes.A"].nearest == "RV-40E"
+    assert problems["sizing.costs.RV-40E.mas"].nearest == "mass"
+
+
+_HEAVY = '[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["RV-40E"]\n[sizing.costs]\nRV-40E = { mass = "9 kg" }\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["RV-40E"]', "no mass of RV-40E-121"),
+        ('[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = ["RV-40E"]', "no price of RV-40E-121"),
+        ('[sizing]\ntarget = "1 mm"\nminimise = "price"', "price_per_kg"),
+        ('[sizing]\n[sizing.gearboxes]\nA = ["RV-40E"]', "no target"),
+        ('[sizing]\nminimise = "price"', "no target"),
+        (_HEAVY, "sizing.present.A"),
+        (_HEAVY + '[sizing.present]\nA = { mass = "5 kg" }', "no more than the joint's own mass"),
+        ('[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = "catalogue"', "no costs of them"),
+        ('[sizing]\ntarget = "1 mm"\nkeep = true', "no link to size"),
+        ('[sizing]\ntarget = "-1 mm"', "sizing.target"),
+    ],
+)
+def test_what_is_lacking_is_asked_for(tmp_path, text, words):
+    """One clear message for what a search cannot do without."""
+    with pytest.raises(lostmotion.InputError, match=words):
+        asked(tmp_path, text)
+
+
+def ran(*words, cwd):
+    """Run the command in a folder."""
+    return subprocess.run([sys.executable, "-m", "lostmotion", "size", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def test_mistakes_end_with_2_and_write_nothing(tmp_path):
+    """An option's mistake is told under its own name."""
+    done = ran(Z_ARM, "--target", "0.5", "--minimise", "beauty", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "--target" in done.stderr
+    assert "--minimise" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_target_works_out_of_the_box(tmp_path):
+    """`lostmotion size ARM --target` chooses sections like the arm's own, prints, writes and ends well; run says the same error."""
+    done = ran(Z_ARM, "--target", "1.2 mm", "--poses", 16, "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "sized.toml\n" in done.stdout
+    said = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    assert said["holds"]
+    assert said["error_95_m"][2] <= 1.2e-3
+    again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 2048, Counts(1000, 30, 1, 2))
+    assert again.value == pytest.approx(said["error_95_m"][0], rel=1e-12)
