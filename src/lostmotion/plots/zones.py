@@ -95,7 +95,7 @@ def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
     values = found.shown[found.centre & np.isfinite(found.shown)]
     unit, factor = _unit(found)
     middles = [grid.along(0)[::step], grid.along(1)[cut::step], grid.along(2)[::step]]
-    figure = framed(f"Surfaces of equal error beyond y = {grid.along(1)[cut] * 1e3:.4g} mm", height=520)
+    figure = framed(f"Surfaces of equal error beyond y = {grid.along(1)[cut] * 1e3:.4g} mm", height=580)
     for part, colour in zip(_LEVELS, _TONES, strict=True):
         level = float(np.quantile(values, part))
         vertices, faces = level_surface(beyond, level)
@@ -112,15 +112,9 @@ def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
-        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 0.6, "y": -1.6, "z": 0.7}, "center": {"x": 0, "y": 0, "z": -0.1}}},
-        legend={
-            "x": 1,
-            "y": 0.95,
-            "xanchor": "right",
-            "itemsizing": "constant",
-            "title": {"text": f"{level_said(found)} below,<br>{by_said(found)}"},
-        },
-        margin={"l": 0, "r": 0, "t": 40, "b": 0},
+        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 0.7, "y": -1.9, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.05}}},
+        legend={**LEGEND, "y": 0, "yanchor": "top", "title": {"text": f"{level_said(found)} below, {by_said(found)}", "side": "top"}},
+        margin={"l": 0, "r": 0, "t": 40, "b": 90},
     )
     return figure
 

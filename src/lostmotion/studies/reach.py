@@ -35,8 +35,9 @@ _STARTS_AMID: Final = 16
 _STEPS: Final = 12
 # Rounds in which poses are sought for cells that have too few.
 _ROUNDS: Final = 3
-# Plain Newton steps within a cell, and how near they must come, as a share of its edge.
-_SHORT: Final = 4
+# Plain Newton steps within a cell and from one to the next, and how near they must come, as a share of the edge.
+_WITHIN: Final = 4
+_NEXT: Final = 6
 _NEAR: Final = 1e-3
 _DAMPING: Final = 1e-9
 _BATCH: Final = 2048
@@ -92,9 +93,11 @@ def reach(arm: Arm, poses: int, edge: float | None, per_cell: int, seed: int, *,
             "a larger cell, or fewer poses per cell",
         )
     with ThreadPoolExecutor(threads) as pool:
-        found = _spread(arm, found, per_cell, pool, tell)
         tell("bringing poses to the middles of cells", 0, 1)
-        found = _filled(arm, _centred(arm, found, pool), found, per_cell, pool, tell)
+        centred = _centred(arm, found, pool)
+        centred, found = _spread(arm, centred, found, pool, tell)
+        there = _at_middle(centred) | ~centred.centre.ravel()[centred.cell]
+        found = _filled(arm, _taken(centred, np.flatnonzero(there)), found, per_cell, pool, tell)
     return _cropped(found)
 
 
@@ -159,43 +162,54 @@ def _joined(arm: Arm, found: Reached, q: Floats, goal: np.ndarray, members: np.n
     return _taken(whole, np.argsort(whole.cell, kind="stable"))
 
 
-def _spread(arm: Arm, found: Reached, per_cell: int, pool: ThreadPoolExecutor, tell: Progress) -> Reached:
-    """Go for the middles of all cells that touch reached ones, until no more are found; harder for those that lie amid reached ones."""
-    tried, tried_hard = np.zeros(found.grid.shape, bool), np.zeros(found.grid.shape, bool)
+def _centred(arm: Arm, found: Reached, pool: ThreadPoolExecutor) -> Reached:
+    """Move poses on to the middle of their cell. Those that do not get there stay where they are, in cells where none does."""
+    goal = found.grid.centres(found.cell)
+    q = np.empty_like(found.q)
+    for here, moved in _in_batches(pool, len(q), lambda here: _short_way(arm, found.q[here], goal[here], _WITHIN)):
+        q[here] = moved
+    on = Reached(found.grid, q, tool_points(arm, q), found.cell, found.members, found.brought, found.sampled, found.centre)
+    there = _at_middle(on)
+    found.centre.ravel()[found.cell[there]] = True
+    left = np.flatnonzero(~found.centre.ravel()[found.cell])
+    on.q[left], on.points[left] = found.q[left], found.points[left]
+    there[left] = True
+    return _taken(on, np.flatnonzero(there))
+
+
+def _at_middle(found: Reached) -> np.ndarray:
+    """Tell which poses put the tool in the middle of their cell."""
+    return np.asarray((np.abs(found.points - found.grid.centres(found.cell)) < _NEAR * found.grid.edge).all(axis=1))
+
+
+def _spread(arm: Arm, centred: Reached, starts: Reached, pool: ThreadPoolExecutor, tell: Progress) -> tuple[Reached, Reached]:
+    """Go for the middles of all other cells that touch reached ones, until no more are found; harder for those that lie amid reached ones.
+
+    From the poses of `starts`, as they were sampled. Gives both sets of poses with those that were brought.
+    """
+    centre, edge, dimensions = centred.centre, centred.grid.edge, centred.grid.dimensions
+    # By plain steps first; where those fail by damped ones, and by more of them amid cells that are reached.
+    tried = [centre.copy() for _ in range(3)]
     while True:
-        front, starts = near(found.counts > 0) & ~tried, _STARTS
-        if not front.any():
-            front, starts = amid(found.counts > 0, found.grid.dimensions) & ~found.centre & ~tried_hard, _STARTS_AMID
-            tried_hard |= front
+        reached = centred.counts > 0
+        ways = (near(reached), _STARTS, edge), (near(reached), _STARTS, None), (amid(reached, dimensions), _STARTS_AMID, None)
+        fronts = [(cells & ~centre & ~done_with, *how, done_with) for (cells, *how), done_with in zip(ways, tried, strict=True)]
+        front, count, plain, done_with = next((each for each in fronts if each[0].any()), fronts[0])
         goal = np.flatnonzero(front)
         if not len(goal):
-            return found
-        tried |= front
-        tell("looking for the end of the reach", int(tried.sum() - len(goal)), int(tried.sum()))
-        q, done, start = _arrived(arm, found, found.grid.centres(goal), starts, pool)
-        found.centre.ravel()[goal[done]] = True
-        wanting = done & (found.counts.ravel()[goal] < per_cell)
-        found = _joined(arm, found, q[wanting], goal[wanting], found.members[start[wanting]])
+            return centred, starts
+        done_with |= front
+        tell("looking for the end of the reach", int(tried[0].sum()) - len(goal), int(tried[0].sum()))
+        q, done, start = _arrived(arm, starts, centred.grid.centres(goal), count, pool, plain)
+        centre.ravel()[goal[done]] = True
+        brought = q[done], goal[done], starts.members[start[done]]
+        centred, starts = _joined(arm, centred, *brought), _joined(arm, starts, *brought)
 
 
-def _centred(arm: Arm, found: Reached, pool: ThreadPoolExecutor) -> Reached:
-    """Move poses on to the middle of their cell, where that can be reached; those that do not get there are left out."""
-    going = np.flatnonzero(found.centre.ravel()[found.cell])
-    goal = found.grid.centres(found.cell[going])
-    q = found.q.copy()
-    for here, moved in _in_batches(pool, len(going), lambda here: _short_way(arm, found.q[going[here]], goal[here])):
-        q[going[here]] = moved
-    points = tool_points(arm, q)
-    there = np.ones(len(q), bool)
-    there[going] = (np.abs(points[going] - goal) < _NEAR * found.grid.edge).all(axis=1)
-    moved_on = Reached(found.grid, q, points, found.cell, found.members, found.brought, found.sampled, found.centre)
-    return _taken(moved_on, np.flatnonzero(there))
-
-
-def _short_way(arm: Arm, q: Floats, goal: Floats) -> Floats:
+def _short_way(arm: Arm, q: Floats, goal: Floats, steps: int) -> Floats:
     """Go a short way to points (pose, 3) by plain Newton steps, least motion as a share of the joints' ranges, within their limits."""
     low, high = arm.limits.T
-    for _ in range(_SHORT):
+    for _ in range(steps):
         at = frames(arm, q)
         push = jacobian(arm, q, at)[:, 3:] * (high - low)
         square = push @ np.swapaxes(push, 1, 2)
@@ -226,21 +240,35 @@ def _filled(arm: Arm, found: Reached, starts: Reached, per_cell: int, pool: Thre
         goal, start = np.repeat(short, lacking)[start >= 0], start[start >= 0]
         there = found.grid.centres(goal)
         there += np.where(found.centre.ravel()[goal][:, None], 0.0, starts.points[start] - found.grid.centres(starts.cell[start]))
-        arrived, done = _bring(arm, starts.q[start], there, pool)
+        arrived, done = _stepped(arm, starts.q[start], there, found.grid.edge, pool)
         found = _joined(arm, found, arrived[done], goal[done], starts.members[start[done]])
     return found
 
 
-def _arrived(arm: Arm, found: Reached, wanted: Floats, count: int, pool: ThreadPoolExecutor) -> tuple[Floats, np.ndarray, np.ndarray]:
-    """Bring the tool to points (point, 3) from the nearest poses, one after the other until one succeeds: q, which were reached, from which pose."""
+def _arrived(
+    arm: Arm, found: Reached, wanted: Floats, count: int, pool: ThreadPoolExecutor, edge: float | None = None
+) -> tuple[Floats, np.ndarray, np.ndarray]:
+    """Bring the tool to points (point, 3) from the nearest poses, one after the other until one succeeds: q, which were reached, from which pose.
+
+    By plain steps where the `edge` of the cells is told, else by damped ones.
+    """
     starts = _nearest(found.points, wanted, count)
     out, done, start = found.q[starts[:, 0]], np.zeros(len(wanted), bool), starts[:, 0].copy()
     for each in starts.T:
         left = np.flatnonzero(~done & (each >= 0))
         if len(left):
-            out[left], done[left] = _bring(arm, found.q[each[left]], wanted[left], pool)
+            from_there, to = found.q[each[left]], wanted[left]
+            out[left], done[left] = _bring(arm, from_there, to, pool) if edge is None else _stepped(arm, from_there, to, edge, pool)
             start[left] = each[left]
     return out, done, start
+
+
+def _stepped(arm: Arm, start: Floats, wanted: Floats, edge: float, pool: ThreadPoolExecutor) -> tuple[Floats, np.ndarray]:
+    """Go from cell to cell by plain Newton steps: cheap, and of many starts enough arrive."""
+    q = np.empty_like(start)
+    for here, moved in _in_batches(pool, len(start), lambda here: _short_way(arm, start[here], wanted[here], _NEXT)):
+        q[here] = moved
+    return q, np.asarray((np.abs(tool_points(arm, q) - wanted) < _NEAR * edge).all(axis=1))
 
 
 def _bring(arm: Arm, start: Floats, wanted: Floats, pool: ThreadPoolExecutor) -> tuple[Floats, np.ndarray]:
