@@ -34,6 +34,7 @@ MOST_ROBOTS: Final = 10_000
 MOST_POSES: Final = 65_536
 # The second stage aims at this share of the wanted half-width, since the first one knows the scatter of its figures only so well.
 _AIM: Final = 0.85
+_FOR_POSES: Final = 0.5
 # A stage that adds less than this is not worth its time.
 _LEAST_GROWTH: Final = 1.2
 _EXAMPLE: Final = 'until = "1 %"'
@@ -226,9 +227,13 @@ def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: in
         factor = max((ratio**2 * (1 - of_poses) / room for (ratio, of_poses), room in zip(off, left, strict=True)), default=1.0)
         if factor * stage.robots <= most_robots:
             choices.append((poses, math.ceil(stage.robots * max(factor, 1.0))))
-    if not choices:
-        by_poses = any(ratio * math.sqrt(of_poses) * _AIM > 0.5 for ratio, of_poses in off)  # noqa: PLR2004 - poses stand in the way as well
-        return (max(_doubled(stage.poses, most_poses)) if by_poses else stage.poses), max(most_robots, stage.robots)
+    if not choices:  # all robots that are allowed, and poses that leave half of the wanted variance to them
+        enough = (
+            poses
+            for poses in _doubled(stage.poses, most_poses)
+            if all(ratio**2 * of_poses * stage.poses <= _FOR_POSES * poses for ratio, of_poses in off)
+        )
+        return next(enough, max(_doubled(stage.poses, most_poses))), max(most_robots, stage.robots)
     poses, robots = min(choices, key=lambda choice: choice[0] * choice[1])
     if poses == stage.poses:
         robots = min(max(robots, math.ceil(_LEAST_GROWTH * stage.robots)), max(most_robots, stage.robots))
