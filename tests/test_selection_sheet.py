@@ -28,7 +28,7 @@ from lostmotion.studies.montecarlo import run
 ROOT = Path(__file__).parents[1]
 Z_ARM = ROOT / "examples" / "z-arm.toml"
 DRAWN = ROOT / "examples" / "arm-from-drawings.toml"
-SMALL = Counts(robots=64, visits=4, seed=1, threads=2)
+SMALL = Counts(robots=48, visits=4, seed=1, threads=2)
 
 OFFER = """
 [sizing]
@@ -73,7 +73,7 @@ def asked(tmp_path, text, arm=None, own=(), **options):
 
 def found_for(said, arm, target, counts=SMALL, poses=64):
     """Choose with few poses."""
-    few, all_poses = lostmotion.sample_poses(arm, 32), lostmotion.sample_poses(arm, poses)
+    few, all_poses = lostmotion.sample_poses(arm, 16), lostmotion.sample_poses(arm, poses)
     return aim(arm, said.slots, said.worth, target, few, all_poses, rules=said.rules, counts=counts)
 
 
@@ -190,6 +190,7 @@ def test_whatever_is_chosen_is_written(said, found, tmp_path, pick):
     assert not reads_back(Z_ARM, out, other)
 
 
+@pytest.mark.slow
 def test_groups_of_clearances_are_chosen_of_drawn_bearings(tmp_path):
     """C2, CN and C3 of a drawn bearing are the standard's bands; where all joints take the same the shared bearing gets it."""
     arm = lostmotion.read(DRAWN)
@@ -206,6 +207,7 @@ def test_groups_of_clearances_are_chosen_of_drawn_bearings(tmp_path):
     assert not reads_back(DRAWN, out, found)
 
 
+@pytest.mark.slow
 def test_a_target_out_of_reach_is_said_with_what_binds(tmp_path):
     """Where nothing reaches the target: the nearest, what binds, no sized arm, and other targets around what is in reach."""
     arm = lostmotion.read(Z_ARM)
