@@ -74,10 +74,7 @@ def _squares_of_sixteen(_typing, screws, draws, lane, bias, out):
         for phi, start, then in [(term, index(0), following), *((sums[c][k], first[c], added[c][k]) for c in range(3) for k in range(_PARTS))]:
             phi.add_incoming(start, before)
             phi.add_incoming(then, loop)
-        back = builder.cbranch(builder.icmp_signed("<", following, terms), loop, done)
-        # Unrolled, the loop would want more registers than there are.
-        module = builder.module
-        back.set_metadata("llvm.loop", module.add_metadata([module.add_metadata([ir.MetaDataString(module, "llvm.loop.unroll.disable")])]))
+        builder.cbranch(builder.icmp_signed("<", following, terms), loop, done)
         builder.position_at_end(done)
         for k in range(_PARTS):
             x, y, z = (added[c][k] for c in range(3))
