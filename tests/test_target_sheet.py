@@ -98,6 +98,18 @@ def test_sizes_are_told_in_their_own_units():
     assert (clearance.unit, link.unit) == ("mm", "%")
 
 
+def test_an_arm_that_does_not_err_keeps_any_target():
+    """Without errors there is nothing to size: the target is kept, every robot keeps it, and the report is drawn all the same; one pose will do."""
+    arm = lostmotion.Arm(name="ideal", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 0.5}},))
+    found = lostmotion.target(arm, error="1 µm", poses=np.zeros((1, 1)), robots=30, visits=2)
+    assert found.found.now.value == 0
+    assert found.found.equal_factor is None
+    assert found.found.yields[0].share == 1
+    assert "is kept" in found.sheet.verdict
+    assert "No single item" not in found.sheet.verdict
+    assert [plot.key for plot in targets_plots(found.found)] == ["yield"]
+
+
 def test_poses_in_a_zone_are_in_it():
     """The tool is in the zone at every pose, in eight sets of one size; a zone that is out of reach is refused."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")

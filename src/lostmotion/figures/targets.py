@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
-from lostmotion.studies.production import robots_needed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -259,8 +258,9 @@ def _yield(found: Targets) -> Section:
         rows.append(Row(label, (yield_figure(one),), f"{one.within} of {one.robots} robots"))
     first = found.yields[0]
     for width in _WIDTHS:
-        needed = robots_needed(first.share, width)
-        rows.append(Row(f"robots for an interval {100 * width:g} % wide", (Figure(needed, "1"),), f"at a yield of {100 * first.share:.4g} %"))
+        rows.append(
+            Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), f"at a yield of {100 * first.share:.4g} %")
+        )
     note = "the robots of the study with this seed at these poses; an exact interval (Clopper and Pearson) that counts robots"
     return Section("yield", f"Yield: robots that keep {length(found.target)}", ("value",), tuple(rows), note)
 
@@ -289,8 +289,8 @@ def _verdict(found: Targets) -> str:
     elif single:
         alone = ", ".join(f"{each.item.name} ({now_sized(each.item)} to {_plain(each)})" for each in reversed(single[-2:]))
         said += f" One item alone would do, the easiest: {alone}."
-    else:
-        rest = min((each.without.value for each in found.single if each.verdict == "none"), default=_NAN)
+    elif not kept(found):
+        rest = min((each.without.value for each in found.single), default=found.now.value)
         said += f" No single item meets it: the rest is already {length(rest)} at best."
     first = yield_figure(found.yields[0])
     return f"{said} {first} of the robots built keep it ({first.interval})."

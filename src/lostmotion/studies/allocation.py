@@ -66,7 +66,7 @@ def mean_square_form(matrix: Screws, items: Sequence[Item], *, visits_only: bool
         bias = np.zeros((len(items), 3, poses))
         for column in matrix.columns("design"):
             bias[owner[column]] += shift[:, column]
-        flat = bias.reshape(len(items), -1)
+        flat = bias.reshape(len(items), 3 * poses)
         out += flat @ flat.T / poses
     return out
 

@@ -97,6 +97,10 @@ class Yield:
         counts = [self.within_of(float(each)) for each in targets]
         return targets, np.array(counts) / self.robots, np.array([exact_share(count, self.robots) for count in counts])
 
+    def robots_for(self, width: float) -> int:
+        """Give how many robots would have to be built for an interval no wider than this (0..1), at this yield; errors as `robots_needed`."""
+        return robots_needed(self.share, width)
+
     def __repr__(self) -> str:
         """Tell the yield in a line."""
         low, high = self.interval
