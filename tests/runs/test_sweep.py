@@ -307,3 +307,11 @@ def test_designs_are_compared_at_the_users_own_poses(tmp_path):
     with pytest.raises(lostmotion.InputError, match="line 2"):
         lostmotion.sweep(path, poses=poses, out=tmp_path / "other")
     assert not (tmp_path / "other").exists()
+
+
+def test_labels_are_short_and_tell_values_apart():
+    """Amounts of a range are labelled with four digits; those that four digits would not tell apart, and short ones, as they are stated."""
+    assert Axis(key="k", values=("1.33333333333 kg", "2 kg")).labels == ("1.333 kg", "2 kg")
+    assert Axis(key="k", values=("1.00000000001 kg", "1 kg")).labels == ("1.00000000001 kg", "1 kg")
+    assert Axis(key="k", values=("12345.6 N", "1 N")).labels == ("12345.6 N", "1 N")
+    assert Axis(key="k", values=("1 mm ± 5 µm", True, [1, 2])).labels == ("1 mm ± 5 µm", "True", "[1, 2]")

@@ -31,6 +31,7 @@ MOST_KEYS: Final = 8
 MOST_VALUES: Final = 1000
 MOST_DESIGNS: Final = 10_000
 _LONGEST_KEY: Final = 200
+_LONG_LABEL: Final = 12
 _RANGE: Final = '{ from = "0.5 arcmin", to = "1 arcmin", steps = 5 }'
 _RANGE_KEYS: Final = ("from", "to", "steps", "spacing")
 _SPACINGS: Final = ("even", "log")
@@ -47,8 +48,13 @@ class Axis(BaseModel):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Give each value as a person reads it."""
-        return tuple(value if isinstance(value, str) else shown(value) for value in self.values)
+        """Give each value as a person reads it; amounts of a range with four digits, where that tells them apart."""
+        plain = tuple(value if isinstance(value, str) else shown(value) for value in self.values)
+        if self.amounts is None:
+            return plain
+        numbers, unit = self.amounts
+        short = tuple(f"{number:.4g} {unit}".strip() for number in numbers)
+        return short if len(set(short)) == len(set(numbers)) and max(map(len, plain)) > _LONG_LABEL else plain
 
     @property
     def amounts(self) -> tuple[tuple[float, ...], str] | None:

@@ -28,7 +28,7 @@ _SCALE: Final = ((0.0, "#fde725"), (0.25, "#5ec962"), (0.5, "#21918c"), (0.75, "
 _SHADES: Final = {BLUE: "rgba(0,114,178,0.15)", ORANGE: "rgba(230,159,0,0.18)", GREEN: "rgba(0,158,115,0.15)", RED: "rgba(178,58,0,0.15)"}
 _DASHES: Final = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 _MOST_CURVES: Final = 6
-_MOST_WRITTEN: Final = 150
+_MOST_WRITTEN: Final = 6
 
 
 def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
@@ -39,10 +39,10 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
         if outcomes[0].ap is not None:
             out.append(Plot("iso9283", "iso9283", iso_over_one(order, outcomes), "Curves of AP and RP over the key swept."))
     elif len(order.axes) == 2:  # noqa: PLR2004 - a plane
-        out.append(Plot("designs", "designs", over_two(order, outcomes, *_errors(outcomes)), "Map of the 95 % error over the two keys swept."))
+        out.append(Plot("designs", "designs", over_two(order, *_errors(outcomes)), "Map of the 95 % error over the two keys swept."))
         if outcomes[0].rp is not None:
             found = [each.rp[1] for each in outcomes if each.rp is not None]
-            out.append(Plot("iso9283", "iso9283", over_two(order, outcomes, found, "RP, 95 % of robots below"), "Map of RP over the two keys swept."))
+            out.append(Plot("iso9283", "iso9283", over_two(order, found, "RP, 95 % of robots below"), "Map of RP over the two keys swept."))
     elif order.axes:
         out.append(
             Plot("designs", "designs", effects(order, outcomes), "For each key, the 95 % error of every design and the average of each value.")
@@ -123,7 +123,7 @@ def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
     return _curves(order, outcomes, wanted, "Accuracy and repeatability, with their 95 % intervals")
 
 
-def over_two(order: Order, outcomes: Sequence[Outcome], found: Sequence[Estimate], what: str) -> go.Figure:
+def over_two(order: Order, found: Sequence[Estimate], what: str) -> go.Figure:
     """Where over the two keys is this small?"""
     import plotly.graph_objects as go
 
@@ -134,7 +134,7 @@ def over_two(order: Order, outcomes: Sequence[Outcome], found: Sequence[Estimate
     unit = _unit(largest)
     values = np.array([each.value * PER_UNIT[unit] for each in found]).reshape(shape)
     said = np.array([f"{each.low * PER_UNIT[unit]:.4g} … {each.high * PER_UNIT[unit]:.4g} {unit}" for each in found]).reshape(shape)
-    written = {"texttemplate": "%{z:.3g}", "textfont": {"size": 12}} if len(outcomes) <= _MOST_WRITTEN else {}
+    written = {"texttemplate": "%{z:.3g}", "textfont": {"size": 12}} if shape[1] <= _MOST_WRITTEN else {}
     cells = go.Heatmap(
         z=values,
         x=[label(text) for text in second.labels],
