@@ -13,6 +13,7 @@ from scipy.stats import truncnorm
 from lostmotion import Arm, InputError
 from lostmotion.laws.normal_length import normal_length
 from lostmotion.parts.place import Place
+from lostmotion.studies.analytic import analytic
 from lostmotion.studies.boxes import YAWS, best_boxes, footprint, judged, keeping_clear
 from lostmotion.studies.cells import grid_over, within
 from lostmotion.studies.reach import reach
@@ -337,14 +338,30 @@ def test_what_cannot_be_asked_is_refused(wish):
         Wish(**wish)
 
 
-def test_cells_without_a_near_normal_pose_have_bounds():
-    """Two-sided errors alone have no figure without sampling: the cells are counted, and what stands there is an upper bound."""
-    joints = [
-        {"name": name, "type": "revolute", "axis": "-y", "limits": ("-90 deg", "90 deg"), "link": {"length": "0.4 m"}, "lumped": lumped}
-        for name, lumped in (("A", {"angle": "3 arcmin", "law": "two-sided"}), ("B", {"angle": "0.1 arcmin"}))
-    ]
-    arm = Arm.model_validate({"name": "two-sided", "joints": joints})
-    found = zones(arm, Wish(cell=0.1, poses=1024, per_cell=2))
-    assert found.bounded.sum() > 0.5 * np.isfinite(found.shown).sum()
-    r = np.linalg.norm(found.reached.points, axis=1)
-    assert (found.looked.errors.quantile >= r * math.radians(3 / 60) * (1 - 1e-9)).all()
+@pytest.mark.parametrize("departs", [0.1, 3.0])
+def test_poses_far_from_normal_are_raised_or_left_out(monkeypatch, departs):
+    """Where the route without sampling tells no figure, it is the normal law's and what departs from it, or else a bound of the last resort."""
+    arm = planar()
+    plain = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
+
+    def without(arm, poses, **options):
+        found = analytic(arm, poses, **options)
+        lost = poses.q[:, 1] > 0  # one elbow
+        normal = normal_length(found.bias, found.covariance, found.levels).quantiles
+        quantiles = np.where(lost[:, None], np.nan, found.quantiles)
+        return dataclasses.replace(found, quantiles=quantiles, quantiles_bound=np.where(lost[:, None], departs * normal, found.quantiles_bound))
+
+    monkeypatch.setattr("lostmotion.studies.zones.analytic", without)
+    found = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
+    reached, errors = found.reached, found.looked.errors
+    lost = reached.q[:, 1] > 0
+    assert np.array_equal(errors.known, plain.looked.errors.known | lost if departs < 0.25 else ~lost & errors.known)
+    assert (errors.quantile[lost] > plain.looked.errors.quantile[lost]).all()
+    only = np.bincount(reached.cell[~lost], minlength=found.shown.size) == 0
+    cells = only.reshape(found.shown.shape) & np.isfinite(found.shown)
+    assert cells.any()
+    assert (found.bounded[cells] == (departs > 0.25)).all()
+    if departs > 0.25:
+        both = ~only.reshape(found.shown.shape) & np.isfinite(found.shown)
+        assert (found.shown[both] <= plain.shown[both]).all()
+        assert not found.bounded[both].any()

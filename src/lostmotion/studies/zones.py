@@ -334,13 +334,14 @@ def _within(looked: Looked, by: By, target: float, shown: Floats, centre: np.nda
     left_out = [share(by_cell(looked.errors, reached.cell, cells, reached.members != one)[QUANTILE, column][counted]) for one in range(REPLICATES)]
     pseudo = REPLICATES * value - (REPLICATES - 1) * np.array(left_out)
     of_poses = student(REPLICATES - 1) * float(pseudo.std(ddof=1)) / math.sqrt(REPLICATES)
-    # The same poses in cells of twice the edge; each cell then has the figure of the larger one that it is part of.
+    # Cells of twice the edge, each with the mean of those that it is made of.
     grid = reached.grid
-    at = np.column_stack(np.unravel_index(np.arange(int(np.prod(grid.shape))), grid.shape)) + np.where(grid.flat, 0, np.array(grid.first))
-    parents, of_parent = np.unique(at // 2, axis=0, return_inverse=True)
-    of_parent = of_parent.ravel()
-    coarse = by_cell(looked.errors, of_parent[reached.cell], len(parents))[QUANTILE, column][of_parent]
-    half = math.hypot(of_poses, share(coarse[counted]) - value)
+    at = np.column_stack(np.unravel_index(counted, grid.shape)) + np.where(grid.flat, 0, np.array(grid.first))
+    of_parent = np.unique(at // 2, axis=0, return_inverse=True)[1].ravel()
+    known = np.isfinite(shown[counted])
+    sums, members = np.bincount(of_parent[known], shown[counted][known]), np.bincount(of_parent[known])
+    coarse = np.where(known, sums[of_parent] / np.maximum(members[of_parent], 1), np.nan)
+    half = math.hypot(of_poses, share(coarse) - value)
     low, high = max(value - half, 0.0), min(value + half, 1.0)
     estimate = Estimate(value, low, high)
     return Within(target, estimate, Estimate(value * size.value, low * size.low, high * size.high), (shown <= target).reshape(grid.shape))
