@@ -251,6 +251,7 @@ def test_ranges_are_stated_in_units_that_read_back(tmp_path):
     np.testing.assert_allclose(np.diff(values), math.radians(0.1 / 60), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_command_goes_on_where_it_was_stopped(arm, tmp_path):
     """Ctrl-C leaves a run that the same command goes on with; it says so, and the report is that of a run left alone."""
     words = ["sweep", arm.name, *COUNTS[:-1], "1", "--poses", "128", "--workers", "2"]
