@@ -11,6 +11,7 @@ import typer
 from lostmotion.cli.app import STOPPED, app, stopped
 
 if TYPE_CHECKING:
+    from lostmotion.arm import Arm
     from lostmotion.studies.poses import Poses
 
 
@@ -84,6 +85,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.formats.places import read_pose, read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
+    from lostmotion.studies.poses import Poses, sample_poses
 
     folder = out or Path(f"{file.stem}-accuracy")
     refuse_existing(folder, force=force)  # before the work, not after it
@@ -94,9 +96,10 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses
-        from lostmotion.studies.poses import Poses
 
         chosen = Poses(read_poses(poses_file, arm), "given")
+    if places:
+        _refuse_places(places, arm, chosen if isinstance(chosen, Poses) else sample_poses(arm, chosen, pose_law.value, seed))
     with ProgressBar() as bar:
         answer = study(
             arm,
@@ -122,3 +125,15 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     if not quiet:
         answer.summary()
     typer.echo(f"\nReport: {written / 'report.html'}")
+
+
+def _refuse_places(places: list[dict[str, Any]], arm: Arm, poses: Poses) -> None:
+    """Raise InputError for a pose or a zone that is not there, before the work and not after it."""
+    from lostmotion.arm import tool_points
+    from lostmotion.studies.places import in_zone, one_pose
+
+    for place in places:
+        if "pose" in place:
+            one_pose(poses.q, place["pose"])
+        else:
+            in_zone(tool_points(arm, poses.q), place["zone"])

@@ -1,0 +1,58 @@
+"""A study that is asked about a pose and a zone, and to be so sure: what it prints, writes and refuses."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
+QUICK = ("--poses", "32", "--robots", "40", "--visits", "3")
+AT = "O=10deg A=20deg B=-30deg C=0deg roll=5deg"
+
+
+def run(*words, cwd):
+    """Run the command in a folder."""
+    command = [sys.executable, "-m", "lostmotion", "run", str(ARM), *QUICK, *words]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
+    """Each place has its two tables, shares add to 100 %, the verdict says what was reached, and every stage of the remedies has its intervals."""
+    done = run("--at", AT, "--at", "3", "--zone", "z 0..2 m", "--until", "20 %", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Reached ±20 % after" in done.stdout
+    sections = {section["key"]: section for section in json.loads((tmp_path / "out" / "result.json").read_text())["sections"]}
+    assert {f"{what}_at_{k}" for what in ("budget", "causes") for k in (1, 2, 3)} <= set(sections)
+    assert "O 10.0°" in sections["budget_at_1"]["title"]
+    assert "pose 3" in sections["budget_at_2"]["title"]
+    assert "z 0 … 2000 mm" in sections["budget_at_3"]["title"]
+    for k in (1, 2, 3):
+        rows = sections[f"budget_at_{k}"]["rows"]
+        shares = [row["figures"][1]["value"] for row in rows]
+        assert sum(shares[:-1]) == pytest.approx(100, abs=1e-9)
+        assert rows[-1]["label"] == "all together"
+    stages = sections["waterfall"]["rows"]
+    assert [row["label"] for row in stages] == ["as built", "calibrated", "load compensated", "both", "both, and each robot mapped"]
+    assert all(figure["interval"] for row in stages for figure in row["figures"])
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert 'data-plot="waterfall"' in page
+    assert 'data-plot="budget-at-3"' in page
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("--at", "32"), "from 0 to 31"),
+        (("--zone", "x 5..6 m"), "none of the 32 poses"),
+        (("--until", "soon"), "until"),
+        (("--at", "1", "--method", "analytic"), "--method both"),
+    ],
+)
+def test_what_cannot_be_answered_is_refused_before_the_work(tmp_path, words, named):
+    """One message, exit code 2, and no folder."""
+    done = run(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert named in done.stderr
+    assert not list(tmp_path.iterdir())
