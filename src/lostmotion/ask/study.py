@@ -13,8 +13,8 @@ from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.budget import budget, costs, tally
-from lostmotion.studies.places import in_zone, one_pose
 from lostmotion.studies.montecarlo import Device, check_device, run
+from lostmotion.studies.places import in_zone, one_pose
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 from lostmotion.studies.stopping import MOST_ROBOTS, Tolerance, run_until
 
