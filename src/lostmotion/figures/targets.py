@@ -257,10 +257,8 @@ def _yield(found: Targets) -> Section:
         label = JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
         rows.append(Row(label, (yield_figure(one),), f"{one.within} of {one.robots} robots"))
     first = found.yields[0]
-    for width in _WIDTHS:
-        rows.append(
-            Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), f"at a yield of {100 * first.share:.4g} %")
-        )
+    at = f"at a yield of {100 * first.share:.4g} %"
+    rows += [Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), at) for width in _WIDTHS]
     note = "the robots of the study with this seed at these poses; an exact interval (Clopper and Pearson) that counts robots"
     return Section("yield", f"Yield: robots that keep {length(found.target)}", ("value",), tuple(rows), note)
 
@@ -292,6 +290,8 @@ def _verdict(found: Targets) -> str:
     elif not kept(found):
         rest = min((each.without.value for each in found.single), default=found.now.value)
         said += f" No single item meets it: the rest is already {length(rest)} at best."
+        if kinds := ordered(found.kinds):
+            said += f" One cause in all parts of a kind would do: {kinds[-1].item.name} ({now_sized(kinds[-1].item)} to {_plain(kinds[-1])})."
     first = yield_figure(found.yields[0])
     return f"{said} {first} of the robots built keep it ({first.interval})."
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _MOST_BARS: Final = 40
 _BAND: Final = {BLUE: "rgba(0,114,178,0.18)", ORANGE: "rgba(230,159,0,0.22)"}
-_FACTOR: Final = "errors, as a factor on what they are now"
+_FACTOR: Final = "factor on its errors"
 
 
 def targets_plots(found: Targets) -> list[Plot]:
@@ -72,7 +72,7 @@ def dumbbells(allowed: Sequence[Allowed], title: str) -> go.Figure:
             customdata=said,
             hovertemplate="%{customdata}<br>factor %{x:.4~g}<extra></extra>",
         ),
-        height=150 + 24 * len(rows),
+        height=180 + 22 * len(rows),
     )
     return _dressed(figure, names, values)
 
@@ -96,7 +96,7 @@ def together(found: Targets) -> go.Figure:
         *_bars([1.0] * len(rows), values, colours),
         _dots([1.0] * len(rows), rows, "now", INK, said, symbol="line-ns-open"),
         _dots(values, rows, "equal effect" if effect is not None else "equal factor", colours, said),
-        height=150 + 24 * len(rows),
+        height=180 + 22 * len(rows),
     )
     alike = float(np.nanmax(factor.factors))
     line = {"color": ORANGE, "width": 1.5, "dash": "dot"}
@@ -173,6 +173,6 @@ def _dressed(figure: go.Figure, names: Sequence[str], values: Sequence[float]) -
     ticks = [mark * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for mark in marks]
     shown = [tick for tick in ticks if low <= math.log10(tick) <= high]
     figure.update_xaxes(title_text=_FACTOR, type="log", range=[low, high], tickvals=shown, ticktext=[f"{tick:.6g}" for tick in shown])
-    figure.update_yaxes(**named(names))
-    figure.update_layout(legend=LEGEND, margin_t=80)
+    figure.update_yaxes(**named(names), tickfont={"size": 11})
+    figure.update_layout(legend=LEGEND, margin_t=108)  # beside long names the legend stands in three rows
     return figure
