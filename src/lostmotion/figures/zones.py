@@ -114,7 +114,7 @@ def _boxes_said(boxes: Boxes, found: Zones) -> str:
         box = boxes.found[0]
         return (
             f"Work of {size_said(boxes.size)} is best placed around {place_said(box)}: {level_said(found)} within {length(box.worst)} "
-            f"in the worst of its {len(box.cells)} cells; looked at afresh, {length(box.afresh_worst)}."
+            f"in the worst of its cells ({len(box.cells)}); looked at afresh, {length(box.afresh_worst)}."
         )
     if boxes.largest is None:
         return f"No box of the proportions {size_said(boxes.size)} fits into the reach on this grid, however small."
