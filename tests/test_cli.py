@@ -143,9 +143,12 @@ def test_the_version_is_told(tmp_path):
 
 def test_a_stopped_run_leaves_nothing_behind(tmp_path):
     """Ctrl-C in mid-run: exit code 130, one word about it, no traceback, no file."""
-    command = [sys.executable, "-m", "lostmotion", "run", str(ARM), "--poses", "200000"]
-    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        time.sleep(4)
+    started = "import sys; from lostmotion.cli import main; print('started', flush=True); sys.argv[0] = 'lostmotion'; main()"
+    command = [sys.executable, "-c", started, "run", str(ARM), "--poses", "200000"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().strip() == "started"
+        time.sleep(3)
         process.send_signal(signal.SIGINT)
         _, told = process.communicate(timeout=60)
     assert process.returncode == 130
