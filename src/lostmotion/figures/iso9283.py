@@ -158,7 +158,7 @@ def _cube(found: Predicted) -> Section:
     rows += [Row(f"centre {axis}", (_place(cube.centre[k]),)) for k, axis in enumerate("xyz")]
     rows.append(Row("points reached", (Figure(cube.checked, ""),), "poses, corners and a grid, by inverse kinematics within the joint limits"))
     held = "the tool is held alike all over" if cube.rotation is not None else "fewer than six joints: the tool's orientation comes as it comes"
-    how = "as given" if cube.found_by == "given" else f"the largest found: {cube.found_by}; another start may find one larger by a few per cent"
+    how = "as given" if cube.found_by == "given" else f"the largest found: {cube.found_by}; another start may find one larger by some per cent"
     return Section(
         "cube", "Test cube", ("value",), tuple(rows), f"{how}; {held}. Edges along the base's axes; no obstacle or self-collision is looked at"
     )

@@ -51,7 +51,11 @@ _ALIKE_SIDE: Final = 0.95
 _FINEST: Final = 1 / 16
 # Where a cube may move to as it grows: nowhere, along an axis, or both ways along several.
 _WAYS: Final = np.array(sorted(itertools.product((0.0, 1.0, -1.0), repeat=3), key=lambda way: sum(map(abs, way))))
+# So many of the ways that the coarse look allows are looked at on the finer grid.
+_WAYS_TRIED: Final = 3
 _ROUNDING: Final = 1e-9
+# Points along each half of the arm's column.
+_ALONG: Final = 60
 # Two answers at one place within this, rad or m, are one configuration.
 _ALIKE: Final = 0.2
 # Newton's steps from one point to the next, where the first is near: they are enough wherever it can be reached.
@@ -218,20 +222,31 @@ def _grown(arm: Arm, begun: _Candidate, step: float, clearance: float, floor: fl
     if not reached.all():
         return _Candidate(0.0, begun.centre, begun.start, begun.held)
     best = _Candidate(begun.side, begun.centre, middle[0], begun.held)
+    column = _column(arm)
     size = step / 2
     while size >= step * _FINEST:
         centres, side = best.centre + _WAYS * size / 2, best.side + size
         points = centres[:, None] + side / 2 * coarse
-        may = np.asarray(_off_column(arm, points, clearance).all(axis=1))
+        may = np.array([not _holds_any(column, centre, side / 2 + clearance) for centre in centres])
         if floor is not None:
             may &= points[..., 2].min(axis=1) >= floor - _ROUNDING
         q, may = _spread(arm, best.centre, points - best.centre, best, may)
-        if may.any():
-            first = int(np.argmax(may))
-            best = _Candidate(side, centres[first], q[first, len(coarse) // 2], best.held)
-        else:
+        wider = (_Candidate(side, centres[k], q[k, len(coarse) // 2], best.held) for k in np.flatnonzero(may)[:_WAYS_TRIED])
+        larger = next((each for each in wider if _reached_within(arm, each)), None)
+        if larger is None:
             size /= 2
+        else:
+            best = larger
     return best
+
+
+def _reached_within(arm: Arm, cube: _Candidate) -> bool:
+    """Tell whether the tool can be brought from the middle of a cube to all points looked at in it."""
+    return bool(_spread(arm, cube.centre, cube.side / 2 * _offsets()[None], cube, np.ones(1, bool))[1][0])
+
+
+def _holds_any(points: Floats, centre: Floats, half: float) -> bool:
+    return bool((np.abs(points - centre) <= half).all(axis=1).any())
 
 
 def _settled(arm: Arm, found: _Candidate, resolution: float, text: str) -> Cube:
@@ -321,16 +336,20 @@ def _largest_at(reached: np.ndarray) -> np.ndarray:
     return np.asarray(np.maximum(size[:-1, :-1, :-1] - 1, 0))
 
 
-def _off_column(arm: Arm, grid: Floats, clearance: float) -> np.ndarray:
-    """Tell which points stand farther than this from the line base - first moving joint - second one, with all joints in the middle."""
+def _column(arm: Arm) -> Floats:
+    """Give points along the line base - first moving joint - second one, with all joints in the middle of their ranges (point, 3)."""
     at = frames(arm, arm.limits.mean(axis=1)[None])
     moving = [3 * k + 1 for k, joint in enumerate(arm.joints) if joint in arm.moving][:2]
     line = np.vstack([np.zeros(3), at[moving, 0, :3, 3]])
-    out = np.ones(grid.shape[:-1], bool)
-    for a, b in itertools.pairwise(line):
-        along = np.clip(((grid - a) @ (b - a)) / max(float((b - a) @ (b - a)), 1e-12), 0.0, 1.0)
-        out &= np.linalg.norm(grid - a - along[..., None] * (b - a), axis=-1) > clearance
-    return out
+    share = np.linspace(0.0, 1.0, _ALONG)[:, None]
+    return np.vstack([a + share * (b - a) for a, b in itertools.pairwise(line)])
+
+
+def _off_column(arm: Arm, grid: Floats, clearance: float) -> np.ndarray:
+    """Tell which points (..., 3) stand farther than this from the arm's column."""
+    from scipy.spatial import KDTree
+
+    return np.asarray(KDTree(_column(arm)).query(grid)[0] > clearance)
 
 
 def _refuse_flat(arm: Arm) -> None:
