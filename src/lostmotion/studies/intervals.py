@@ -150,12 +150,6 @@ def two_way(values: Floats) -> Spread:
     return Spread(variance - of_poses, of_poses, student(freedom) * math.sqrt(variance))
 
 
-def difference(first: Floats, second: Floats, value: float, resolution: float = 0.0) -> Estimate:
-    """How sure is a difference of which each member's part is known, from the same draws? Never surer than the resolution it was read with."""
-    half = student(len(first) - 1) * math.sqrt(_mean_square(first - second))
-    return Estimate(value, min(value - half, value - resolution), max(value + half, value + resolution))
-
-
 def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], level: float) -> Estimate:
     """By how much is a quantile of all samples lower after than before, from the same draws? Each the counts by group of robots and by set of poses.
 
