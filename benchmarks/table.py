@@ -227,9 +227,9 @@ def race(every: list[Contestant], poses: Poses, rounds: int, console: Console) -
     taking_part = []
     for each in every:
         if each.package and importlib.util.find_spec(each.package) is None:
-            console.print(f"left out: {each.name}: {each.package} is not installed; pip install -e '.[benchmarks]'")
+            console.print(f"left out: {each.name}: {each.package} is not installed; pip install -e '.[benchmarks]'", markup=False)
         else:
-            taking_part.append(each)
+            taking_part.append(replace(each, poses=min(each.poses, len(poses))))
     truth = run(ur5e(), poses, 1000, 1, 2).per_pose[:, kernel.MEAN]
     best, means = {each.name: math.inf for each in taking_part}, {}
     for each in taking_part:
