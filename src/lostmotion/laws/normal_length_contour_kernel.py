@@ -22,17 +22,20 @@ _NEVER: Final = -40.0  # the logarithm of a share that is none
 _LEFTMOST: Final = -1e12  # below the least possible length there is no saddlepoint
 _PER_POLE: Final = 3.1  # nodes within the way to the pole, at least
 _GROW: Final = 0.1  # from node to node, the way between them in the end
+_EVEN: Final = 1e-3  # of a mixture, whose parts far from q turn fast
 _PER_END: Final = 1.8  # likewise to where M ends
 _STEEP: Final = 2.0  # the contour's lean in the end; where that leads uphill because the normal part is large, the other
 _FLAT: Final = 0.8
 _SMALL: Final = 1e-8  # of the largest node: the rest adds nothing
 _STEPS: Final = 60
 CHUNK: Final = 12  # nodes laid at a time
-NODES: Final = 288
+NODES: Final = 480
 # What Edgeworth's first terms d leave out is told as |d| times (a + |d|) times b, every node with its size: above the middle of the lengths with
-# the first pair, below it and for the mean with the second. Chosen so that it covers sums of few flat, two-sided and wavy draws.
-TAIL: Final = (1.0, 0.5)
+# the first pair, below it and for the mean with the second. Lengths further out than the contour's own count as much more as STEEPER times the way
+# to them in deviations. Chosen so that it covers sums of few flat, two-sided and wavy draws.
+TAIL: Final = (1.0, 0.25)
 BODY: Final = (1.0, 1.0)
+STEEPER: Final = 0.65
 # A row of the table of nodes holds CHUNK of them, and of each: its place, the lean of the contour there, the way to the next; weight, weight over
 # place, about the size of M there, what is left out. One flat row with fixed distances, so that the compiler sees that nothing written is read again.
 X, Y, LEAN, APART, WEIGHT_RE, WEIGHT_IM, POLE_RE, POLE_IM, SIZE, SPARE = (CHUNK * k for k in range(10))
@@ -136,7 +139,7 @@ def _saddle(q, end, weights, spreads, squares):
 
 @jit
 def lay(q, above, deviation, weights, spreads, squares, means, cubic, quartic, table):
-    """Lay the contour for shares of Q near q and fill in its table; gives how many rows.
+    """Lay the contour for shares of Q near q and fill in its table; gives how many rows, and how widely Q scatters here.
 
     0 where all is on one side of q, -1 where no contour was found. To the right of the pole the integral is the share above, to the left less
     the share below. `deviation` is Q's own.
@@ -148,12 +151,12 @@ def lay(q, above, deviation, weights, spreads, squares, means, cubic, quartic, t
     end = 0.5 / largest
     c = _saddle(q, end, weights, spreads, squares)
     if c <= _LEFTMOST:
-        return 0
+        return 0, deviation
     top = -np.inf
     for j in range(len(weights)):
         top = max(top, size_at(c, spreads[j], squares[j]))
     if top - c * q < _NEVER:  # Chernoff's bound
-        return 0
+        return 0, deviation
     away = _AWAY / deviation
     if above:
         if c < away:
@@ -167,19 +170,24 @@ def lay(q, above, deviation, weights, spreads, squares, means, cubic, quartic, t
     step = min(_STEP / np.sqrt(second), pole / _PER_POLE)
     if len(quartic) > 0:  # d has further poles where M ends
         step = min(step, (end - c) / _PER_END)
-    count = _walk(q, c, step, bend, _STEEP, 1.5, above, weights, spreads, squares, means, cubic, quartic, table)
-    if count < 0:
-        count = _walk(q, c, step, bend, _FLAT, 20.0, above, weights, spreads, squares, means, cubic, quartic, table)
-    return count
+    # The first way is the shortest; the last, straight up, leads downhill always, but far.
+    count = -1
+    for way in range(4):
+        if count < 0:
+            lean, rise = (_STEEP, 1.5) if way == 0 else (_FLAT, 20.0)
+            bent = bend if way < 2 else 0.25 * bend * (3 - way)  # noqa: PLR2004
+            count = _walk(q, c, step, bent, lean, rise, above, weights, spreads, squares, means, cubic, quartic, table)
+    return count, min(deviation, np.sqrt(second))
 
 
 @jit
 def _walk(q, c, step, bend, lean, rise, above, weights, spreads, squares, means, cubic, quartic, table):
     """Lay one contour from c on, x = c + bend y^2 at first, along dx = lean dy in the end; gives how many rows, -1 where it leads uphill or far."""
     before, top = np.inf, 0.0
+    grow = _GROW if len(weights) == 1 else _EVEN
     for n in range(len(table)):
         row = table[n]
-        _place(n * CHUNK, c, step, bend, lean, row)
+        _place(n * CHUNK, c, step, bend, lean, grow, row)
         for j in range(len(weights)):
             _weigh(weights[j], spreads[j], squares[j], q, row)
         for k in range(CHUNK):
@@ -199,12 +207,12 @@ def _walk(q, c, step, bend, lean, rise, above, weights, spreads, squares, means,
 
 
 @njit(**_lanes)
-def _place(first, c, step, bend, lean, row):
+def _place(first, c, step, bend, lean, grow, row):
     """Place the next nodes."""
     for k in range(CHUNK):
         # Sinh and cosh: far out, where less changes, the nodes stand further apart.
-        up, down = power(_GROW * (first + k + 0.5)), power(-_GROW * (first + k + 0.5))
-        at, row[APART + k] = 0.5 * (up - down) * step / _GROW, 0.5 * (up + down) * step
+        up, down = power(grow * (first + k + 0.5)), power(-grow * (first + k + 0.5))
+        at, row[APART + k] = 0.5 * (up - down) * step / grow, 0.5 * (up + down) * step
         root = np.sqrt(1.0 + (2.0 * bend * at / lean) ** 2)
         row[X + k] = c + 2.0 * bend * at * at / (1.0 + root)
         row[Y + k] = at

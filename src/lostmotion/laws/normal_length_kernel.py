@@ -11,12 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.laws.normal_length_contour_kernel import BODY, TABLE, jit, lay, left_out, power, read, tilted
+from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, jit, lay, left_out, power, read, tilted
 from lostmotion.laws.normal_length_forms_kernel import turn_forms
 
 # Numba keeps compiled functions by the text of their own file: here stand the digests (BLAKE2b, 8 bytes) of the files whose functions are called
 # here, so that no change of theirs is missed. A test compares them.
-BEHIND: Final = {"normal_length_contour_kernel": "1d918593c3350c81", "normal_length_forms_kernel": "16c408d32875431a"}
+BEHIND: Final = {"normal_length_contour_kernel": "b1b6b38349a9ac8a", "normal_length_forms_kernel": "16c408d32875431a"}
 
 # Columns of what is known of a length besides its quantiles.
 MEAN, MEAN_ERROR, THIRD = range(3)
@@ -25,6 +25,7 @@ _CERTAIN: Final = 1e-10  # a smaller share of the mean square that varies: the l
 _RIGHT: Final = 0.94  # from this share on the saddlepoint is far enough to the right of the pole
 _NEAR: Final = 0.35  # a contour serves lengths so far below its own, in standard deviations of the squared length
 _FAR_LEFT, _FAR_RIGHT = 1.5, 4.0  # and so far above, where it lies to the left of the pole or to the right
+_GAIN: Final = 3.0  # and where its last node counts for at most so much more, as a logarithm
 _LEAST: Final = 0.7  # and from this share of its own on
 _LEAP: Final = 0.5  # longest of Newton's steps, in standard deviations
 _ENOUGH: Final = 3e-7  # of the squared length: the last term of the series that a step solves
@@ -290,7 +291,11 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             continue
         mean, variance, skew = tilted(0.0, weight, spreads, squares)
         deviation = np.sqrt(variance)
-        count, laid, right = -1, 0.0, False
+        narrow = 0.0
+        if n > 1:
+            for j in range(n):
+                narrow += weight[j] * np.sqrt(tilted(0.0, weight[j : j + 1], spreads[j : j + 1], squares[j : j + 1])[1])
+        count, laid, right, here = -1, 0.0, False, deviation
         for k in range(len(levels) + len(limits)):
             # A quantile is where the share is the level; a share asks for one look, at its limit.
             asked = k >= len(levels)
@@ -308,9 +313,12 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             low, high = 0.0, np.inf
             for _ in range(_TRIES):
                 by = q - laid
-                far = by < -_NEAR * deviation or by > (_FAR_RIGHT if right else _FAR_LEFT) * deviation or q < _LEAST * laid
+                far = by < -_NEAR * here or by > (_FAR_RIGHT if right else _FAR_LEFT) * here or q < _LEAST * laid
+                # Nearer than its own length a contour's far nodes count for more.
+                far |= count > 0 and -by * table[count - 1, X + CHUNK - 1] > _GAIN
                 if count <= 0 or right != above or far:
-                    count, laid, right, by = lay(q, above, deviation, weight, spreads, squares, means, cubic, quartic, table), q, above, 0.0
+                    count, here = lay(q, above, deviation, weight, spreads, squares, means, cubic, quartic, table)
+                    laid, right, by = q, above, 0.0
                     if count < 0:
                         break
                 share, density, slope, bend, more = read(count, by, table)
@@ -320,7 +328,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                 if asked:
                     shares[v, n] = min(max(share, 0.0), 1.0)
                     densities[v, n] = density * 2.0 * np.sqrt(q) / size
-                    shares_left[v, n] = left_out(count, by, table) if bent > 0 else 0.0
+                    shares_left[v, n] = left_out(count, by, table) * (1.0 + STEEPER * max(by, 0.0) / here) if bent > 0 else 0.0
                     break
                 if share < level:
                     low = q
@@ -329,11 +337,17 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                 step = _LEAP * deviation if share < level else -_LEAP * deviation
                 if density > 0:
                     step, last_term = _solve(level - share, density, slope, bend, more)
-                    if abs(step) <= _SHORT * min(deviation, q) and last_term <= _ENOUGH * q:
+                    if abs(step) <= _SHORT * min(here, q) and last_term <= _ENOUGH * q:
                         if q + step > 0:
                             quantiles[v, n] = size * np.sqrt(q + step)
-                            left = left_out(count, by, table) if bent > 0 else 0.0
-                            quantiles_left[v, n] = size * left / (2.0 * np.sqrt(q) * density)
+                            if bent > 0:
+                                # Between parts the density may be a bump of Edgeworth's: the least nearby tells how far a share moves a length.
+                                for side in (-narrow, narrow):
+                                    density = min(density, read(count, by + side, table)[1])
+                                left = left_out(count, by, table) * (1.0 + STEEPER * max(by, 0.0) / here)
+                                quantiles_left[v, n] = size * left / (2.0 * np.sqrt(q) * density) if density > 0 else np.nan
+                            else:
+                                quantiles_left[v, n] = 0.0
                         break
                     step = min(max(step, -_LEAP * deviation), _LEAP * deviation)
                 q = q + step if low < q + step < high else 0.5 * (low + min(high, 2.0 * low + deviation))

@@ -6,9 +6,10 @@ side) every mean of a product is a product of means over the streams, each by qu
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 from math import factorial, prod
 from typing import TYPE_CHECKING, Final
 
@@ -17,13 +18,16 @@ import numpy as np
 from lostmotion.laws.chance import product_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lostmotion.laws.chance import Law
+    from lostmotion.spatial import Floats
     from lostmotion.studies.screws import TermInfo
 
 # What quadrature leaves of zero.
 _NOTHING: Final = 1e-8
+# Of a cell of a smooth law: exact to rounding.
+_NODES: Final = 20
 
 
 @dataclass(frozen=True)
@@ -37,37 +41,69 @@ class Cumulants:
     fours: np.ndarray
     four_values: np.ndarray
 
+    def without(self, terms: Sequence[int]) -> Cumulants:
+        """Leave out whatever these terms stand in."""
+        out = []
+        for some, values in ((self.pairs, self.pair_values), (self.threes, self.three_values), (self.fours, self.four_values)):
+            kept = ~np.isin(some, list(terms)).any(axis=1)
+            out += [some[kept], values[kept]]
+        return Cumulants(*out)
+
 
 def cumulants(infos: Sequence[TermInfo], columns: np.ndarray) -> Cumulants:
     """Which second, third and fourth cumulants do the draws of these terms have?
 
     Every law here is symmetric, so single terms have no third cumulant; an amount that enters by itself has one with the play that it scales.
     """
-    found: dict[int, tuple[list[tuple[int, ...]], list[float]]] = {order: ([], []) for order in (2, 3, 4)}
-    for group in _groups(infos, columns):
-        second = {two: _mean(infos, two) for two in combinations_with_replacement(group, 2)}
-        for order, (terms, values) in found.items():
-            for some in combinations_with_replacement(group, order):
-                value = second[some] if order == 2 else _mean(infos, some)  # noqa: PLR2004 - all have mean zero: moments are cumulants below four
-                if order == 4:  # noqa: PLR2004
-                    i, j, k, m = some
-                    value -= second[i, j] * second[k, m] + second[i, k] * second[j, m] + second[i, m] * second[j, k]
-                if abs(value) > _NOTHING:
-                    terms.append(some)
-                    values.append(value * _arrangements(some))
-    (pairs, two), (threes, three), (fours, four) = found.values()
-    return Cumulants(*_arrays(pairs, two, 2), *_arrays(threes, three, 3), *_arrays(fours, four, 4))
+    return _collected([_of_group(group, functools.partial(_mean, infos)) for group in groups_of(infos, columns)])
 
 
-def _arrays(terms: list[tuple[int, ...]], values: list[float], order: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.array(terms, np.int64).reshape(-1, order), np.array(values, float)
+def cumulants_within(
+    infos: Sequence[TermInfo], group: Sequence[int], cell: Mapping[tuple[str, str], tuple[float, float]]
+) -> tuple[Floats, Cumulants]:
+    """Which mean draws (term,) and cumulants have the terms of one group while some streams (level, name) have uniforms between two bounds only?
+
+    No bound may lie inside a law's smooth piece that ends there by a jump: cut a two-sided draw at 1/2.
+    """
+    found = _of_group(group, functools.partial(_mean, infos, cell=cell))
+    return np.array([found[(k,)] for k in group]), _collected([found])
 
 
-def _groups(infos: Sequence[TermInfo], columns: np.ndarray) -> list[list[int]]:
+def _of_group(group: Sequence[int], mean: Callable[[tuple[int, ...]], float]) -> dict[tuple[int, ...], float]:
+    """Give means (of one term) and joint cumulants of terms that may depend on each other."""
+    raw = functools.cache(mean)
+    first = {k: raw((k,)) for k in group}
+
+    def central(terms: tuple[int, ...]) -> float:
+        # Terms without a mean, which are most, need no other moment.
+        out = 0.0
+        for kept in product(*((True, False) if first[k] != 0.0 else (True,) for k in terms)):
+            inside = tuple(k for k, stays in zip(terms, kept, strict=True) if stays)
+            out += prod(-first[k] for k, stays in zip(terms, kept, strict=True) if not stays) * (raw(inside) if inside else 1.0)
+        return out
+
+    found = {(k,): value for k, value in first.items()}
+    for order in (2, 3):
+        found |= {terms: central(terms) for terms in combinations_with_replacement(group, order)}
+    for i, j, k, m in combinations_with_replacement(group, 4):
+        pairs = found[i, j] * found[k, m] + found[i, k] * found[j, m] + found[i, m] * found[j, k]
+        found[i, j, k, m] = central((i, j, k, m)) - pairs
+    return found
+
+
+def _collected(groups: Sequence[dict[tuple[int, ...], float]]) -> Cumulants:
+    out = []
+    for order in (2, 3, 4):
+        kept = {terms: value for found in groups for terms, value in found.items() if len(terms) == order and abs(value) > _NOTHING}
+        out += [np.array(list(kept), np.int64).reshape(-1, order), np.array([value * _arrangements(terms) for terms, value in kept.items()], float)]
+    return Cumulants(*out)
+
+
+def groups_of(infos: Sequence[TermInfo], columns: np.ndarray) -> list[list[int]]:
     """Put terms together that share a stream, directly or by way of others."""
     groups: list[tuple[set[tuple[str, str]], list[int]]] = []
     for k in (int(column) for column in columns):
-        streams, members = {(level, name) for level, name, _ in _draws(infos[k])}, [k]
+        streams, members = {(level, name) for level, name, _ in draws_of(infos[k])}, [k]
         apart = []
         for other in groups:
             if other[0] & streams:
@@ -78,18 +114,36 @@ def _groups(infos: Sequence[TermInfo], columns: np.ndarray) -> list[list[int]]:
     return [sorted(members) for _, members in groups]
 
 
-def _draws(info: TermInfo) -> list[tuple[str, str, Law]]:
+def draws_of(info: TermInfo) -> list[tuple[str, str, Law]]:
+    """Give the streams that a term draws from: level, name and law."""
     both = (("robot", info.robot), ("visit", info.visit))
     return [(level, stream.name, stream.law) for level, stream in both if stream is not None]
 
 
-def _mean(infos: Sequence[TermInfo], terms: tuple[int, ...]) -> float:
-    """Give the mean of the product of these terms' draws: stream by stream, since streams are independent."""
+def _mean(infos: Sequence[TermInfo], terms: tuple[int, ...], cell: Mapping[tuple[str, str], tuple[float, float]] | None = None) -> float:
+    """Give the mean of the product of these terms' draws: stream by stream, since streams are independent. Means of nothing but rounding are zero."""
     laws: dict[tuple[str, str], list[Law]] = {}
     for k in terms:
-        for level, name, law in _draws(infos[k]):
+        for level, name, law in draws_of(infos[k]):
             laws.setdefault((level, name), []).append(law)
-    return prod(product_mean(tuple(sorted(members, key=repr))) for members in laws.values())
+    out = 1.0
+    for stream, members in laws.items():
+        several = tuple(sorted(members, key=repr))
+        out *= product_mean(several) if cell is None or stream not in cell else _mean_within(several, *cell[stream])
+    return out if abs(out) > _NOTHING else 0.0
+
+
+@functools.lru_cache(maxsize=4096)
+def _mean_within(laws: tuple[Law, ...], low: float, high: float) -> float:
+    """Give the mean of the product of these laws' draws while their uniform lies between two bounds, by Gauss and Legendre's rule."""
+    nodes, weights = _gauss()
+    u = low + (high - low) * (nodes + 1) / 2
+    return float(np.prod([law.quantile(u) for law in laws], axis=0) @ weights / 2)
+
+
+@functools.cache
+def _gauss() -> tuple[Floats, Floats]:
+    return np.polynomial.legendre.leggauss(_NODES)
 
 
 def _arrangements(terms: tuple[int, ...]) -> int:
