@@ -287,11 +287,7 @@ def _drift(found: Predicted, drifted: Drift) -> Section:
     counted = f"{found.robots} robots, {hours:.0f} h"
     rows = (
         Row("dAP_p, P1", (of(spread.mean, counted), of(spread.high, counted))),
-        Row(
-            "way, P1",
-            (length(float(np.linalg.norm(drifted.shift[-1]))),) * 2,
-            "how far the barycentre has moved at the end, alike in all robots",
-        ),
+        Row("way, P1", (length(float(np.linalg.norm(drifted.shift[-1]))),) * 2),
     )
     note = (
         f"dAP_p is the largest change of AP_p within {hours:.0f} h; the way is that of the barycentre at the end, alike in all robots. Assumed: "

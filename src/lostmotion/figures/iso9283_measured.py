@@ -81,7 +81,8 @@ def _pooled(found: Measured) -> list[Section]:
     shift = ", ".join(f"{x * 1e3:.3f}" for x in fit.base[:3, 3])
     tool = f"; tool ({', '.join(f'{x * 1e3:.3f}' for x in fit.tool)}) mm" if found.visits.rotation is not None else ""
     turn = math.degrees(math.acos(min(max((fit.base[:3, :3].trace() - 1) / 2, -1.0), 1.0)))
-    note = f"best-fit base: shift ({shift}) mm, turn {turn:.4f}°{tool}; {fit.told} numbers told by the poses. Intervals by drawing poses again"
+    note = f"best-fit base: shift ({shift}) mm, turn {turn:.4f}°{tool}; {fit.told} numbers told by the poses. "
+    note += "Intervals by drawing poses again" if math.isfinite(found.pooled[0][0].low) else "Too few poses for intervals over them"
     return [Section("measured-accuracy", "Measured: AP_p over all poses", ("as it is", "best-fit frames"), tuple(rows), note)]
 
 
@@ -103,7 +104,7 @@ def _poses(found: Measured) -> Section:
     note = "" if len(shown) == len(found.poses) else f"the first {len(shown)} of {len(found.poses)} poses; "
     note += "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"
     if with_instrument:
-        note += f". The instrument alone would show an RP_l of {length(found.floor)}; it is taken off in squares"
+        note += f". The instrument alone would show an RP_l of {length(found.floor)}; it is taken off in squares, zero where no more is left"
     return Section("measured-poses", "Measured: poses", columns, tuple(row(pose) for pose in shown), note)
 
 
