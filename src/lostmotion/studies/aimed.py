@@ -80,7 +80,7 @@ class Aimed:
     inner             the targets that the search was given, one after the other (m): what the study said beyond the search went into the next
     proven            all cheaper allocations were looked at, else no exchange of one or two parts was found cheaper
     looked_at, foreseen  allocations that were, and pairs whose error was foreseen only
-    trade             other targets, strict to loose, the one asked for among them; one part exchanged at a time
+    trade             other targets, strict to loose, the one asked for among them (out of reach: what was reached); one part exchanged at a time
     halving           what halving the errors of any part of the sized arm would buy
     torques           by joint, the most that a joint with a gearbox to choose holds, N m, over the poses of the search and the corners of the ranges
     small             (poses, robots, visits) of the smaller studies in `trade` and `bought`
@@ -241,21 +241,21 @@ def _roughly(search: Search, choice: Choice, poses: Poses, counts: Counts) -> Es
 
 
 def _trade(search: Search, choice: Choice, target: float, inner: float, poses: Poses, counts: Counts, tell: Callable[[], None]) -> tuple[Point, ...]:
-    """What would other targets cost? From strict to loose, each begins at the one before, so that a looser one never costs more."""
+    """What would other targets cost? From the one asked for on to both sides, each from the one next to it and from the cheapest."""
+    points: dict[float, Choice] = {1.0: choice}
+    for scales in ([scale for scale in SCALES if scale > 1], [scale for scale in reversed(SCALES) if scale < 1]):
+        here = choice
+        for scale in scales:
+            tell()
+            found = [each for start in (here, search.cheapest()) if search.holds(each := search.near(scale * inner, start), scale * inner)]
+            # Out of reach from both: perhaps not from the most accurate.
+            here = min(found, key=lambda each: search.look(each).cost) if found else search.solve(scale * inner, (here,), pairs=False)
+            points[scale] = here
     out = []
-    before: tuple[Choice, ...] = ()
-    reached = search.look(choice).exceeded <= 0
-    for scale in sorted((*SCALES, 1.0)):
-        tell()
-        if scale == 1:
-            here, holds = choice, reached
-        else:
-            here = search.solve(scale * inner, (*before, *((choice,) if scale > 1 and reached else ())), pairs=False)
-            holds = search.holds(here, scale * inner)
-        if holds:
-            before = (here,)
-        look = search.look(here)
-        out.append(Point(scale * target, look.cost, look.mass, look.price, _roughly(search, here, poses, counts), holds))
+    for scale, each in sorted(points.items()):
+        look = search.look(each)
+        holds = look.exceeded <= 0 and (scale == 1 or search.holds(each, scale * inner))
+        out.append(Point(scale * target, look.cost, look.mass, look.price, _roughly(search, each, poses, counts), holds))
     return tuple(out)
 
 

@@ -196,6 +196,11 @@ class Search:
         begun = min((self.descend(target, each) for each in within), key=lambda each: (self.look(each).cost, self.error(each), each))
         return self.exchange(target, begun, pairs=pairs)
 
+    def near(self, target: float, start: Choice) -> Choice:
+        """Which allocation does one come to from this one, up until the target holds and down as far as it does?"""
+        climbed = self.climb(target, start)
+        return self.exchange(target, self.descend(target, climbed), pairs=False) if self.holds(climbed, target) else climbed
+
     def cheapest(self) -> Choice:
         """Which allocation costs least, whatever it does?"""
         return tuple(min(range(len(slot.candidates)), key=lambda k, slot=slot: self._cost(slot.candidates[k])) for slot in self.slots)  # type: ignore[misc]
