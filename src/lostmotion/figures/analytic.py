@@ -25,8 +25,8 @@ _BOUND: Final = "bound"
 _SUREST: Final = 1e-4
 _WORDS: Final = (
     ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
-    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by quadrature, with the terms' fourth cumulants."),
-    ("not normal", "a few two-sided, wavy or flat errors dominate: mean and quantiles need Monte Carlo. Bounds and mean squares hold all the same."),
+    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by quadrature, with third and fourth cumulants."),
+    ("not normal", "what dominates is not known well enough, or a level falls between two sides of a play: Monte Carlo tells. Mean squares hold."),
 )
 
 
