@@ -58,6 +58,14 @@ def test_the_measured_cube_is_the_one_predicted_in(both):
     assert row["within"] == (row["predicted_5"] <= row["measured"] <= row["predicted_95"])
 
 
+def test_robots_are_compared_as_often_visited(both):
+    """The robot was visited 30 times and the sheet asked for 10: RP_l is compared with that of 30 visits, the sheet keeps 10."""
+    assert both.predicted.cycles == 10
+    again = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, cycles=30, instrument=5e-6)
+    for one, other in zip(both.compared, again.compared, strict=True):
+        assert one.predicted.high.value == other.predicted.high.value
+
+
 def test_a_measured_robot_alone():
     """Without an arm the measured sheet stands by itself, with commands and frames."""
     found = lostmotion.iso9283(measured=VISITS)

@@ -125,7 +125,7 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     from lostmotion.studies.iso9283.compared import compare
     from lostmotion.studies.iso9283.cube import NAMES
     from lostmotion.studies.iso9283.measured import judge
-    from lostmotion.studies.iso9283.predicted import predict
+    from lostmotion.studies.iso9283.predicted import MOST_CYCLES, predict
     from lostmotion.studies.iso9283.warm_up import drift
 
     predicted = drifted = None
@@ -140,9 +140,11 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     judged = None if visits is None else judge(visits)
     both: list[Compared] = []
     if arm is not None and cube is not None and predicted is not None and judged is not None and visits is not None:
+        visited = [pose.visits for pose in judged.poses if pose.name in NAMES]
+        as_often = min(max(min(visited, default=cycles), 2), MOST_CYCLES)
         seen = predicted
-        if visits.instrument:  # the robots built are read with the same instrument
-            seen = predict(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, instrument=visits.instrument, progress=progress)
+        if visits.instrument or as_often != cycles:  # the robots built are visited as often, and read with the same instrument
+            seen = predict(arm, cube, cycles=as_often, robots=robots, seed=seed, path=ends, instrument=visits.instrument, progress=progress)
         both = compare(seen, judged)
     return Iso9283(predicted, drifted, judged, tuple(both))
 

@@ -146,7 +146,7 @@ def compared_section(compared: list[Compared]) -> list[Section]:
     if not rows:
         return []
     note = (
-        "over robots built, full payload, read with the instrument stated; within: between what 5 % and 95 % of them stay below. "
+        "over robots built, full payload, visited as often, read with the instrument stated; within: between what 5 % and 95 % of them stay below. "
         "Of a robot like them one figure in ten is not"
     )
     return [Section("compared", "Predicted and measured", ("5 % below", "95 % below", "measured"), tuple(rows), note)]
