@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 LEVELS: Final = (0.5, 0.95, 0.99, 0.997)
 BLOCK: Final = 1024
 # Parts that the error at a pose is cut into where it is not nearly normal, one attempt after the other; and of all poses, what `pooled` can keep.
-PARTS: Final = (16, 48, 144)
+PARTS: Final = (16, 48)
 MOST_PARTS: Final = 400_000
 _AT_ONCE: Final = 16_384
 # Newton's steps over all poses; one of this share of the value is the last.
