@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.ask.iso9283 import Iso9283, iso9283
     from lostmotion.ask.read import read
     from lostmotion.ask.runs import Sweep, replay, sweep
-    from lostmotion.ask.size import Size, size
+    from lostmotion.ask.size import Selection, Size, size
     from lostmotion.ask.study import Study, study
     from lostmotion.ask.targets import Target, production_yield, target
     from lostmotion.ask.zones import AccuracyMap, zones
@@ -43,6 +43,7 @@ _HOME = {
     "Gear": "ask.gear",
     "size": "ask.size",
     "Size": "ask.size",
+    "Selection": "ask.size",
     "zones": "ask.zones",
     "AccuracyMap": "ask.zones",
     "target": "ask.targets",
@@ -87,6 +88,7 @@ __all__ = [  # noqa: RUF022 - reading order
     "Gear",
     "size",
     "Size",
+    "Selection",
     "zones",
     "AccuracyMap",
     "target",
