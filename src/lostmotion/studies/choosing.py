@@ -23,6 +23,7 @@ from lostmotion.studies.candidates import finer
 from lostmotion.studies.lightest import Task
 from lostmotion.studies.moments import BIAS, Ledger, error_at, mean_square, share_within
 from lostmotion.studies.sizing import corners
+from lostmotion.studies.stale import Stale, Swap
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 LEVEL: Final = 0.95
 Choice = tuple[int, ...]
-Swap = tuple[int, int]
 # A pair of exchanges is tried where both one by one foresee an error of at most so many times the target.
 _FORESEEN: Final = 1.02
 # A pair is not foreseen further where its 95 % error would have to be less than this share of as many r.m.s. errors as it is before.
@@ -208,7 +208,7 @@ class Search:
     def climb(self, target: float, start: Choice | None = None) -> Choice:
         """From the cheapest allocation up: exchange the part that does most per cost, until the target is met or nothing helps."""
         now = self.cheapest() if start is None else start
-        stale = _Stale()
+        stale = Stale()
         for _ in range(_ROUNDS):
             if self.holds(now, target):
                 break
@@ -245,7 +245,7 @@ class Search:
     def descend(self, target: float, start: Choice) -> Choice:
         """From an allocation within the target down: exchange the part that saves most per rise of the error, as long as the target holds."""
         now = start
-        stale = _Stale()
+        stale = Stale()
         for _ in range(_ROUNDS):
             here = self.look(now)
 
@@ -356,31 +356,6 @@ class Search:
                 if cost + more + float(least[len(head) + 1]) < limit:
                     waiting.append((cost + more, (*head, index)))
         return out
-
-
-class _Stale:
-    """What exchanges were worth when they were last looked at: those that are not among the best are rarely worth more a step later."""
-
-    def __init__(self) -> None:
-        self._worth: dict[Swap, float] = {}
-        self._phase = False
-
-    def of_phase(self, phase: bool) -> None:  # noqa: FBT001 - one of two
-        """Forget everything where the measure changes."""
-        if phase != self._phase:
-            self._phase = phase
-            self._worth.clear()
-
-    def best(self, swaps: list[Swap], rank: Callable[[Swap], float]) -> Swap | None:
-        """Which exchange ranks highest? None where all rank zero. The next is looked at as long as it ranked higher than the best so far does."""
-        found, most = None, 0.0
-        for swap in sorted(swaps, key=lambda each: (-self._worth.get(each, math.inf), each)):
-            if found is not None and self._worth.get(swap, math.inf) < most:
-                break
-            self._worth[swap] = rank(swap)
-            if self._worth[swap] > most:
-                found, most = swap, self._worth[swap]
-        return found
 
 
 def _foreseen_rms(base: Floats, changes: Floats) -> Floats:
