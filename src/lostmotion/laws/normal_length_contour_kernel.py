@@ -45,10 +45,12 @@ _TURN: Final = 2.0 * math.pi
 
 jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
 # Without branches, and free to sum in any order: for loops over nodes, where nothing is infinite and no sign of zero counts.
-_lanes = {"nogil": True, "cache": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "nnan", "ninf"}, "boundscheck": False}
+_FREE: Final = {"contract", "reassoc", "nsz", "nnan", "ninf"}
+_lanes = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False)
+_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False, forceinline=True)
 
 
-@njit(forceinline=True, **_lanes)
+@_inlined
 def power(x):
     """Give exp x for x from -60 to 60, to 1e-13: a polynomial at x / 256, squared eight times."""
     r = min(max(x, -60.0), 60.0) * (1.0 / 256.0)
@@ -63,7 +65,7 @@ def power(x):
     return p * p
 
 
-@njit(forceinline=True, **_lanes)
+@_inlined
 def wheel(angle):
     """Give cosine and sine: polynomials at an eighth of the angle, doubled three times."""
     r = (angle - _TURN * np.floor(angle * (1.0 / _TURN) + 0.5)) * 0.125
@@ -206,7 +208,7 @@ def _walk(q, c, step, bend, lean, rise, above, weights, spreads, squares, means,
     return -1
 
 
-@njit(**_lanes)
+@_lanes
 def _place(first, c, step, bend, lean, grow, row):
     """Place the next nodes."""
     for k in range(CHUNK):
@@ -220,7 +222,7 @@ def _place(first, c, step, bend, lean, grow, row):
         row[WEIGHT_RE + k] = row[WEIGHT_IM + k] = row[SIZE + k] = row[SPARE + k] = 0.0
 
 
-@njit(forceinline=True, **_lanes)
+@_inlined
 def _value(x, y, a, b, c, p, q, r, limit):
     """Give M(s) exp(-s limit) of one normal vector; a, b, c are its spreads twice, p, q, r the squares."""
     a_re, b_re, c_re = 1.0 - a * x, 1.0 - b * x, 1.0 - c * x
@@ -247,7 +249,7 @@ def _value(x, y, a, b, c, p, q, r, limit):
     return size * (cosine * w_re - sine * w_im), size * (cosine * w_im + sine * w_re)
 
 
-@njit(**_lanes)
+@_lanes
 def _weigh(share, spread, square, limit, row):
     """Add one part of the mixture to the weights."""
     a, b, c = 2.0 * spread[0], 2.0 * spread[1], 2.0 * spread[2]
@@ -259,7 +261,7 @@ def _weigh(share, spread, square, limit, row):
         row[SIZE + k] += share * (abs(m_re) + abs(m_im))
 
 
-@njit(**_lanes)
+@_lanes
 def _bend(share, spread, square, mean, cubic, quartic, limit, left, row):
     """Add what the cumulants of one part change, and what they leave out.
 
@@ -308,7 +310,7 @@ def _bend(share, spread, square, mean, cubic, quartic, limit, left, row):
         row[SPARE + k] += share * np.sqrt(m_re * m_re + m_im * m_im) * size * (base + size) * over
 
 
-@njit(**_lanes)
+@_lanes
 def _close(row):
     """Make weights of an integral out of M exp(-s q) at the nodes."""
     for k in range(CHUNK):
@@ -320,7 +322,7 @@ def _close(row):
         row[SPARE + k] *= scale * np.sqrt((1.0 + lean * lean) * over)
 
 
-@njit(**_lanes)
+@_lanes
 def read(count, by, table):
     """Give the integral at q + by (the share above, or less the share below), the density, and its first three derivatives."""
     share = density = first = second = third = 0.0
@@ -342,7 +344,7 @@ def read(count, by, table):
     return share, density, first, second, third
 
 
-@njit(**_lanes)
+@_lanes
 def left_out(count, by, table):
     """Give the largest share that what is left out beyond Edgeworth's terms can move across q + by."""
     out = 0.0

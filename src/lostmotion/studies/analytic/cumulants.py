@@ -82,7 +82,7 @@ def _of_group(group: Sequence[int], mean: Callable[[tuple[int, ...]], float]) ->
             out += prod(-first[k] for k, stays in zip(terms, kept, strict=True) if not stays) * (raw(inside) if inside else 1.0)
         return out
 
-    found = {(k,): value for k, value in first.items()}
+    found: dict[tuple[int, ...], float] = {(k,): value for k, value in first.items()}
     for order in (2, 3):
         found |= {terms: central(terms) for terms in combinations_with_replacement(group, order)}
     for i, j, k, m in combinations_with_replacement(group, 4):
