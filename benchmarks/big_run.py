@@ -16,7 +16,7 @@ from pathlib import Path
 from lostmotion.runs.carry_out import carry_out, order
 from lostmotion.runs.store import Store
 from lostmotion.runs.summary import summarise
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.poses import sample_poses
 
 ARM = Path(__file__).parents[1] / "examples" / "z-arm.toml"

@@ -28,8 +28,8 @@ from against_numpy import EDGES, summed_up
 
 import lostmotion
 from lostmotion.arm import steps_of
-from lostmotion.studies.kernel import MEAN
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo.kernel import MEAN
+from lostmotion.studies.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
     from lostmotion.studies.screws import Screws

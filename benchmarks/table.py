@@ -34,8 +34,8 @@ from rich.console import Console
 from rich.table import Table
 
 from lostmotion import sample_poses, screws
-from lostmotion.studies import kernel
-from lostmotion.studies.montecarlo import BLOCK, Plan, run, sample_block
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.montecarlo import BLOCK, Plan, run, sample_block
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -256,7 +256,7 @@ import resource, sys, time
 sys.path.insert(0, {folder!r})
 from against_numpy import ur5e
 from lostmotion import sample_poses
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo.montecarlo import run
 arm = ur5e({varies!r})
 run(arm, sample_poses(arm, 8, "uniform"), 64, {visits}, 1)
 poses = sample_poses(arm, {poses}, "uniform")

@@ -23,7 +23,7 @@ from lostmotion.parts.bearing.examined import BearingLoad, examine
 from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.plots.bearing import bearing_plots
-from lostmotion.studies import kernel
+from lostmotion.studies.montecarlo import kernel
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "bearing"
 OF_209 = {"bore": "45 mm", "outside_diameter": "85 mm", "balls": 9, "ball_diameter": "12.7 mm", "pitch_diameter": "65 mm", "span": "60 mm"}

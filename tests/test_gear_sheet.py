@@ -25,7 +25,7 @@ from lostmotion.laws import cycloid
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.plots.gearbox import gearbox_plots
-from lostmotion.studies.gear import gear
+from lostmotion.studies.gearbox.gear import gear
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")

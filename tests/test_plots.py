@@ -11,9 +11,9 @@ import pytest
 import lostmotion
 from lostmotion.plots import arm as plots
 from lostmotion.plots import label
-from lostmotion.studies import kernel
 from lostmotion.studies.budget import costs
-from lostmotion.studies.histogram import linear_bins
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.histogram import linear_bins
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}

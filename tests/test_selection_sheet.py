@@ -19,11 +19,11 @@ from lostmotion.formats.own_reducers import read_reducers
 from lostmotion.formats.sized import reads_back, sized_text
 from lostmotion.formats.sizing import read_asked
 from lostmotion.plots.aimed import aimed_plots
-from lostmotion.studies import kernel
-from lostmotion.studies.aimed import Counts, aim
-from lostmotion.studies.candidates import Worth, with_parts
 from lostmotion.studies.intervals import pooled_quantile
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.montecarlo import run
+from lostmotion.studies.sizing.aimed import Counts, aim
+from lostmotion.studies.sizing.candidates import Worth, with_parts
 
 ROOT = Path(__file__).parents[1]
 Z_ARM = ROOT / "examples" / "z-arm.toml"

@@ -21,7 +21,7 @@ from lostmotion.figures.statics import statics_sheet
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.plots.arm import plots as arm_plots
 from lostmotion.plots.statics import statics_plots
-from lostmotion.studies.survey import survey
+from lostmotion.studies.statics.survey import survey
 
 Z_ARM = Path(__file__).parents[1] / "examples" / "z-arm.toml"
 TILT = math.radians(10)

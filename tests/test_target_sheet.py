@@ -16,10 +16,10 @@ from lostmotion.arm import tool_points
 from lostmotion.figures import find_row
 from lostmotion.figures.targets import in_unit, sized
 from lostmotion.plots.targets import targets_plots
-from lostmotion.studies import gauges
 from lostmotion.studies.intervals import Estimate
-from lostmotion.studies.items import Item, Size
-from lostmotion.studies.targets import poses_in_zone
+from lostmotion.studies.targets import gauges
+from lostmotion.studies.targets.items import Item, Size
+from lostmotion.studies.targets.targets import poses_in_zone
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"

@@ -16,8 +16,8 @@ from lostmotion import Arm
 from lostmotion.figures import find_row
 from lostmotion.plots.surfaces import level_surface
 from lostmotion.plots.zones import zones_plots
-from lostmotion.studies.radial import radial, vertical_axis
-from lostmotion.studies.zones import QUANTILE
+from lostmotion.studies.zones.radial import radial, vertical_axis
+from lostmotion.studies.zones.zones import QUANTILE
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"

@@ -12,9 +12,9 @@ import numpy as np
 
 import lostmotion
 from lostmotion.spatial import pose_of
-from lostmotion.studies.exact import draws_of
 from lostmotion.studies.iso9283.cube import NAMES, given_cube
 from lostmotion.studies.iso9283.predicted import FROM_THREE_SIDES, cycle_approach, side_approach
+from lostmotion.studies.montecarlo.exact import draws_of
 from lostmotion.studies.screws import screws
 
 SEED, ROBOT, VISITS, READING = 2026, 4, 30, 5e-6

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from lostmotion.ask.zones import AccuracyMap, zones
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
-    from lostmotion.studies.elastostatics import compliance, deflection, ellipsoid, stiffness
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
     from lostmotion.studies.poses import Poses, sample_poses
     from lostmotion.studies.screws import root_sum_square, screws, worst_case
+    from lostmotion.studies.statics.elastostatics import compliance, deflection, ellipsoid, stiffness
     from lostmotion.studies.workspace import workspace
 
 # In reading order: from the file to the answer, then the pieces in between, then what can go wrong.
@@ -61,10 +61,10 @@ _HOME = {
     "wrenches": "arm",
     "joint_torques": "arm",
     "worst_torques_over_tilts": "arm",
-    "compliance": "studies.elastostatics",
-    "stiffness": "studies.elastostatics",
-    "deflection": "studies.elastostatics",
-    "ellipsoid": "studies.elastostatics",
+    "compliance": "studies.statics.elastostatics",
+    "stiffness": "studies.statics.elastostatics",
+    "deflection": "studies.statics.elastostatics",
+    "ellipsoid": "studies.statics.elastostatics",
     "Poses": "studies.poses",
     "sample_poses": "studies.poses",
     "workspace": "studies.workspace",

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.studies import kernel
-from lostmotion.studies.histogram import linear_bins, share_intervals
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.histogram import linear_bins, share_intervals
 
 if TYPE_CHECKING:
     import xarray
 
     from lostmotion.studies.answer import Answer
-    from lostmotion.studies.zones import Zones
+    from lostmotion.studies.zones.zones import Zones
 
 
 def dataset(answer: Answer) -> xarray.Dataset:
@@ -94,7 +94,7 @@ def map_dataset(found: Zones) -> xarray.Dataset:
     """Give an accuracy map cell by cell, in SI, with units and long names; NaN where the tool was not found to reach."""
     import xarray
 
-    from lostmotion.studies.zones import BYS, MEAN, QUANTILE
+    from lostmotion.studies.zones.zones import BYS, MEAN, QUANTILE
 
     grid, reached = found.reached.grid, found.reached
     space = ("x", "y", "z")

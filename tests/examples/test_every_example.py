@@ -7,9 +7,9 @@ import pytest
 
 import lostmotion
 from lostmotion.formats.part_file import read_gearbox
-from lostmotion.studies import kernel
 from lostmotion.studies.intervals import quantile
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.montecarlo import run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("paper/*.toml")) if path.name != "ur5e.toml")

@@ -19,7 +19,7 @@ from lostmotion.runs.carry_out import carry_out, order
 from lostmotion.runs.order import Order, order_of
 from lostmotion.runs.store import Store
 from lostmotion.runs.summary import summarise
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.poses import sample_poses
 from tests.runs.conftest import ARM, tree
 
@@ -71,7 +71,7 @@ def test_blocks_hold_what_the_study_finds(small, tmp_path):
 def test_quantiles_are_those_of_the_samples_within_the_bins(small):
     """The 95 % error read from integer counts lies within 0.4 % of that of all samples, drawn one by one."""
     from lostmotion.runs.blocks import matrix_of
-    from lostmotion.studies.exact import draws_of
+    from lostmotion.studies.montecarlo.exact import draws_of
 
     robots, visits = (axis.ravel() for axis in np.meshgrid(np.arange(20), np.arange(3), indexing="ij"))
     lengths = []

@@ -12,9 +12,9 @@ from lostmotion.errors import InputError
 from lostmotion.laws.chance import Amount, Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.laws.normal_length import normal_length
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS
-from lostmotion.studies import analytic as route
-from lostmotion.studies.analytic import analytic, of_screws, pooled
-from lostmotion.studies.cumulants import cumulants
+from lostmotion.studies.analytic import analytic as route
+from lostmotion.studies.analytic.analytic import analytic, of_screws, pooled
+from lostmotion.studies.analytic.cumulants import cumulants
 from lostmotion.studies.draws import Stream
 from lostmotion.studies.iso9283 import expected_repeatability
 from lostmotion.studies.screws import Screws, TermInfo

@@ -8,11 +8,11 @@ import pytest
 import lostmotion
 from lostmotion import sample_poses
 from lostmotion.formats.places import read_pose, read_zone
-from lostmotion.studies import montecarlo
 from lostmotion.studies.budget import LABELS, Tally, budget, costs, label_of, tally
-from lostmotion.studies.halving import halving
 from lostmotion.studies.intervals import quantile, quantile_drop
-from lostmotion.studies.paired import Paired, scaled
+from lostmotion.studies.montecarlo import montecarlo
+from lostmotion.studies.montecarlo.halving import halving
+from lostmotion.studies.montecarlo.paired import Paired, scaled
 from lostmotion.studies.screws import screws
 
 from .conftest import arm_of

@@ -16,13 +16,13 @@ from lostmotion.parts.family import TubeFamily
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.section import Tube
 from lostmotion.parts.source import AngleAmount, AngularStiffness, PlayDim, TorqueAmount
-from lostmotion.studies.candidates import Candidate, Slot, Worth, finer, link_slot, with_parts
-from lostmotion.studies.choosing import LEVEL, Rules, Search
-from lostmotion.studies.lightest import Limits
-from lostmotion.studies.moments import Ledger, error_at, mean_square, share_within
 from lostmotion.studies.poses import Poses
 from lostmotion.studies.screws import screws
-from lostmotion.studies.sizing import Wanted, rms_error, size_links
+from lostmotion.studies.sizing.candidates import Candidate, Slot, Worth, finer, link_slot, with_parts
+from lostmotion.studies.sizing.choosing import LEVEL, Rules, Search
+from lostmotion.studies.sizing.lightest import Limits
+from lostmotion.studies.sizing.moments import Ledger, error_at, mean_square, share_within
+from lostmotion.studies.sizing.sizing import Wanted, rms_error, size_links
 from lostmotion.units import Toleranced
 
 ARCMIN = math.pi / 10800

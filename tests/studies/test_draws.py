@@ -6,7 +6,7 @@ from scipy import stats
 
 from lostmotion.laws.chance import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.studies.draws import Stream, robot_draws, uniforms, visit_draws
-from lostmotion.studies.kernel import LANES, TABLE
+from lostmotion.studies.montecarlo.kernel import LANES, TABLE
 from lostmotion.studies.screws import screws
 
 from .conftest import arm_of

@@ -11,7 +11,7 @@ import lostmotion
 from lostmotion.arm import STANDARD_GRAVITY, Arm, frames, joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.spatial import pose_of, skew
-from lostmotion.studies.elastostatics import compliances, ellipsoid
+from lostmotion.studies.statics.elastostatics import compliances, ellipsoid
 from lostmotion.units import Toleranced
 
 YOUNG, POISSON = 70e9, 0.33

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lostmotion import sample_poses
-from lostmotion.studies import kernel
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile
-from lostmotion.studies.kernel import bin_edges
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.kernel import bin_edges
+from lostmotion.studies.montecarlo.montecarlo import run
 
 from .conftest import arm_of
 

@@ -8,12 +8,12 @@ import pytest
 import lostmotion
 from lostmotion.arm import terms
 from lostmotion.spatial import exp, pose_of
-from lostmotion.studies.inverse import jacobian
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import given_cube
 from lostmotion.studies.iso9283.fitted import best_fit, left_by_frames
 from lostmotion.studies.iso9283.predicted import cycle_approach, predict, side_approach
 from lostmotion.studies.screws import screws
+from lostmotion.studies.zones.inverse import jacobian
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

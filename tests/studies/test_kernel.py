@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lostmotion import Poses, pose_accuracy, pose_repeatability, sample_poses, screws
-from lostmotion.studies import kernel
-from lostmotion.studies.exact import draws_of
 from lostmotion.studies.intervals import student
-from lostmotion.studies.montecarlo import Plan, run, sample_block
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.exact import draws_of
+from lostmotion.studies.montecarlo.montecarlo import Plan, run, sample_block
 
 from .conftest import arm_of
 

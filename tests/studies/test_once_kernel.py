@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lostmotion import Poses, sample_poses, screws
-from lostmotion.studies import kernel, montecarlo, once_kernel
-from lostmotion.studies.exact import draws_of
 from lostmotion.studies.intervals import quantile
-from lostmotion.studies.montecarlo import Plan, run, sample_block
+from lostmotion.studies.montecarlo import kernel, montecarlo, once_kernel
+from lostmotion.studies.montecarlo.exact import draws_of
+from lostmotion.studies.montecarlo.montecarlo import Plan, run, sample_block
 
 from .conftest import arm_of
 
@@ -129,7 +129,7 @@ def test_an_arm_of_one_robot_and_no_error_errs_by_nothing():
 _BITS = """
 import hashlib
 import numpy as np
-from lostmotion.studies import kernel, once_kernel
+from lostmotion.studies.montecarlo import kernel, once_kernel
 for visits, form in ((1, once_kernel.run_once), (3, kernel.run_block)):
     rng = np.random.default_rng(3)
     poses, robots, groups = 5, 150, 4

@@ -14,11 +14,11 @@ from lostmotion.arm import Arm
 from lostmotion.catalogue import materials
 from lostmotion.parts.family import BoxFamily, IFamily, RodFamily, TubeFamily, family_around
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Tube
-from lostmotion.studies.bent import LinkLoads
-from lostmotion.studies.causes import bending
-from lostmotion.studies.lightest import Limits, Task, lightest, with_section
 from lostmotion.studies.poses import Poses
-from lostmotion.studies.sizing import PAPER, Wanted, rms_error, size_links
+from lostmotion.studies.sizing.bent import LinkLoads
+from lostmotion.studies.sizing.lightest import Limits, Task, lightest, with_section
+from lostmotion.studies.sizing.sizing import PAPER, Wanted, rms_error, size_links
+from lostmotion.studies.statics.causes import bending
 
 ARCMIN = math.pi / 10800
 ALUMINIUM = materials()["aluminium"]

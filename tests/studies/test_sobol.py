@@ -7,7 +7,7 @@ from SALib.sample import sobol as sobol_sample
 
 from lostmotion import sample_poses
 from lostmotion.studies.budget import Tally, costs
-from lostmotion.studies.halving import halving
+from lostmotion.studies.montecarlo.halving import halving
 from lostmotion.studies.screws import screws
 
 from .conftest import arm_of

@@ -12,9 +12,9 @@ from lostmotion.arm import Arm, frames, joint_torques, terms, worst_torques_over
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Material
-from lostmotion.studies.causes import CAUSES, OWN_WEIGHT, alone, bending
-from lostmotion.studies.statics import static_moments
-from lostmotion.studies.survey import survey
+from lostmotion.studies.statics.causes import CAUSES, OWN_WEIGHT, alone, bending
+from lostmotion.studies.statics.statics import static_moments
+from lostmotion.studies.statics.survey import survey
 from lostmotion.units import Toleranced
 from tests.studies.test_elastostatics import elastic_arm, payload_wrench
 

@@ -5,7 +5,7 @@ import pytest
 
 import lostmotion
 from lostmotion.studies.intervals import two_way
-from lostmotion.studies.stopping import STAGES, Tolerance, Watched, settle
+from lostmotion.studies.montecarlo.stopping import STAGES, Tolerance, Watched, settle
 
 from .conftest import arm_of
 

@@ -9,11 +9,11 @@ import lostmotion
 from lostmotion import pose_repeatability, root_sum_square, sample_poses, screws, worst_case
 from lostmotion.parts.source import limit_term
 from lostmotion.spatial import pose_of
-from lostmotion.studies import exact, kernel
 from lostmotion.studies.budget import Tally, costs
-from lostmotion.studies.halving import halving
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo import exact, kernel
+from lostmotion.studies.montecarlo.halving import halving
+from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.workspace import workspace
 
 from .conftest import JOINT, arm_of

@@ -14,17 +14,17 @@ from lostmotion.errors import InputError
 from lostmotion.formats import read
 from lostmotion.laws.chance import Normal
 from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.studies import gauges
-from lostmotion.studies.allocation import equal_effect, mean_square_form, parts_of
-from lostmotion.studies.analytic import of_screws, pooled
+from lostmotion.studies.analytic.analytic import of_screws, pooled
 from lostmotion.studies.budget import Tally
-from lostmotion.studies.gauges import BySamples, Missed, scaled
 from lostmotion.studies.intervals import pooled_quantile
-from lostmotion.studies.items import alike, items
-from lostmotion.studies.montecarlo import run
+from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.poses import Poses, sample_poses
 from lostmotion.studies.screws import screws
-from lostmotion.studies.targets import _ranges, targets
+from lostmotion.studies.targets import gauges
+from lostmotion.studies.targets.allocation import equal_effect, mean_square_form, parts_of
+from lostmotion.studies.targets.gauges import BySamples, Missed, scaled
+from lostmotion.studies.targets.items import alike, items
+from lostmotion.studies.targets.targets import _ranges, targets
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ARMS = ["z-arm.toml", "ur5e.urdf", "paper/z-arm-lumped.toml"]

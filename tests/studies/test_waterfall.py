@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from lostmotion import sample_poses
-from lostmotion.studies import montecarlo
-from lostmotion.studies.analytic import of_screws
+from lostmotion.studies.analytic.analytic import of_screws
 from lostmotion.studies.intervals import pooled_mean, quantile
-from lostmotion.studies.paired import scaled, thinned
+from lostmotion.studies.montecarlo import montecarlo
+from lostmotion.studies.montecarlo.paired import scaled, thinned
+from lostmotion.studies.montecarlo.waterfall import STAGES, constant_screws, left, waterfall
 from lostmotion.studies.screws import screws
-from lostmotion.studies.waterfall import STAGES, constant_screws, left, waterfall
 
 from .conftest import JOINT, arm_of
 

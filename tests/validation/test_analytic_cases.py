@@ -9,7 +9,7 @@ import pytest
 import lostmotion
 from lostmotion.laws.chance import Uniform
 from lostmotion.laws.normal_length import normal_length
-from lostmotion.studies.analytic import analytic, of_screws, pooled
+from lostmotion.studies.analytic.analytic import analytic, of_screws, pooled
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = [EXAMPLES / "z-arm.toml", EXAMPLES / "ur5e.urdf", EXAMPLES / "arm-from-drawings.toml", EXAMPLES / "paper" / "z-arm-lumped.toml"]

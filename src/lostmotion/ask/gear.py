@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.figures import Sheet
-    from lostmotion.studies.gear import GearStudy
+    from lostmotion.studies.gearbox.gear import GearStudy
 
 DEFAULT_GEARBOXES = 1000
 
@@ -25,10 +25,10 @@ def gear(path: str | Path, joint: str | None = None, torque: float | None = None
     gearboxes how many are built of a drawing
     seed      same seed, same bits
 
-    Raises InputError with every mistake in the file, and as `studies.gear.gear`.
+    Raises InputError with every mistake in the file, and as `studies.gearbox.gear.gear`.
     """
     from lostmotion.formats.part_file import read_gearbox
-    from lostmotion.studies.gear import gear as look_at
+    from lostmotion.studies.gearbox.gear import gear as look_at
 
     found = read_gearbox(path, joint)
     return Gear(found.name, found.notes, look_at(found.part, torque, gearboxes, seed))

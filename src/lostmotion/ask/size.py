@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
-    from lostmotion.studies.aimed import Aimed
-    from lostmotion.studies.sizing import Sizing
+    from lostmotion.studies.sizing.aimed import Aimed
+    from lostmotion.studies.sizing.sizing import Sizing
 
 DEFAULT_SIZING_POSES = 1024
 # With a target: poses that the search sums up at; the full study of what it found has as many as a study of an arm.
@@ -55,14 +55,14 @@ def size(  # noqa: PLR0913 - a sizing is these
 
     said = read_asked(None if by is None else Path(by), asked, arm, reducers)
     if said.plan.target is None:
-        from lostmotion.studies.sizing import size_links
+        from lostmotion.studies.sizing.sizing import size_links
 
         chosen = sample_poses(arm, poses or DEFAULT_SIZING_POSES, seed=seed)
         return Size(size_links(arm, said.wanted, said.plan.limits, chosen, tilt=said.plan.tilt, step=said.plan.step, also=also, progress=progress))
     if also is not None:
         raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace", "also left out")
     from lostmotion.ask.study import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS
-    from lostmotion.studies.aimed import Counts, aim
+    from lostmotion.studies.sizing.aimed import Counts, aim
 
     found = aim(
         arm,

@@ -13,10 +13,10 @@ from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.budget import budget, costs, tally
-from lostmotion.studies.montecarlo import Device, check_device, run
+from lostmotion.studies.montecarlo.montecarlo import Device, check_device, run
+from lostmotion.studies.montecarlo.stopping import MOST_ROBOTS, Tolerance, run_until
 from lostmotion.studies.places import in_zone, one_pose
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
-from lostmotion.studies.stopping import MOST_ROBOTS, Tolerance, run_until
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
-    from lostmotion.studies.analytic import Analytic, Pooled
+    from lostmotion.studies.analytic.analytic import Analytic, Pooled
     from lostmotion.studies.budget import By, Cost
-    from lostmotion.studies.montecarlo import Sampled
+    from lostmotion.studies.montecarlo.montecarlo import Sampled
 
 Zone: TypeAlias = "Mapping[str, tuple[float, float]] | np.ndarray"
 Approach = Literal["random", "up", "down"]
@@ -162,7 +162,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     elif method != "analytic":
         sampled = run(arm, chosen, robots, visits, int(seed), tile=tile, device=device, **common)
     if method != "montecarlo":
-        from lostmotion.studies.analytic import analytic, pooled
+        from lostmotion.studies.analytic.analytic import analytic, pooled
 
         every = analytic(arm, chosen, **common)
         besides |= {"analytic": every, "pooled": pooled(every, chosen.replicates, workers)}

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.poses import Poses
-    from lostmotion.studies.production import Judged, Yield
-    from lostmotion.studies.targets import Kind, Targets
+    from lostmotion.studies.targets.production import Judged, Yield
+    from lostmotion.studies.targets.targets import Kind, Targets
 
 DEFAULT_TARGET_POSES: Final = 1024
 DEFAULT_TARGET_ROBOTS: Final = 1000
@@ -54,7 +54,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
 
     Raises InputError with every mistake in what is asked.
     """
-    from lostmotion.studies.targets import poses_in_zone, targets
+    from lostmotion.studies.targets.targets import poses_in_zone, targets
 
     kind, value = _asked(error, repeatability)
     if approach not in _SIGNS:
@@ -128,7 +128,7 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     Gives a `Yield`: `share`, `interval`, `curve()` of yield against target. Raises InputError for what cannot be asked.
     """
     from lostmotion.arm import Arm
-    from lostmotion.studies.production import production_of
+    from lostmotion.studies.targets.production import production_of
 
     value = _length("target", target)
     if isinstance(subject, Arm):

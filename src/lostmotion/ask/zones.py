@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
-    from lostmotion.studies.zones import Zones
+    from lostmotion.studies.zones.zones import Zones
 
 _SIGNS = {"random": 0.0, "up": 1.0, "down": -1.0}
 
@@ -46,8 +46,8 @@ def zones(
     Over all robots and visits, first order, by sums over terms without sampling; the tool may stand in any direction. Raises InputError for what
     cannot be asked, cells too small, and a box with a side along an axis that the tool cannot move along.
     """
-    from lostmotion.studies.zones import Wish
-    from lostmotion.studies.zones import zones as look_over
+    from lostmotion.studies.zones.zones import Wish
+    from lostmotion.studies.zones.zones import zones as look_over
 
     if approach not in _SIGNS:
         raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')

@@ -30,7 +30,7 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.formats.part_file import read_gearbox
     from lostmotion.report.folder import refuse_existing
     from lostmotion.report.gearbox import refuse_existing_file, write_drawing
-    from lostmotion.studies.gear import gear as look_at
+    from lostmotion.studies.gearbox.gear import gear as look_at
 
     folder = out or Path(f"{file.stem}-gearbox")
     refuse_existing(folder, force=force)

@@ -29,7 +29,7 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.formats.own_reducers import read_reducers
     from lostmotion.report.folder import refuse_existing
     from lostmotion.studies.poses import sample_poses
-    from lostmotion.studies.survey import survey
+    from lostmotion.studies.statics.survey import survey
 
     folder = out or Path(f"{file.stem}-statics")
     if not as_json:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
 
 if TYPE_CHECKING:
-    from lostmotion.studies.aimed import Aimed, Bought
-    from lostmotion.studies.candidates import Candidate
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.sizing.aimed import Aimed, Bought
+    from lostmotion.studies.sizing.candidates import Candidate
 
 _MOST_HALVED: Final = 10
 _WORDS: Final = (

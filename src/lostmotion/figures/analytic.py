@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import Figure, Row, Section, Sheet, length
-from lostmotion.studies import kernel
+from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
-    from lostmotion.studies.analytic import Analytic, Pooled
+    from lostmotion.studies.analytic.analytic import Analytic, Pooled
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.montecarlo import Sampled
+    from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.poses import Poses
 
 _UNKNOWN: Final = "not normal here: use Monte Carlo"

@@ -11,16 +11,16 @@ from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_r
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
-from lostmotion.studies import kernel
-from lostmotion.studies.causes import NEXT
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.statics.causes import NEXT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
-    from lostmotion.studies.stopping import Stopping
+    from lostmotion.studies.montecarlo.stopping import Stopping
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (

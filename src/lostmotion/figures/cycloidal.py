@@ -11,14 +11,14 @@ from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, lengt
 from lostmotion.laws.cycloid import flank, play, pressure_angles, smallest_convex_radius
 from lostmotion.laws.cycloid import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal_behaviour import GEARBOXES, LEVELS, LOST_MOTION
-from lostmotion.studies.gear_drawn import FOLLOWED, LIGHT
+from lostmotion.studies.gearbox.gear_drawn import FOLLOWED, LIGHT
 from lostmotion.studies.intervals import robots_quantile, share_interval, student
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
-    from lostmotion.studies.gear_drawn import Drawn
+    from lostmotion.studies.gearbox.gear_drawn import Drawn
 
 _DRAWING: Final = "the drawing"
 _AS_DRAWN: Final = "the stage as drawn, without tolerances"

@@ -16,8 +16,8 @@ from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
 from lostmotion.parts.gearbox.worm import WormGearbox
 
 if TYPE_CHECKING:
-    from lostmotion.studies.gear import AnyGearbox, GearStudy, Loop, StatedGearbox
-    from lostmotion.studies.gear_drawn import Drawn
+    from lostmotion.studies.gearbox.gear import AnyGearbox, GearStudy, Loop, StatedGearbox
+    from lostmotion.studies.gearbox.gear_drawn import Drawn
 
 _STATED: Final = "the values stated"
 _WORDS: Final = (

@@ -10,12 +10,12 @@ import numpy as np
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.parts.family import said
 from lostmotion.parts.section import Sized
-from lostmotion.studies.sizing import PAPER
+from lostmotion.studies.sizing.sizing import PAPER
 
 if TYPE_CHECKING:
     from typing import Any
 
-    from lostmotion.studies.sizing import LinkSize, Sizing
+    from lostmotion.studies.sizing.sizing import LinkSize, Sizing
 
 _BINDS: Final = ("slope", "deflection")
 # A limit taken by less than this is none that binds: the smallest section does.

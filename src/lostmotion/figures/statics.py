@@ -10,15 +10,15 @@ import numpy as np
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Wanted, figures_of, search
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
-from lostmotion.studies.causes import CAUSES
+from lostmotion.studies.statics.causes import CAUSES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.spatial import Floats
-    from lostmotion.studies.statics import Asked, Node
-    from lostmotion.studies.survey import Survey
+    from lostmotion.studies.statics.statics import Asked, Node
+    from lostmotion.studies.statics.survey import Survey
 
 _SHOWN: Final = 3
 _DIRECTION_DIGITS: Final = 2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lostmotion.figures import Figure, Row, Section
 
 if TYPE_CHECKING:
-    from lostmotion.studies.stopping import Stopping, Watched
+    from lostmotion.studies.montecarlo.stopping import Stopping, Watched
 
 
 def stopping_section(found: Stopping) -> Section:

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any
 
-    from lostmotion.studies.allocation import Joint
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.items import Item, Size
-    from lostmotion.studies.production import Judged, Yield
-    from lostmotion.studies.targets import Allowed, Targets
+    from lostmotion.studies.targets.allocation import Joint
+    from lostmotion.studies.targets.items import Item, Size
+    from lostmotion.studies.targets.production import Judged, Yield
+    from lostmotion.studies.targets.targets import Allowed, Targets
 
 # What a robot is judged by, in the words of a row.
 JUDGED_BY: Final[dict[Judged, str]] = {

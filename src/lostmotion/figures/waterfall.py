@@ -9,9 +9,9 @@ from lostmotion.figures import Figure, Row, Section, length
 
 if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.waterfall import Waterfall
+    from lostmotion.studies.montecarlo.waterfall import Waterfall
 
-# What each stage is, in the order of `studies.waterfall.STAGES`.
+# What each stage is, in the order of `studies.montecarlo.waterfall.STAGES`.
 TOLD: Final = (
     "nothing known but the drawing",
     "constant errors of each robot identified",

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
-from lostmotion.studies.zones import BYS, MEAN, QUANTILE
+from lostmotion.studies.zones.zones import BYS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from lostmotion.studies.boxes import Box, Boxes
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.zones import Zones
+    from lostmotion.studies.zones.boxes import Box, Boxes
+    from lostmotion.studies.zones.zones import Zones
 
 _UNITS: Final = {3: "m³", 2: "m²", 1: "m"}
 # Shares of the workspace for which the error that they stay within is told.

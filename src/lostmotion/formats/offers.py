@@ -44,9 +44,9 @@ from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.kinds import TurningGearbox
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.source import Mass, Part
-from lostmotion.studies.candidates import Candidate, Slot, Worth
 from lostmotion.studies.poses import sample_poses
-from lostmotion.studies.statics import holding_torques
+from lostmotion.studies.sizing.candidates import Candidate, Slot, Worth
+from lostmotion.studies.statics.statics import holding_torques
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.section import Plain
     from lostmotion.parts.source import Part
-    from lostmotion.studies.aimed import Aimed
-    from lostmotion.studies.sizing import Sizing
+    from lostmotion.studies.sizing.aimed import Aimed
+    from lostmotion.studies.sizing.sizing import Sizing
 
 # What gives way to a section in a link's table.
 _INSTEAD: Final = ("compliance", "measured")

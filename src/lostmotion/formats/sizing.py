@@ -41,10 +41,10 @@ from lostmotion.parts.family import Family, family_around
 from lostmotion.parts.material import Material
 from lostmotion.parts.section import Plain, Sized, refuse_section
 from lostmotion.parts.source import Part
-from lostmotion.studies.candidates import Worth, link_slot
-from lostmotion.studies.choosing import Rules
-from lostmotion.studies.lightest import Limits
-from lostmotion.studies.sizing import PAPER, Wanted
+from lostmotion.studies.sizing.candidates import Worth, link_slot
+from lostmotion.studies.sizing.choosing import Rules
+from lostmotion.studies.sizing.lightest import Limits
+from lostmotion.studies.sizing.sizing import PAPER, Wanted
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.formats.mistakes import Path as KeyPath
     from lostmotion.parts.joint import Joint
-    from lostmotion.studies.candidates import Slot
+    from lostmotion.studies.sizing.candidates import Slot
 
 TABLE: Final = "sizing"
 _EXAMPLE: Final = '[sizing] with slope = "0.5 arcmin", deflection = 2500'

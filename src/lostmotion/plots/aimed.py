@@ -11,7 +11,7 @@ from lostmotion.plots import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed, label
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.studies.aimed import Aimed
+    from lostmotion.studies.sizing.aimed import Aimed
 
 # The weakest of what is offered may err so much that nothing else could be told apart: bars end at so many times the target.
 _WIDEST: Final = 3.0

@@ -14,9 +14,9 @@ from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, f
 from lostmotion.plots.bending import bending
 from lostmotion.plots.budget import budget, by_level, levels
 from lostmotion.plots.waterfall import waterfall
-from lostmotion.studies import kernel
-from lostmotion.studies.histogram import binned, linear_bins
 from lostmotion.studies.intervals import pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.histogram import binned, linear_bins
 
 if TYPE_CHECKING:
     from collections.abc import Callable

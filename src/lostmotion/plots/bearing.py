@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.figures.bearing import row_names
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, histogram, styled
-from lostmotion.studies.histogram import binned
+from lostmotion.studies.montecarlo.histogram import binned
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.plots import LEGEND, OF_CAUSE, framed, label, named
-from lostmotion.studies.causes import CAUSES, NEXT, OWN_WEIGHT
+from lostmotion.studies.statics.causes import CAUSES, NEXT, OWN_WEIGHT
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -10,16 +10,16 @@ import numpy as np
 from lostmotion.figures import ARCMIN, ARCSEC
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, histogram, named, styled
 from lostmotion.plots.profile import profile
-from lostmotion.studies.gear_drawn import SHOWN
-from lostmotion.studies.histogram import binned
+from lostmotion.studies.gearbox.gear_drawn import SHOWN
 from lostmotion.studies.intervals import robots_quantile
+from lostmotion.studies.montecarlo.histogram import binned
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from lostmotion.spatial import Floats
-    from lostmotion.studies.gear import GearStudy
-    from lostmotion.studies.gear_drawn import Lobes, Transmission
+    from lostmotion.studies.gearbox.gear import GearStudy
+    from lostmotion.studies.gearbox.gear_drawn import Lobes, Transmission
 
 _COLOURS: Final = (BLUE, ORANGE, GREEN, RED)
 _MOST_WAVES: Final = 24

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from lostmotion.figures.gearbox import Units
-    from lostmotion.studies.gear import GearStudy, Loop
+    from lostmotion.studies.gearbox.gear import GearStudy, Loop
 
 
 def gearbox_plots(study: GearStudy) -> list[Plot]:

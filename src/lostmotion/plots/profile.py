@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid import Stage
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
-    from lostmotion.studies.gear import GearStudy
-    from lostmotion.studies.gear_drawn import Lobes
+    from lostmotion.studies.gearbox.gear import GearStudy
+    from lostmotion.studies.gearbox.gear_drawn import Lobes
 
 _MM: Final = 1e3
 # Of the ring's radius: how far a chord of the picture may stand off the profile, and how long the largest force is drawn.

@@ -10,7 +10,7 @@ from lostmotion.plots import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed, label
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.studies.sizing import Sizing
+    from lostmotion.studies.sizing.sizing import Sizing
 
 
 def sizing_plots(found: Sizing) -> list[Plot]:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.plots import BLUE, INK, LEGEND, OF_CAUSE, ORANGE, RED, Plot, framed, label, named, styled
-from lostmotion.studies.causes import CAUSES
+from lostmotion.studies.statics.causes import CAUSES
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from lostmotion.spatial import Floats
-    from lostmotion.studies.elastostatics import Ellipsoid
-    from lostmotion.studies.survey import Survey
+    from lostmotion.studies.statics.elastostatics import Ellipsoid
+    from lostmotion.studies.statics.survey import Survey
 
 _SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
 _MOST_POSES: Final = 3000

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import plotly.graph_objects as go
 
-    from lostmotion.studies.targets import Allowed, Targets
+    from lostmotion.studies.targets.targets import Allowed, Targets
 
 _MOST_BARS: Final = 40
 _BAND: Final = {BLUE: "rgba(0,114,178,0.18)", ORANGE: "rgba(230,159,0,0.22)"}

@@ -11,9 +11,9 @@ from lostmotion.plots import BLUE, GREEN, INK, PER_UNIT, RED, framed
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.studies.waterfall import Waterfall
+    from lostmotion.studies.montecarlo.waterfall import Waterfall
 
-# The stages of `studies.waterfall.STAGES` that follow each other, and what is done from one to the next.
+# The stages of `studies.montecarlo.waterfall.STAGES` that follow each other, and what is done from one to the next.
 _STEPS = (
     ("as built", "as built"),
     ("calibrated", "geometry<br>calibrated"),

@@ -11,15 +11,15 @@ from lostmotion.figures import length
 from lostmotion.figures.zones import by_said, level_said, size_said
 from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, named
 from lostmotion.plots.surfaces import level_surface
-from lostmotion.studies.radial import radial
-from lostmotion.studies.zones import BYS, QUANTILE
+from lostmotion.studies.zones.radial import radial
+from lostmotion.studies.zones.zones import BYS, QUANTILE
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from lostmotion.spatial import Floats
-    from lostmotion.studies.boxes import Box
-    from lostmotion.studies.zones import Zones
+    from lostmotion.studies.zones.boxes import Box
+    from lostmotion.studies.zones.zones import Zones
 
 _SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
 _TONES: Final = ("#b8d433", "#5ec962", "#21918c", "#31688e", "#443983")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.figures import Sheet
-    from lostmotion.studies.gear import GearStudy
+    from lostmotion.studies.gearbox.gear import GearStudy
 
 
 def write_gearbox(sheet: Sheet, study: GearStudy, drawing: bytes | None, out: str | Path, *, force: bool = False) -> Path:

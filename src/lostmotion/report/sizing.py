@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from lostmotion.figures import Sheet
     from lostmotion.plots import Plot
-    from lostmotion.studies.aimed import Aimed
-    from lostmotion.studies.sizing import Sizing
+    from lostmotion.studies.sizing.aimed import Aimed
+    from lostmotion.studies.sizing.sizing import Sizing
 
 
 def write_sizing(sheet: Sheet, found: Sizing, sized: str | None, out: str | Path, *, force: bool = False) -> Path:

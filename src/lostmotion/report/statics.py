@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.figures import Sheet
-    from lostmotion.studies.survey import Survey
+    from lostmotion.studies.statics.survey import Survey
 
 
 def write_statics(sheet: Sheet, found: Survey, out: str | Path, *, force: bool = False) -> Path:

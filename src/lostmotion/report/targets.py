@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.figures import Sheet
-    from lostmotion.studies.targets import Targets
+    from lostmotion.studies.targets.targets import Targets
 
 
 def write_targets(sheet: Sheet, found: Targets, out: str | Path, *, force: bool = False) -> Path:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
-    from lostmotion.studies.zones import Zones
+    from lostmotion.studies.zones.zones import Zones
 
 
 def write_zones(sheet: Sheet, found: Zones, out: str | Path, at: Floats | None = None, *, force: bool = False) -> Path:

@@ -10,10 +10,10 @@ import numpy as np
 from lostmotion.errors import LostmotionError
 from lostmotion.runs.order import Order, made_with, order_of
 from lostmotion.runs.stream import poses_between
-from lostmotion.studies import kernel
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.intervals import robots_quantile
-from lostmotion.studies.montecarlo import Plan, sample_block
+from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo.montecarlo import Plan, sample_block
 from lostmotion.studies.poses import Poses
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 

@@ -11,7 +11,7 @@ from lostmotion.errors import refuse_argument
 from lostmotion.runs.blocks import COLUMNS, compute, design_of, matrix_of
 from lostmotion.runs.order import made_with
 from lostmotion.runs.summary import Worst, with_pose, worst_of
-from lostmotion.studies import exact
+from lostmotion.studies.montecarlo import exact
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
-from lostmotion.studies import exact, kernel
 from lostmotion.studies.budget import Cost, Tally, costs
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop
+from lostmotion.studies.montecarlo import exact, kernel
 from lostmotion.studies.screws import screws
 
 if TYPE_CHECKING:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from lostmotion.arm import tool_points
 from lostmotion.studies.budget import Budget, budget
-from lostmotion.studies.causes import LinkBending, bending
-from lostmotion.studies.halving import Halving, halving
-from lostmotion.studies.montecarlo import Sampled, run
+from lostmotion.studies.montecarlo.halving import Halving, halving
+from lostmotion.studies.montecarlo.montecarlo import Sampled, run
+from lostmotion.studies.montecarlo.waterfall import Waterfall, waterfall
 from lostmotion.studies.poses import POSE_LAWS
-from lostmotion.studies.statics import HoldingTorque, holding_torques
-from lostmotion.studies.waterfall import Waterfall, waterfall
+from lostmotion.studies.statics.causes import LinkBending, bending
+from lostmotion.studies.statics.statics import HoldingTorque, holding_torques
 from lostmotion.studies.workspace import Workspace, workspace
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
-    from lostmotion.studies.analytic import Analytic, Pooled
+    from lostmotion.studies.analytic.analytic import Analytic, Pooled
+    from lostmotion.studies.montecarlo.stopping import Stopping
     from lostmotion.studies.poses import Poses
-    from lostmotion.studies.stopping import Stopping
 
 
 @dataclass(frozen=True, repr=False)

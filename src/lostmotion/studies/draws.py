@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.studies.kernel import LANES, ROW, TABLE, mix
+from lostmotion.studies.montecarlo.kernel import LANES, ROW, TABLE, mix
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies import kernel
+from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats

@@ -10,8 +10,8 @@ import numpy as np
 
 from lostmotion.arm import frames, terms
 from lostmotion.laws.chance import Cosine, Sine
-from lostmotion.studies import kernel
 from lostmotion.studies.draws import Stream
+from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm

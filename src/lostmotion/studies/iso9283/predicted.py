@@ -12,21 +12,21 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.studies import exact
 from lostmotion.studies.draws import key
-from lostmotion.studies.inverse import bring
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.fitted import left_by_frames
+from lostmotion.studies.montecarlo import exact
 from lostmotion.studies.screws import screws
+from lostmotion.studies.zones.inverse import bring
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
-    from lostmotion.studies.exact import ExactCheck
     from lostmotion.studies.iso9283.cube import Cube
+    from lostmotion.studies.montecarlo.exact import ExactCheck
     from lostmotion.studies.screws import Screws
 
 CYCLES: Final = 30

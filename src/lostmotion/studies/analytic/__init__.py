@@ -1,0 +1,1 @@
+"""Without sampling: what sums over terms say."""

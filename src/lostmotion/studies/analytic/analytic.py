@@ -1,0 +1,307 @@
+"""The study without sampling: mean vector and covariance of the error are exact sums over terms, its mean and quantiles follow by quadrature.
+
+The terms' third and fourth cumulants enter as well, so flat, two-sided and wavy draws count as what they are, to first order. Where a few such draws
+dominate, the error is no nearly normal vector, but a mixture of such: its largest draws are cut into cells of their law (`conditioned`). What that
+leaves unsure has no figure here, and Monte Carlo is the way.
+"""
+
+from __future__ import annotations
+
+import functools
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from math import prod
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import refuse_argument
+from lostmotion.laws.normal_length import ACCURACY, Mixture, normal_length, share_and_density
+from lostmotion.laws.normal_length_forms_kernel import FOURTHS
+from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
+from lostmotion.studies.analytic.cumulants import cumulants
+from lostmotion.studies.analytic.sums import Sums, sums
+from lostmotion.studies.intervals import Estimate, student
+from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.poses import Poses
+
+LEVELS: Final = (0.5, 0.95, 0.99, 0.997)
+BLOCK: Final = 1024
+# Parts that the error at a pose is cut into where it is not nearly normal, one attempt after the other; and of all poses, what `pooled` can keep.
+PARTS: Final = (16, 48)
+MOST_PARTS: Final = 400_000
+_AT_ONCE: Final = 16_384
+# Newton's steps over all poses; one of this share of the value is the last.
+_TRIES: Final = 60
+_SHORT: Final = 2e-4
+# A figure that the next order may move by a larger share of itself is not told, and none at a pose where it moves the mean of a mixture by the
+# second share, or any figure of one nearly normal part by the third.
+MOST_LEFT_OUT: Final = 0.02
+SURE_MEAN: Final = 0.01
+FAR_FROM_NORMAL: Final = 0.1
+# Over all poses: their departures partly cancel, and the bound that is told counts them all alike.
+MOST_LEFT_OUT_POOLED: Final = 0.05
+
+
+@dataclass(frozen=True)
+class Analytic:
+    """What the terms say of every pose, in SI; nothing was drawn.
+
+    bias            (pose, 3) mean error, m
+    covariance      (pose, 3, 3) of the error, m^2
+    fourth          (pose, 15) fourth cumulants of the error as a quartic form (`normal_length_FOURTHS`), m^4
+    mean            (pose,) mean distance, m; NaN where the error is too far from normal for it
+    mean_bound      (pose,) how far `mean` may be off: quadrature, and an estimate of what lies beyond fourth cumulants
+    quantiles       (pose, level) distance that this share stays below, NaN likewise; quantiles_bound as mean_bound
+    normal          (pose,) whether the error is near enough to normal for all of these figures
+    excess          (pose,) by which share the scatter's mean fourth power differs from a normal vector's: 0 normal, below 0 flat or two-sided
+    worst, rss      (pose,) everything at its limit, and root-sum-square
+    parts           the nearly normal parts of every pose's error, most often one: what `pooled` sums over
+    """
+
+    levels: tuple[float, ...]
+    bias: Floats
+    covariance: Floats
+    third: Floats
+    fourth: Floats
+    mean: Floats
+    mean_bound: Floats
+    quantiles: Floats
+    quantiles_bound: Floats
+    normal: np.ndarray
+    excess: Floats
+    worst: Floats
+    rss: Floats
+    parts: tuple[Sums, Mixture]
+
+    @property
+    def mean_square(self) -> Floats:
+        """Give the mean square error (pose,), m^2: exact."""
+        return np.asarray(np.einsum("pii->p", self.covariance) + np.einsum("pi,pi->p", self.bias, self.bias))
+
+
+def analytic(
+    arm: Arm,
+    poses: Poses,
+    *,
+    approach: float = 0.0,
+    levels: Sequence[float] = LEVELS,
+    threads: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Analytic:
+    """How far off is the tool at these poses, over all robots and visits, by sums over terms instead of samples?
+
+    `approach`, `threads` and `progress` as in `montecarlo.run`; threads change no bit. Over all robots and visits together: what one robot does, and
+    how it repeats, Monte Carlo tells. First order in the errors. Raises InputError for approach or threads out of range, ValueError for levels.
+    """
+    if threads < 1:
+        raise refuse_argument("threads", threads, "at least 1", "threads = 2")
+    if approach not in (-1, 0, 1):
+        raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+    asked = tuple(float(level) for level in levels)
+    known: list[_Known] = []  # of the draws: the same at every pose
+
+    def block(first: int) -> Analytic:
+        matrix = screws(arm, poses.q[first : first + BLOCK], approach=approach)
+        if not known:
+            known.append(_Known(matrix, ("robot", "visit", "robot x visit")))
+        return _block(matrix, known[0], asked)
+
+    starts = range(0, len(poses), BLOCK)
+    found: list[Analytic] = []
+    room = MOST_PARTS
+    with ThreadPoolExecutor(threads) as pool:
+        for one in pool.map(block, starts):
+            count = len(one.parts[1].weights)
+            if count - len(one.mean) > room:  # no memory for them: over all poses, these count as one nearly normal part each
+                whole = Sums(one.bias, one.covariance, one.third, one.fourth)
+                found.append(replace(one, parts=(whole, Mixture(np.arange(len(one.mean) + 1), np.ones(len(one.mean))))))
+            else:
+                found.append(one)
+                room -= count - len(one.mean)
+            if progress is not None:
+                progress("summing up terms", min(len(found) * BLOCK, len(poses)), len(poses))
+    arrays = [name for name in Analytic.__dataclass_fields__ if name not in {"levels", "parts"}]
+    joined = {name: np.concatenate([getattr(one, name) for one in found]) for name in arrays}
+    return Analytic(levels=asked, parts=_joined([one.parts for one in found]), **joined)
+
+
+def _joined(parts: list[tuple[Sums, Mixture]]) -> tuple[Sums, Mixture]:
+    found = Sums(*(np.concatenate(arrays) for arrays in zip(*(one.arrays for one, _ in parts), strict=True)))
+    counts = np.concatenate([np.diff(mixture.starts) for _, mixture in parts])
+    return found, Mixture(np.append(0, np.cumsum(counts)), np.concatenate([mixture.weights for _, mixture in parts]))
+
+
+def of_screws(matrix: Screws, levels: Sequence[float] = LEVELS, *, only: Sequence[str] = ("robot", "visit", "robot x visit")) -> Analytic:
+    """What do the terms of these poses say by themselves? `only` names the levels of chance that vary; the bias counts whole."""
+    return _block(matrix, _Known(matrix, only), tuple(levels))
+
+
+class _Known:
+    """What is known of an arm's draws without any pose: the cumulants of the terms that vary, and into which cells they can be cut."""
+
+    def __init__(self, matrix: Screws, only: Sequence[str]) -> None:
+        self._infos, self._columns = matrix.infos, matrix.columns(*only)  # type: ignore[arg-type]
+        self.cumulants = cumulants(self._infos, self._columns)
+
+    @functools.cached_property
+    def cuts(self) -> tuple[Cut, ...]:
+        return cuts(self._infos, self._columns, self.cumulants)
+
+
+def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic:
+    whole = sums(matrix.along_poses[3:], known.cumulants, np.asarray(matrix.bias[:, 3:]))
+    figures, bounds = _figures(whole, None, levels)
+    told = _told(figures, bounds)
+    parts = [(np.arange(len(figures)), whole, np.ones(len(figures)))]
+    for most in PARTS:
+        short = np.flatnonzero(~told.all(axis=1))
+        for poses, taken in _worth_cutting(matrix, known, short, most):
+            part, mixture = condition(matrix, known.cumulants, taken, poses)
+            value, bound = _figures(part, mixture, levels)
+            better = (bound < bounds[poses]) | (np.isnan(bounds[poses]) & ~np.isnan(bound))
+            figures[poses], bounds[poses] = np.where(better, value, figures[poses]), np.where(better, bound, bounds[poses])
+            # Between the lengths of two parts a quantile is vague or none; that says nothing against the others, but the mean must be sure.
+            told[poses] |= better & (bound <= MOST_LEFT_OUT * value) & (bound[:, :1] <= SURE_MEAN * value[:, :1])
+            parts.append((np.repeat(poses, len(mixture.weights) // len(poses)), part, mixture.weights))
+    return Analytic(
+        levels,
+        *whole.arrays,
+        np.where(told[:, 0], figures[:, 0], np.nan),
+        bounds[:, 0],
+        np.where(told[:, 1:], figures[:, 1:], np.nan),
+        bounds[:, 1:],
+        np.asarray(told.all(axis=1)),
+        _excess(whole.covariance, whole.fourth),
+        worst_case(matrix),
+        root_sum_square(matrix),
+        _finest(parts, len(figures)),
+    )
+
+
+def _worth_cutting(matrix: Screws, known: _Known, poses: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, tuple[Cut, ...]]]:
+    """Give some poses at a time with the groups of terms that are worth cutting there."""
+    if not len(poses) or not known.cuts:
+        return
+    taken = choose(matrix, known.cumulants, known.cuts, poses, most)
+    for pattern in np.unique(taken[taken.any(axis=1)], axis=0):
+        some = tuple(cut for cut, use in zip(known.cuts, pattern, strict=True) if use)
+        alike = poses[(taken == pattern).all(axis=1)]
+        step = max(_AT_ONCE // prod(len(cut.shares) for cut in some), 1)
+        for first in range(0, len(alike), step):
+            yield alike[first : first + step], some
+
+
+def _figures(parts: Sums, mixture: Mixture | None, levels: Sequence[float]) -> tuple[Floats, Floats]:
+    """Give mean and quantiles of the length (pose, 1 + level), and how far they may be off."""
+    length = normal_length(parts.bias, parts.covariance, levels, parts.fourth, third=parts.third, mixture=mixture)
+    value = np.column_stack([length.mean, length.quantiles])
+    return value, np.column_stack([length.mean_left, length.quantiles_left]) + ACCURACY * value
+
+
+def _finest(parts: list[tuple[np.ndarray, Sums, Floats]], count: int) -> tuple[Sums, Mixture]:
+    """Keep of every pose the parts that it was cut into last, in the poses' order."""
+    last = np.zeros(count, int)
+    for n, (poses, _, _) in enumerate(parts):
+        last[poses] = n
+    kept = [last[poses] == n for n, (poses, _, _) in enumerate(parts)]
+    owner = np.concatenate([poses[keep] for keep, (poses, _, _) in zip(kept, parts, strict=True)])
+    order = np.argsort(owner, kind="stable")
+    arrays = zip(*((*part.arrays, weights) for _, part, weights in parts), strict=True)
+    *found, weights = (np.concatenate([array[keep] for keep, array in zip(kept, every, strict=True)])[order] for every in arrays)
+    return Sums(*found), Mixture(np.searchsorted(owner[order], np.arange(count + 1)), weights)
+
+
+def _told(figures: Floats, bounds: Floats) -> NDArray[np.bool_]:
+    """Say which figures (pose, figure) are known well enough; those of a tool that does not err are."""
+    near = np.all(bounds <= FAR_FROM_NORMAL * figures, axis=1, keepdims=True)
+    return np.asarray((bounds <= MOST_LEFT_OUT * figures) & near)
+
+
+def _excess(covariance: Floats, forms: Floats) -> Floats:
+    """Give k_iijj over the mean fourth power of a normal vector, (tr C)^2 + 2 tr C^2."""
+    weight = np.array([1.0 if max(powers) == 4 else 1 / 3 if sorted(powers) == [0, 2, 2] else 0.0 for powers in FOURTHS])  # noqa: PLR2004 - x^4; x^2 y^2
+    normal = np.einsum("pii->p", covariance) ** 2 + 2 * np.einsum("pij,pij->p", covariance, covariance)
+    return np.asarray(forms @ weight / np.where(normal > 0, normal, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Pooled:
+    """Figures over all poses, m: the mean, and the lengths that these shares of all errors stay below.
+
+    Each `Estimate` holds what the choice of poses leaves (independent sets of poses, 95 %) and what the quadrature and the terms' departure from the
+    normal law may add; poses that were given are taken as they are. NaN where that departure may move a value by more than MOST_LEFT_OUT_POOLED.
+    """
+
+    levels: tuple[float, ...]
+    mean: Estimate
+    quantiles: tuple[Estimate, ...]
+
+
+def pooled(found: Analytic, replicates: int = 1, threads: int = 1) -> Pooled:
+    """How far off is the tool over all poses together? `replicates` independent sets of poses of equal size follow each other."""
+    parts, mixture = found.parts
+    length = normal_length(parts.bias, parts.covariance, (), parts.fourth, third=parts.third, mixture=mixture, threads=threads)
+    # Nothing moves a mean further than to the root mean square.
+    left = np.minimum(length.mean_left, np.sqrt(length.mean_square)) + ACCURACY * length.mean
+    mean = _estimate(float(length.mean.mean()), length.mean.reshape(replicates, -1).mean(axis=1), float(left.mean()))
+    return Pooled(found.levels, mean, _pooled_quantiles(found, replicates, threads))
+
+
+def _pooled_quantiles(found: Analytic, replicates: int, threads: int) -> tuple[Estimate, ...]:
+    """Find the roots of the mean of all poses' shares below: Newton's steps for all levels at once, kept between what is below and above."""
+    parts, mixture = found.parts
+    wanted = np.array(found.levels)
+    # The mean square bounds every quantile (Chebyshev).
+    low, high = np.zeros(len(wanted)), np.sqrt(found.mean_square.mean() / (1 - wanted))
+    if not (high > 0).all():
+        return tuple(Estimate(0.0, 0.0, 0.0) for _ in wanted)
+    at = _first_guess(found, wanted)
+    for _ in range(_TRIES):
+        shares, densities, left = share_and_density(
+            parts.bias, parts.covariance, at, parts.fourth, third=parts.third, mixture=mixture, threads=threads
+        )
+        # A pose whose share is not known may have any.
+        unknown = ~(np.isfinite(shares) & np.isfinite(densities))
+        shares, densities, left = np.where(unknown, 0.5, shares), np.where(unknown, 0.0, densities), np.where(unknown, 1.0, np.minimum(left, 1.0))
+        share, density = shares.mean(axis=0), densities.mean(axis=0)
+        low, high = np.where(share < wanted, at, low), np.where(share >= wanted, at, high)
+        step = (wanted - share) / np.maximum(density, 1e-300)
+        inside = (at + step > low) & (at + step < high)
+        value = np.where(inside | (np.abs(step) < ACCURACY * at), at + step, 0.5 * (low + high))
+        # A step so short leaves its square.
+        if (np.abs(value - at) < _SHORT * at).all():
+            break
+        at = value
+    of_sets = value - (shares.reshape(replicates, -1, len(wanted)).mean(axis=1) - share) / np.maximum(density, 1e-300)
+    bounds = left.mean(axis=0) / np.maximum(density, 1e-300) + ACCURACY * value
+    return tuple(_estimate(float(value[k]), of_sets[:, k], float(bounds[k])) for k in range(len(wanted)))
+
+
+def _first_guess(found: Analytic, wanted: Floats) -> Floats:
+    """Guess the quantiles over all poses: as of samples that stand for the poses' own quantiles, and nothing below the first of them."""
+    order = np.argsort(wanted)
+    edges = np.concatenate([[0.0], (wanted[order][1:] + wanted[order][:-1]) / 2, [1.0]])
+    values, weights = found.quantiles[:, order].ravel(), np.tile(np.diff(edges), len(found.quantiles))
+    known = np.isfinite(values)
+    if not known.any():
+        return np.asarray(np.full(len(wanted), np.sqrt(found.mean_square.mean())))
+    rising = np.argsort(values[known])
+    share = np.cumsum(weights[known][rising])
+    return np.maximum(np.interp(wanted, (share - 0.5 * weights[known][rising]) / share[-1], values[known][rising]), 1e-300)
+
+
+def _estimate(value: float, of_sets: Floats, left: float) -> Estimate:
+    if not left <= MOST_LEFT_OUT_POOLED * value:
+        return Estimate(np.nan, np.nan, np.nan)
+    sets = len(of_sets)
+    half = left + (student(sets - 1) * float(of_sets.std(ddof=1) / np.sqrt(sets)) if sets > 1 else 0.0)
+    return Estimate(value, value - half, value + half)

@@ -1,0 +1,38 @@
+"""The sums over an arm's terms: bias, covariance, third and fourth cumulants of the error at every pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS, add_up
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.analytic.cumulants import Cumulants
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """Of nearly normal errors: bias (n, 3) m, covariance (n, 3, 3) m^2, forms of the third (n, 10) m^3 and fourth cumulants (n, 15) m^4."""
+
+    bias: Floats
+    covariance: Floats
+    third: Floats
+    fourth: Floats
+
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Give all four."""
+        return self.bias, self.covariance, self.third, self.fourth
+
+
+def sums(shift: Floats, known: Cumulants, bias: Floats) -> Sums:
+    """What do draws of these cumulants add up to? shift (3, term, pose) m per unit draw, contiguous; bias (pose, 3) is passed on."""
+    count = shift.shape[2]
+    pairs, third, fourth = np.zeros((6, count)), np.zeros((len(THIRDS), count)), np.zeros((len(FOURTHS), count))
+    add_up(*(shift, known.pairs, known.pair_values, known.threes, known.three_values, known.fours, known.four_values, pairs, third, fourth))
+    covariance = np.ascontiguousarray(pairs.T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+    return Sums(np.ascontiguousarray(bias), covariance, np.ascontiguousarray(third.T), np.ascontiguousarray(fourth.T))

@@ -1,0 +1,1 @@
+"""One gearbox by itself."""

@@ -1,0 +1,1 @@
+"""Robots built and visits made: what Monte Carlo says."""

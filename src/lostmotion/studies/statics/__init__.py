@@ -1,0 +1,1 @@
+"""At rest: what joints carry and how much everything gives."""
