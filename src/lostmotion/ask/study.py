@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 import numpy as np
 
@@ -41,63 +41,55 @@ DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
 
 
+class Settings(TypedDict, total=False):
+    """What a study may be told besides its counts: see `study`."""
+
+    pose_law: PoseLaw
+    approach: Approach
+    until: float | str | None
+    most_robots: int
+    threads: int | None
+    tile: int
+    device: Device
+    progress: Callable[[str, int, int], None] | None
+
+
 @overload
 def study(
     arm: Arm,
-    poses: int | Floats | Poses = DEFAULT_POSES,
-    robots: int = DEFAULT_ROBOTS,
-    visits: int = DEFAULT_VISITS,
-    seed: int = 1,
+    poses: int | Floats | Poses = ...,
+    robots: int = ...,
+    visits: int = ...,
+    seed: int = ...,
     *,
-    pose_law: PoseLaw = "sobol",
-    approach: Approach = "random",
     method: Literal["montecarlo", "both"] = "montecarlo",
-    until: float | str | None = None,
-    most_robots: int = MOST_ROBOTS,
-    threads: int | None = None,
-    tile: int = 1,
-    device: Device = "cpu",
-    progress: Callable[[str, int, int], None] | None = None,
+    **more: Unpack[Settings],
 ) -> Study: ...
 
 
 @overload
 def study(
     arm: Arm,
-    poses: int | Floats | Poses = DEFAULT_POSES,
-    robots: int = DEFAULT_ROBOTS,
-    visits: int = DEFAULT_VISITS,
-    seed: int = 1,
+    poses: int | Floats | Poses = ...,
+    robots: int = ...,
+    visits: int = ...,
+    seed: int = ...,
     *,
-    pose_law: PoseLaw = "sobol",
-    approach: Approach = "random",
     method: Literal["analytic"],
-    until: float | str | None = None,
-    most_robots: int = MOST_ROBOTS,
-    threads: int | None = None,
-    tile: int = 1,
-    device: Device = "cpu",
-    progress: Callable[[str, int, int], None] | None = None,
+    **more: Unpack[Settings],
 ) -> AnalyticStudy: ...
 
 
 @overload
 def study(
     arm: Arm,
-    poses: int | Floats | Poses = DEFAULT_POSES,
-    robots: int = DEFAULT_ROBOTS,
-    visits: int = DEFAULT_VISITS,
-    seed: int = 1,
+    poses: int | Floats | Poses = ...,
+    robots: int = ...,
+    visits: int = ...,
+    seed: int = ...,
     *,
-    pose_law: PoseLaw = "sobol",
-    approach: Approach = "random",
     method: Method,
-    until: float | str | None = None,
-    most_robots: int = MOST_ROBOTS,
-    threads: int | None = None,
-    tile: int = 1,
-    device: Device = "cpu",
-    progress: Callable[[str, int, int], None] | None = None,
+    **more: Unpack[Settings],
 ) -> Study | AnalyticStudy: ...
 
 
