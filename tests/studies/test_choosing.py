@@ -12,6 +12,7 @@ import lostmotion
 from lostmotion.arm import Arm
 from lostmotion.catalogue import materials
 from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.family import TubeFamily
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.section import Tube
@@ -141,6 +142,16 @@ def test_parts_remembered_are_parts_worked_out(arm, q):
     for choice in every(slots)[::23]:
         made = with_parts(arm, slots, search.parts(choice))
         assert np.array_equal(search.ledger.of(search.made(choice)), Ledger(made, q).of(made))
+
+
+def test_one_part_at_two_joints_adds_at_both():
+    """The same encoder at two joints that feel no load: what it adds at one is not taken for what it adds at the other."""
+    encoder = Encoder[AngleAmount](resolution=1e-4)
+    joint = {"type": "revolute", "axis": "y", "limits": (-1.2, 1.2), "encoder": encoder}
+    unloaded = Arm(name="unloaded", joints=[joint | {"name": "a", "link": {"length": 0.3}}, joint | {"name": "b", "link": {"length": 0.1}}])
+    at = lostmotion.sample_poses(unloaded, 16).q
+    assert unloaded.joints[0].encoder is unloaded.joints[1].encoder
+    assert math.sqrt(mean_square(Ledger(unloaded, at).of(unloaded))) == pytest.approx(rms_error(unloaded, at), rel=1e-12)
 
 
 def test_a_gearbox_takes_the_place_of_the_present_one(arm):
