@@ -42,6 +42,16 @@ def visits_of(errors, command, sides=None, instrument=0.0):
     )
 
 
+def test_poses_seen_from_sides_alone_are_refused():
+    """A pose whose visits all have a side has no visits of the cycle: said in one message, not left out."""
+    errors = np.random.default_rng(3).normal(0, 1e-5, (2, 4, 3))
+    command = np.array([[0.6, 0.0, 0.4], [0.5, 0.1, 0.4]])
+    with pytest.raises(lostmotion.InputError, match=r"side.*P2"):
+        judge(visits_of(errors, command, [""] * 4 + ["x", "x", "y", "y"]))
+    with pytest.raises(lostmotion.InputError, match="P1, P2"):
+        judge(visits_of(errors, command, ["x", "x", "y", "y"] * 2))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scale", [(1.0, 0.7, 0.4), (1.0, 0.3, 0.1)])
 def test_intervals_cover(scale):

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.errors import refuse_argument
 from lostmotion.studies.draws import key
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.iso9283 import characteristics as iso
@@ -112,12 +113,17 @@ NOTHING: Final = Estimate(math.nan, math.nan, math.nan)
 
 
 def judge(visits: Visits, level: float = LEVEL) -> Measured:
-    """What does ISO 9283 say of these visits? Intervals of this level; two visits at least for a scatter, three poses for frames."""
+    """What does ISO 9283 say of these visits? Intervals of this level; two visits at least for a scatter, three poses for frames.
+
+    Raises InputError for poses that were visited from stated sides alone: their other figures are those of the standard's cycle.
+    """
     names = sorted(dict.fromkeys(visits.pose), key=_counting)
     label = np.array(visits.pose)
     in_cycle = np.array([not side for side in visits.side])
     rows = {name: np.flatnonzero((label == name) & in_cycle) for name in names}
-    rows = {name: found for name, found in rows.items() if len(found)}
+    if alone := [name for name, found in rows.items() if not len(found)]:
+        expected = "visits without a side at every pose too, those of the standard's cycle"
+        raise refuse_argument("side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")
     command = np.array([visits.command[found[0]] for found in rows.values()]).reshape(-1, 3)
     barycentre = np.array([visits.attained[found].mean(axis=0) for found in rows.values()]).reshape(-1, 3)
     rotation = None if visits.rotation is None else np.array([visits.rotation[found[0]] for found in rows.values()])
