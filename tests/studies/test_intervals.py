@@ -29,6 +29,16 @@ def test_the_interval_of_a_pooled_mean_covers_whatever_differs(of_sets, of_robot
     assert 0.93 <= held / 1000 <= (0.97 if of_robots > of_cells else 0.99)
 
 
+def test_the_ends_of_a_pooled_quantile_are_plain_numbers():
+    """All samples in one bin: both ends are the bin's, and as plain as the value, so that what is compared with them can be written down."""
+    hist = np.zeros((4, kernel.BINS), np.int64)
+    hist[:, 4000] = 10
+    found = pooled_quantile(hist, hist, 0.95)
+    assert found.low < found.value < found.high
+    assert {type(found.value), type(found.low), type(found.high)} == {float}
+    assert type(found.high <= 1.0) is bool
+
+
 @pytest.mark.slow
 def test_the_interval_of_a_pooled_quantile_covers():
     """1 000 made-up studies of 128 robots: errors of a logarithmic normal law, robots and sets of poses that differ; 50, 95 % held in 93-97 %."""

@@ -78,7 +78,7 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     half = share_spread(group_hist, replicate_hist, value).half
     value = min(value, largest)
     at = int(np.searchsorted(_edges(), value, side="right"))
-    bin_low, bin_high = (0.0, 0.0) if value == 0 else _edges()[[max(at - 1, 0), min(at, len(hist))]]
+    bin_low, bin_high = (0.0, 0.0) if value == 0 else (float(_edges()[k]) for k in (max(at - 1, 0), min(at, len(hist))))
     # Added to the log odds, so that both ends stay shares: those of 99 % stay below 100 %.
     odds, wide = level / (1 - level), math.exp(half / (level * (1 - level)))
     ends = [quantile(hist, odds * by / (1 + odds * by)) for by in (1 / wide, wide)]
