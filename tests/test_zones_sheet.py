@@ -161,6 +161,18 @@ def test_a_planar_arm_has_one_slice():
     json.dumps(mapped.result(), allow_nan=False)
 
 
+def test_a_share_and_its_size_agree():
+    """Where all cells are equally accurate every share is the whole, and so is its size."""
+    slide = {"name": "A", "type": "prismatic", "axis": "x", "limits": (0.0, 0.5), "encoder": {"zero": 1e-5}, "link": {"length": 0.1}}
+    asked = lostmotion.zones(Arm(name="slide", joints=[slide]), cell=0.05, poses=512, per_cell=2)
+    whole = asked.found.size.value
+    rows = next(section for section in asked.sheet.sections if section.key == "within").rows
+    assert whole > 0
+    assert len(rows) == 3
+    for row in rows:
+        assert row.figures[1].value == pytest.approx(row.figures[0].value / 100 * whole)
+
+
 def test_mapping_works_out_of_the_box(tmp_path):
     """`lostmotion map` prints, writes and ends well; the same input gives the same bytes on other threads; an existing folder is left alone."""
     words = (Z_ARM, *QUICK, "--target", "1 mm", "--box", "400 x 200 x 200 mm", "--by", "best", "--at", "400 mm, 0 mm, 600 mm")

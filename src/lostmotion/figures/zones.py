@@ -175,7 +175,9 @@ def _within(found: Zones) -> Section:
         rows.append(Row(f"within {length(found.within.target)}", figures, "the target"))
     for part in _SHARES:
         error = float(np.quantile(values, part))
-        figures = (Figure(100 * float((values <= error).mean()), "%", samples=counted), Figure(part * found.size.value, unit, samples=counted))
+        # More than `part` where cells are equally accurate.
+        part_within = float((values <= error).mean())
+        figures = (Figure(100 * part_within, "%", samples=counted), Figure(part_within * found.size.value, unit, samples=counted))
         rows.append(Row(f"within {length(error)}", figures))
     note = (
         f"by the {by_said(found)}, {level_said(found)} of errors. Intervals: sets of poses left out one by one, and the change to cells of "
