@@ -57,7 +57,7 @@ def test_every_item_is_told_once(asked):
             assert "any" in keys
     assert {plot.section for plot in targets_plots(found)} <= set(keys)
     said = asked.result()
-    json.dumps(said, allow_nan=False)
+    assert "nan" not in json.dumps(said, allow_nan=False)
     assert len(said["items"]) == len(found.items)
     assert ("kept" in sheet.verdict) == said["target"]["kept"] == (found.now.value <= found.target)
     for name in ("equal_factor", "equal_effect"):

@@ -241,14 +241,17 @@ def _exactly(factor: float) -> Estimate:
 
 
 def _joint_note(factor: Joint, effect: Joint | None) -> str:
-    value = float(np.nanmax(factor.factors))
-    wide = (factor.value.high - factor.value.low) / 2 / factor.value.value
-    said = f"equal factor: {value:.4g} on all errors, sure to {100 * wide:.1g} %"
+    said = f"equal factor: {float(np.nanmax(factor.factors)):.4g} on all errors, {_sure(factor)}"
     if effect is None:
         return f"{said}. No sizes have equal effect: items cancel each other whatever their size"
     each = float(np.sqrt(effect.parts[np.isfinite(effect.factors)].mean()))
-    wide = (effect.value.high - effect.value.low) / 2 / effect.value.value
-    return f"{said}. Equal effect: {length(each)} r.m.s. from each, sure to {100 * wide:.1g} %"
+    return f"{said}. Equal effect: {length(each)} r.m.s. from each, {_sure(effect)}"
+
+
+def _sure(joint: Joint) -> str:
+    """Say how sure the sizes of all items together are, as a share of them."""
+    wide = (joint.value.high - joint.value.low) / 2 / joint.value.value
+    return f"sure to {100 * wide:.1g} %" if math.isfinite(wide) else "for which so few robots have no interval"
 
 
 def _yield(found: Targets) -> Section:
