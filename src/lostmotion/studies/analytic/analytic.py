@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.normal_length import ACCURACY, Mixture, normal_length, share_and_density
+from lostmotion.laws.normal_length import ACCURACY, WORST, Mixture, normal_length, share_and_density
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
 from lostmotion.studies.analytic.cumulants import cumulants
@@ -204,7 +204,7 @@ def _figures(parts: Sums, mixture: Mixture | None, levels: Sequence[float]) -> t
     """Give mean and quantiles of the length (pose, 1 + level), and how far they may be off."""
     length = normal_length(parts.bias, parts.covariance, levels, parts.fourth, third=parts.third, mixture=mixture)
     value = np.column_stack([length.mean, length.quantiles])
-    return value, np.column_stack([length.mean_left, length.quantiles_left]) + ACCURACY * value
+    return value, np.column_stack([length.mean_left, length.quantiles_left]) + WORST * value
 
 
 def _finest(parts: list[tuple[np.ndarray, Sums, Floats]], count: int) -> tuple[Sums, Mixture]:
@@ -251,7 +251,7 @@ def pooled(found: Analytic, replicates: int = 1, threads: int = 1) -> Pooled:
     parts, mixture = found.parts
     length = normal_length(parts.bias, parts.covariance, (), parts.fourth, third=parts.third, mixture=mixture, threads=threads)
     # Nothing moves a mean further than to the root mean square.
-    left = np.minimum(length.mean_left, np.sqrt(length.mean_square)) + ACCURACY * length.mean
+    left = np.minimum(length.mean_left, np.sqrt(length.mean_square)) + WORST * length.mean
     mean = _estimate(float(length.mean.mean()), length.mean.reshape(replicates, -1).mean(axis=1), float(left.mean()))
     return Pooled(found.levels, mean, _pooled_quantiles(found, replicates, threads))
 
@@ -282,7 +282,7 @@ def _pooled_quantiles(found: Analytic, replicates: int, threads: int) -> tuple[E
             break
         at = value
     of_sets = value - (shares.reshape(replicates, -1, len(wanted)).mean(axis=1) - share) / np.maximum(density, 1e-300)
-    bounds = left.mean(axis=0) / np.maximum(density, 1e-300) + ACCURACY * value
+    bounds = left.mean(axis=0) / np.maximum(density, 1e-300) + WORST * value
     return tuple(_estimate(float(value[k]), of_sets[:, k], float(bounds[k])) for k in range(len(wanted)))
 
 
