@@ -291,6 +291,30 @@ def test_a_box_too_large_is_said_to_be(plane):
         best_boxes(planar(), plane.reached, figures, (0.2, 0.1, 0.1))
 
 
+@pytest.mark.parametrize("size", [(1e-6, 0.0, 0.3), (1e3, 0.0, 1e3)])
+def test_no_footprint_is_larger_than_the_grid(plane, monkeypatch, size):
+    """A box with one side next to nothing, or far too large, is looked for without footprints that no grid holds."""
+    grid = plane.reached.grid
+
+    def small(size, yaw, edge):
+        assert max(size) <= grid.edge * math.hypot(*grid.shape) * (1 + 1e-9)
+        return footprint(size, yaw, edge)
+
+    monkeypatch.setattr("lostmotion.studies.zones.boxes.footprint", small)
+    found = best_boxes(planar(), plane.reached, plane.shown, size)
+    assert bool(found.found) == (max(size) < 1)
+    assert found.tried > 0 or not found.found
+    assert found.largest is not None
+    assert found.largest[2] / found.largest[0] == pytest.approx(size[2] / size[0])
+
+
+def test_cells_that_spread_beyond_the_sampled_ones_are_counted(monkeypatch):
+    """Few sampled poses lead to many cells: those, too, are refused where their poses would be too many."""
+    monkeypatch.setattr("lostmotion.studies.zones.reach.MOST_POSES", 1000)
+    with pytest.raises(InputError, match="at most 1000 poses"):
+        reach(planar(), 16, 0.05, 4, 1)
+
+
 def test_boxes_keep_clear(plane):
     """A box keeps off the base's axis and above the floor where that is asked for."""
     grid = plane.reached.grid

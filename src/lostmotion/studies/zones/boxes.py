@@ -106,12 +106,13 @@ def best_boxes(  # noqa: PLR0913 - a search is these numbers
         whole &= allowed
     field = np.where(whole, figures, np.inf)
     largest = _largest(whole, np.array(size), grid, turned=turned)
-    prints = [(yaw, footprint(size, yaw, grid.edge)) for yaw in (YAWS if turned else YAWS[:1])]
+    yaws = (YAWS if turned else YAWS[:1]) if max(size) <= _longest(grid) else ()
+    prints = [(yaw, footprint(size, yaw, grid.edge)) for yaw in yaws]
     maps = [judged(field, cover, by_mean=by_mean) for _, cover in prints]
     tried = sum(int(np.isfinite(one).sum()) for one in maps)
     boxes: list[Box] = []
     taken = np.zeros(grid.shape, bool)
-    while len(boxes) < PLACES:
+    while prints and len(boxes) < PLACES:
         open_now = [np.where(_touches(taken, cover), np.inf, one) for one, (_, cover) in zip(maps, prints, strict=True)]
         best = min(range(len(prints)), key=lambda k: float(open_now[k].min(initial=np.inf)))
         if not np.isfinite(open_now[best]).any():
@@ -126,6 +127,11 @@ def best_boxes(  # noqa: PLR0913 - a search is these numbers
         box = Box(np.asarray(centre), np.array(size), yaw, cells, float(values.max()), float(values.mean()))
         boxes.append(box if afresh is None else _checked(box, *afresh(box.points(grid.edge))))
     return Boxes(size, by_mean, turned, tried, whole, largest, tuple(boxes))
+
+
+def _longest(grid: Grid) -> float:
+    """Give the grid's diagonal, m: a box with a longer side fits at no yaw, and its footprint would fill the memory."""
+    return grid.edge * math.hypot(*grid.shape)
 
 
 def _checked(box: Box, values: Floats, poses: int) -> Box:
@@ -211,6 +217,7 @@ def _largest(whole: np.ndarray, size: Floats, grid: Grid, *, turned: bool) -> Fl
     field = np.where(whole, 0.0, np.inf)
     sides = np.flatnonzero(size > 0)
     scales = np.unique(np.concatenate([np.arange(1, grid.shape[k] + 1) * grid.edge / size[k] for k in sides]))
+    scales = scales[scales * size.max() <= _longest(grid)]
 
     def fits(scale: float) -> bool:
         covers = (footprint(scale * size, yaw, grid.edge) for yaw in (YAWS if turned else YAWS[:1]))

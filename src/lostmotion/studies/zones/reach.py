@@ -84,7 +84,20 @@ def reach(arm: Arm, poses: int, edge: float | None, per_cell: int, seed: int, *,
     grid = grid_over(points, edge)
     every = Reached(grid, q, points, grid.number(points), members, np.zeros(len(q), bool), len(q), np.zeros(grid.shape, bool))
     found = _first(every, per_cell)
-    cells = len(np.unique(found.cell))
+    _refuse_too_many(len(np.unique(found.cell)), per_cell)
+    with ThreadPoolExecutor(threads) as pool:
+        tell("bringing poses to the middles of cells", 0, 1)
+        centred = _centred(arm, found, pool)
+        centred, found = _spread(arm, centred, found, pool, tell)
+        # Many more cells may be reached than were sampled.
+        _refuse_too_many(int(np.count_nonzero((centred.counts > 0) | centred.centre)), per_cell)
+        there = _at_middle(centred) | ~centred.centre.ravel()[centred.cell]
+        found = _filled(arm, _taken(centred, np.flatnonzero(there)), found, per_cell, pool, tell)
+    return _cropped(found)
+
+
+def _refuse_too_many(cells: int, per_cell: int) -> None:
+    """Refuse more poses than memory holds."""
     if cells * per_cell > MOST_POSES:
         raise refuse_argument(
             "cell",
@@ -92,13 +105,6 @@ def reach(arm: Arm, poses: int, edge: float | None, per_cell: int, seed: int, *,
             f"at most {MOST_POSES} poses in all",
             "a larger cell, or fewer poses per cell",
         )
-    with ThreadPoolExecutor(threads) as pool:
-        tell("bringing poses to the middles of cells", 0, 1)
-        centred = _centred(arm, found, pool)
-        centred, found = _spread(arm, centred, found, pool, tell)
-        there = _at_middle(centred) | ~centred.centre.ravel()[centred.cell]
-        found = _filled(arm, _taken(centred, np.flatnonzero(there)), found, per_cell, pool, tell)
-    return _cropped(found)
 
 
 def reach_points(arm: Arm, wanted: Floats, poses: int, each: int, seed: int) -> tuple[Floats, np.ndarray]:
