@@ -7,6 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion.formats.part_file import read_gearbox
+from lostmotion.formats.sizing import read_asked
 from lostmotion.studies.intervals import quantile
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.montecarlo import run
@@ -67,3 +68,12 @@ def test_every_gearbox_is_read_and_behaves(path):
     assert found.play.mean() > 0
     assert (np.diff(found.total) > 0).all()
     assert found.jammed < 0.02
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("sizing/*.toml")), ids=lambda path: path.stem)
+def test_every_choice_of_parts_fits_its_arm(path):
+    """Each names gearboxes, bearings and sections that its arm can have, one of a kind to choose from at least."""
+    arm = lostmotion.read(EXAMPLES / path.name.replace("-target", ""))
+    asked = read_asked(path, {}, arm)
+    assert asked.plan.target is not None
+    assert max(len(slot.candidates) for slot in asked.slots) > 1
