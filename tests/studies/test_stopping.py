@@ -115,3 +115,12 @@ def test_a_study_says_that_it_did_not_reach():
         lostmotion.study(arm_of(2), 8, 100, 3, until="1 %", most_robots=50)
     with pytest.raises(lostmotion.InputError, match="until"):
         lostmotion.study(arm_of(2), 8, 100, 3, until="1 %", method="analytic")
+
+
+def test_what_so_few_robots_cannot_tell_is_said_in_words():
+    """Of 24 robots no 95 % has an upper end: the stage says "not known", in no unit, and not a number that is none."""
+    found = lostmotion.study(arm_of(2), np.zeros((1, 2)), 24, 3, until="50 %", most_robots=24, threads=1)
+    rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
+    said = {row.label: str(row.figures[0]) for row in rows}
+    assert said["AP, 95 % of robots below"] == "not known"
+    assert not any("nan" in text for text in said.values())

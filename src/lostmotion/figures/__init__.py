@@ -31,6 +31,8 @@ class Figure:
         unit = "" if self.unit == "1" else self.unit
         if isinstance(self.value, int):  # counted, not measured
             return f"{self.value} {unit}".strip()
+        if not math.isfinite(self.value):
+            return digits(self.value)
         if self.unit == "%":
             return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
         close = self.high - self.low
