@@ -316,3 +316,15 @@ def test_labels_are_short_and_tell_values_apart():
     assert Axis(key="k", values=("1.00000000001 kg", "1 kg")).labels == ("1.00000000001 kg", "1 kg")
     assert Axis(key="k", values=("12345.6 N", "1 N")).labels == ("12345.6 N", "1 N")
     assert Axis(key="k", values=("1 mm ± 5 µm", True, [1, 2])).labels == ("1 mm ± 5 µm", "True", "[1, 2]")
+
+
+def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
+    """Whatever an arm file names beside itself comes along: at most 20 MB of it are read, and more is a mistake."""
+    (tmp_path / "arm.toml").write_text(
+        'name = "huge.csv"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-1 rad", "1 rad"]\nlink = { length = "0.3 m" }\n', encoding="utf-8"
+    )
+    with (tmp_path / "huge.csv").open("wb") as huge:
+        huge.truncate(21_000_000)
+    with pytest.raises(lostmotion.InputError, match="more than 20 MB"):
+        lostmotion.sweep(tmp_path / "arm.toml", poses=8, robots=2, visits=1, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()

@@ -14,7 +14,7 @@ from lostmotion.formats.draft import SWEEP as TABLE
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 from lostmotion.formats.sidecar import find_sidecar
 from lostmotion.formats.sweep import EXAMPLE, Axis, changes, designs, key_said, read_axes
-from lostmotion.formats.text import beside
+from lostmotion.formats.text import beside, read_text
 from lostmotion.formats.toml import read_toml
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _DEEPEST: Final = 12
 # What a file may name beside itself: tables of reducers, matrices.
 _NAMED_ENDINGS: Final = (".toml", ".csv")
+# No store takes more than twenty of all files together (`runs.store`).
+_MEGABYTES: Final = 20
 
 
 def read_design(path: Path, sidecar: Path | None, stated: Mapping[str, Any]) -> Arm:
@@ -193,17 +195,22 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis], others: Sequen
     A sidecar is put beside its URDF under its own name. Files that the arm names beside itself, or that the sweep puts there, come along.
     """
     said = find_tree(path, sidecar)
-    out = {path.name: path.read_text(encoding="utf-8-sig")}
+    out = {path.name: _text(path)}
     if said is not None and said != path:
-        out[path.with_suffix(".toml").name] = said.read_text(encoding="utf-8-sig")
+        out[path.with_suffix(".toml").name] = _text(said)
     for other in others:
-        out[other.name] = other.read_text(encoding="utf-8-sig")
+        out[other.name] = _text(other)
     if said is not None:
         for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
             named = beside(str(said), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
             if named is not None and named.is_file():
-                out.setdefault(Path(text).as_posix(), named.read_text(encoding="utf-8-sig"))
+                out.setdefault(Path(text).as_posix(), _text(named))
     return out
+
+
+def _text(path: Path) -> str:
+    """Read a file of the arm, with line ends as they are inside Python."""
+    return read_text(path, _MEGABYTES).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _texts_in(value: Any) -> Iterator[str]:  # noqa: ANN401 - whatever a file holds
