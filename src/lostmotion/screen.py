@@ -36,9 +36,8 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
 
 
 def _table(section: Section) -> Table:
-    table = Table(
-        title=Text(section.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=len(section.columns) > 1, pad_edge=False
-    )
+    plain = section.columns == ("value",) and not any(row.figures[0].interval for row in section.rows)  # what "value" heads needs no heading
+    table = Table(title=Text(section.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=not plain, pad_edge=False)
     table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
