@@ -35,6 +35,8 @@ div.lostmotion table{max-width:760px;margin:0 0 16px}
 .lostmotion sup{color:#777;font-weight:400;font-size:9.5px;line-height:0;margin-left:1px}
 .lostmotion tfoot td{color:#666;font-size:11.5px;padding-top:6px;border-top:1px solid #888}
 """
+# More columns of figures and intervals than this, and a table stands above its plots.
+_BESIDE_A_PLOT: Final = 6
 _PAGE_CSS: Final = """
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:1320px;padding:28px 32px 48px;background:#fff;color:#222;font:15px/1.5 FONT}
@@ -55,12 +57,15 @@ section{margin:34px 0 0}
 section caption{position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)}
 .pair{display:grid;grid-template-columns:minmax(0,1fr) minmax(0,1fr);gap:26px 36px;align-items:start}
 .table{overflow-x:auto}
+.table:only-child{grid-column:1/-1}
+.pair.long{grid-template-columns:minmax(0,1fr)}
+.table:only-child table,.long table{width:min-content;min-width:calc(50% - 18px)}
 figure{margin:0;min-width:0;max-width:660px;width:100%}
 .warn{border-left:3px solid #b23a00;padding-left:10px}
 dl.words{display:grid;grid-template-columns:max-content 1fr;gap:5px 18px;margin:0;font-size:14px;max-width:100ch}
 dl.words dt{font-weight:600}
 dl.words dd{margin:0}
-@media (max-width:1000px){body{padding:20px 18px 36px}.pair{grid-template-columns:minmax(0,1fr)}}
+@media (max-width:1000px){body{padding:20px 18px 36px}.pair{grid-template-columns:minmax(0,1fr)}.table:only-child table,.long table{min-width:100%}}
 @media (max-width:560px){dl.words{grid-template-columns:1fr;gap:0}dl.words dd{margin-bottom:8px}}
 @page{size:A4;margin:16mm 15mm}
 @media print{
@@ -162,7 +167,9 @@ def _card(card: Card) -> str:
 def _section(section: Section, drawn: list[Plot]) -> str:
     figures = "".join(f'<figure role="img" aria-label="{_text(plot.words)}"><div id="plot-{plot.key}"></div></figure>' for plot in drawn)
     table = _table(section)
-    return f'<section id="{section.key}"><h2>{_text(section.title)}</h2><div class="pair"><div class="table">{table}</div>{figures}</div></section>\n'
+    long = " long" if len(section.columns) + sum(_with_interval(section)) > _BESIDE_A_PLOT else ""
+    pair = f'<div class="pair{long}"><div class="table">{table}</div>{figures}</div>'
+    return f'<section id="{section.key}"><h2>{_text(section.title)}</h2>{pair}</section>\n'
 
 
 def _table(section: Section) -> str:
@@ -170,7 +177,7 @@ def _table(section: Section) -> str:
     if not section.rows:
         return f"<p>{_text(section.title)}: {_text(section.note)}</p>"
     samples = list(dict.fromkeys(figure.samples for row in section.rows for figure in row.figures if figure.samples))
-    with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+    with_interval = _with_interval(section)
     head = "".join(
         f'<th scope="col" class="value">{_text(name)}</th>' + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
         for name, interval in zip(section.columns, with_interval, strict=True)
@@ -184,6 +191,10 @@ def _table(section: Section) -> str:
     quiet += [f"{f'<sup>{_mark(k)}</sup> ' if len(samples) > 1 else ''}from {_text(text)}" for k, text in enumerate(samples)]
     foot = f'<tfoot><tr><td colspan="{1 + len(section.columns) + sum(with_interval)}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
     return f"<table><caption>{_text(section.title)}</caption><thead><tr><td></td>{head}</tr></thead><tbody>{''.join(body)}</tbody>{foot}</table>"
+
+
+def _with_interval(section: Section) -> list[bool]:
+    return [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
 
 
 def _cells(figure: Figure, samples: list[str], *, interval: bool) -> str:
