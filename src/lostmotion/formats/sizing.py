@@ -207,8 +207,8 @@ def _aiming(plan: Plan, wanted: dict[str, Wanted], offers: Offers, parts: list[S
     return Asked(plan, wanted, tuple(slots), offers.worth, tuple(offers.notes))
 
 
-# Keys of a family that options of the command line are called after.
-_OPTIONS: Final = ("kind", "outer", "wall")
+# Keys of a family that options of the command line are called after; its kind is --family's own word.
+_OPTIONS: Final = ("outer", "wall")
 
 
 def _key(path: KeyPath) -> str:
