@@ -152,7 +152,7 @@ def _buys(found: Aimed, small: str) -> Section:
     rows = []
     for each in found.bought:
         if each.without is not None:
-            figures = Figure(each.saved, "1"), _estimate(each.without, small)
+            figures = Figure(each.saved, "kg" if small_said(found) == "mass" else "1"), _estimate(each.without, small)
             rows.append((each.without.value, Row(each.slot.label, figures, f"{name_of(each, each.chosen)}, not {name_of(each, each.cheapest)}")))
     note = f"put back one by one to the cheapest way offered: what that saves ({small_said(found)}), and the 95 % error it leaves"
     ordered = tuple(row for _, row in sorted(rows, key=lambda pair: -pair[0]))
