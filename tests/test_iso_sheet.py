@@ -120,3 +120,12 @@ def test_mistakes_are_one_message(tmp_path, words, said):
     assert done.returncode == 2
     assert said in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"cube": 0.2, "centre": (0.5, 0.0)}, {"cube": 0.2, "centre": (0.5, 0.0, np.nan)}, {"tool_rpy": (0.0, np.inf, 0.0)}]
+)
+def test_places_and_turns_are_three_finite_numbers(wrong):
+    """From Python, too, a centre or a turn that is none is one clear message."""
+    with pytest.raises(lostmotion.InputError, match="three finite numbers"):
+        lostmotion.iso9283(lostmotion.read(Z_ARM), **wrong)

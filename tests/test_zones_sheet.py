@@ -226,3 +226,5 @@ def test_python_refuses_unknown_wishes():
         lostmotion.zones(arm, at=(1, 2))
     with pytest.raises(lostmotion.InputError, match="approach"):
         lostmotion.zones(arm, approach="sideways")
+    with pytest.raises(lostmotion.InputError, match="threads"):
+        lostmotion.zones(arm, threads=-1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -61,6 +62,9 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
     if (cube is None) != (centre is None):
         raise refuse_argument("cube, centre", "one without the other", "both, or neither", f"cube=0.4 {_STATED}")
+    for name, three in (("centre", centre), ("tool_rpy", tool_rpy)):
+        if three is not None and (len(three) != 3 or not all(map(math.isfinite, three))):  # noqa: PLR2004 - along or about x, y and z
+            raise refuse_argument(name, tuple(three), "three finite numbers, along or about x, y and z", f"{name} = (0.6, 0.0, 0.4)")
     chosen = None
     visits = None
     if arm is not None:

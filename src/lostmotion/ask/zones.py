@@ -59,6 +59,8 @@ def zones(
     if point is not None and (point.shape != (3,) or not np.isfinite(point).all()):
         raise refuse_argument("at", at, "a point (x, y, z), m", "at = (0.5, 0.0, 0.3)")
     workers = threads or os.cpu_count() or 1
+    if workers < 1:
+        raise refuse_argument("threads", threads, "at least 1", "threads = 2")
     return AccuracyMap(look_over(arm, Wish(**asked), seed=seed, approach=_SIGNS[approach], threads=workers, progress=progress), point)
 
 
