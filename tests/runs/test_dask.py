@@ -8,8 +8,10 @@ import time
 
 import pytest
 
+from lostmotion.errors import InputError
 from lostmotion.runs.carry_out import carry_out, order
 from lostmotion.runs.store import Store
+from lostmotion.runs.workers import check_address
 from tests.runs.conftest import tree
 
 pytest.importorskip("distributed", reason="Dask is not installed: pip install 'lostmotion[dask]'")
@@ -21,6 +23,12 @@ COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 1}
 def blocks_done(folder):
     """Count the blocks that the ledger lists."""
     return len(list((folder / "ledger").glob("*.json")))
+
+
+def test_what_is_no_address_is_refused_at_once():
+    """A word without a port is no scheduler: it is refused before anything connects or is written."""
+    with pytest.raises(InputError, match="--dask"):
+        check_address("foo")
 
 
 @pytest.mark.slow

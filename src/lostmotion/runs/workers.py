@@ -44,7 +44,8 @@ def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> It
 
 def check_address(address: str) -> None:
     """Refuse what cannot be an address, and an address where Dask is not installed, before anything is written."""
-    _local_workers(address)
+    if _local_workers(address) is None and ":" not in address:
+        raise refuse_argument("--dask", address, "local:N with N worker processes, or the address of a scheduler", "--dask tcp://10.0.0.5:8786")
     if importlib.util.find_spec("distributed") is None:
         raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'")
 
