@@ -354,6 +354,10 @@ def test_cells_are_counted_from_the_base():
         {"per_cell": 1},
         {"clear": -1.0},
         {"floor": math.nan},
+        {"cell": "100 mm"},
+        {"turned": True},
+        {"box_by_mean": True},
+        {"clear": 0.2},
     ],
 )
 def test_what_cannot_be_asked_is_refused(wish):

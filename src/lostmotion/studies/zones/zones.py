@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
@@ -235,6 +236,7 @@ class Wish:
         """Refuse what cannot be asked for, in one message each."""
         if self.by not in BYS:
             raise refuse_argument("by", self.by, "one of " + ", ".join(BYS), 'by = "best"')
+        self._refuse_kinds()
         if not 0.25 <= self.level <= 0.9995:  # noqa: PLR2004 - where the quadrature is sure, laws.normal_length
             raise refuse_argument("level", self.level, "a share from 0.25 to 0.9995", "level = 0.95")
         if self.target is not None and not (math.isfinite(self.target) and self.target > 0):
@@ -247,6 +249,15 @@ class Wish:
             raise refuse_argument("floor", self.floor, "a height, m", "floor = 0.0")
         if not 2 <= self.per_cell <= 1024:  # noqa: PLR2004 - best and worst of one are no two figures
             raise refuse_argument("per_cell", self.per_cell, "from 2 to 1024 poses", f"per_cell = {PER_CELL}")
+
+    def _refuse_kinds(self) -> None:
+        """Refuse lengths that are no numbers, and what only counts for a box where none is asked for."""
+        for name in ("cell", "target", "clear", "floor"):
+            if not isinstance(getattr(self, name), Real | None):
+                raise refuse_argument(name, getattr(self, name), "a number of metres", f"{name} = 0.05")
+        for name in ("box_by_mean", "turned", "clear", "floor"):
+            if self.box is None and getattr(self, name) != type(self).__dataclass_fields__[name].default:
+                raise refuse_argument(name, getattr(self, name), "a box beside it, which alone it counts for", "box = (0.3, 0.2, 0.1)")
 
 
 def zones(
