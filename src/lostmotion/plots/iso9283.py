@@ -146,7 +146,7 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> go.Figure:
 
     most = max(float(np.abs(about).max()) for each in sets for about in each)
     unit = "µm" if most < 1e-3 else "mm"  # noqa: PLR2004 - where people change units
-    limit = 1.15 * most * PER_UNIT[unit]
+    limit = 1.15 * most * PER_UNIT[unit] or 1.0
     count = len(poses)
     figure = make_subplots(
         rows=2,
@@ -176,8 +176,10 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> go.Figure:
                     row=row,
                     col=column + 1,
                 )
-    figure.update_xaxes(range=[-limit, limit], nticks=4, title_standoff=4)
-    figure.update_yaxes(range=[-limit, limit], nticks=5)
+    decade = 10.0 ** math.floor(math.log10(0.6 * limit))
+    tick = max(step * decade for step in (1, 2, 5) if step * decade <= 0.6 * limit)  # well inside, or labels of neighbours run together
+    figure.update_xaxes(range=[-limit, limit], tickvals=[-tick, 0, tick], title_standoff=4)
+    figure.update_yaxes(range=[-limit, limit], tickvals=[-tick, 0, tick])
     for column in range(1, count + 1):
         figure.update_xaxes(title_text=f"x [{unit}]", row=2, col=column)
     figure.update_yaxes(title_text=f"y [{unit}]", row=1, col=1)
