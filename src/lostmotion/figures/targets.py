@@ -144,7 +144,7 @@ def _whole(found: Targets) -> Section:
 
 
 def _single(found: Targets) -> list[Section]:
-    note = "all else as it is; tightest first. The last figure: error or RP with that size, by Monte Carlo"
+    note = "all else as it is; tightest first. Last: error or RP with that size, by Monte Carlo. A ? ends an interval where perhaps no size does"
     return _sized_section(found, "single", "One item at a time", found.single, note)
 
 
