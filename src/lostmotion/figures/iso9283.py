@@ -136,7 +136,8 @@ def _verdict(found: Predicted) -> str:
     repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
     fitted = over_robots(sheet.fitted.max(axis=0)).high
     return (
-        f"Of the arms built to this design 95 % will repeat within {length(repeat.value)} (RP_l at the worst of the five poses, {_percent(1.0)}) "
+        f"Of the arms built to this design 95 % will repeat within {length(repeat.value)} "
+        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}) "
         f"and stand within {length(accurate.value)} of the command on the average (AP_p), {length(fitted.value)} with best-fit frames."
     )
 
