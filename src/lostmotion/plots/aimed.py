@@ -106,7 +106,8 @@ def buys(found: Aimed) -> go.Figure:
         # in the legend: labels at two lines so close would lie on each other
         figure.add_trace(go.Scatter(x=[None], y=[None], mode="lines", name=name, line=line, showlegend=True))
     most = min(max(value for value, _ in rows), _WIDEST * max(found.target, found.error.value))
-    figure.update_xaxes(title_text="95 % error [mm]", range=[0, 1.05e3 * most])
+    cut = ", longer bars cut" if max(value for value, _ in rows) > most else ""
+    figure.update_xaxes(title_text=f"95 % error [mm]{cut}", range=[0, 1.05e3 * most])
     figure.update_yaxes(**named(names))
     figure.update_layout(bargap=0.35, legend=LEGEND, margin_t=80)
     return figure
