@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _AXES: Final = ("x", "y", "z", "a", "b", "c")
 # Of an arcmin: below it seconds are read more easily.
 _SMALL_ANGLE: Final = 0.1
+# Robots, of which less than three lie above the 95 %.
+_FEW: Final = 60
 _MEAN, _MOST = "mean", "95 % below"
 _WORDS: Final = (
     (
@@ -80,6 +82,9 @@ def iso_sheet(
         cards += measured_cards(measured, compared)
         verdict.append(measured_verdict(measured, compared))
         facts |= measured_facts(measured, compared)
+        if measured.visits.duplicates:
+            repeated = f"{measured.visits.duplicates} rows of the measurement repeat another one in every cell and were left out"
+            notes = (*notes, f"{repeated}: a column 'cycle' keeps visits that only read alike")
         counted.append(f"{len(measured.visits.pose)} measured visits")
     return Sheet(
         name=name,
@@ -306,6 +311,8 @@ def _check(found: Predicted) -> Section:
 
 def _remarks(found: Predicted) -> list[str]:
     out = []
+    if found.robots < _FEW:
+        out.append(f"{found.robots} robots are few: what 95 % of them stay below is told by the largest one or two")
     if found.still:
         out.append(f"joints that stand still in the cycle: {', '.join(found.still)}; their play is taken to rest on one side")
     sheet = found.loads[0]

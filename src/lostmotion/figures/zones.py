@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _UNITS: Final = {3: "m³", 2: "m²", 1: "m"}
 # Shares of the workspace for which the error that they stay within is told.
 _SHARES: Final = (0.1, 0.5, 0.9)
+# Share of raised figures from which it is said before all else.
+_MANY: Final = 0.05
 _WORDS: Final = (
     ("cell", "a cube of the grid. Its error is that at its middle; where only a part of the cell is in reach, at the points reached."),
     (
@@ -271,6 +273,9 @@ def _reach(found: Zones) -> Section:
 
 def _remarks(found: Zones) -> list[str]:
     out = ["the tool may stand in any direction; obstacles, floor and self-collision are not looked at"]
+    careful = float(found.looked.errors.careful.mean())
+    if careful > _MANY:
+        out.append(f"{100 * careful:.2g} % of the poses are not quite normal: their 95 % figures stand a little too high, as do map, share, places")
     if found.bounded.any():
         out.append(
             f"{int(found.bounded.sum())} cells hold an upper bound: no pose there is near enough to normal. Monte Carlo (lostmotion run) tells more"

@@ -61,7 +61,7 @@ def compare(predicted: Predicted, measured: Measured) -> list[Compared]:
     sheet = predicted.loads[0]
     at = {pose.name: pose for pose in measured.poses}
     command = predicted.cube.poses[:, :3, 3]
-    if not set(NAMES) <= set(at) or any(np.linalg.norm(at[name].command - command[k]) > SAME for k, name in enumerate(NAMES)):
+    if not set(NAMES) <= set(at) or not all(np.linalg.norm(at[name].command - command[k]) <= SAME for k, name in enumerate(NAMES)):
         return []
     found: list[Compared] = []
     for k, name in enumerate(NAMES):
