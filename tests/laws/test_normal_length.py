@@ -102,7 +102,7 @@ def test_the_share_below_a_quantile_is_its_level(seed, rank):
 
 
 def test_nearly_all_quantiles_are_as_sure_as_said():
-    """Of 5 000 vectors, half of them flat: one quantile in a thousand may be off by more than the stated share of itself, none by more than the worst."""
+    """Of 5 000 vectors, most of them flat: one quantile in a thousand may be off by more than the stated share of itself, none by the worst."""
     rng = np.random.default_rng(7)
     off = []
     for k in range(5000):

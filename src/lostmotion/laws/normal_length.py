@@ -2,8 +2,8 @@
 
 The squared length is a weighted sum of noncentral chi-squares. Its mean follows by quadrature on the real axis, its distribution by quadrature of the
 inversion integral along a path near the one of steepest descent (S. O. Rice, SIAM J. Sci. Stat. Comput. 1 (1980) 438). Normal vectors: within
-`ACCURACY` of the length, whatever the rank of C; one quantile in a thousand is off by more, up to `WORST`. With third and fourth cumulants the vector may depart from the normal law a little, and as a mixture
-of such parts a lot; what the next order could still add is told with every figure.
+`ACCURACY` of the length, whatever the rank of C; one quantile in a thousand is off by more, up to `WORST`. With third and fourth cumulants the vector
+may depart from the normal law a little, and as a mixture of such parts a lot; what the next order could still add is told with every figure.
 """
 
 from __future__ import annotations
