@@ -139,10 +139,10 @@ def _percent(load: float) -> str:
 def _verdict(found: Predicted) -> str:
     sheet = found.loads[0]
     repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
-    fitted = over_robots(sheet.fitted.max(axis=0)).high
+    fitted, either = over_robots(sheet.fitted.max(axis=0)).high, over_robots(sheet.from_any_side.max(axis=0)).high
     return (
         f"Of the arms built to this design 95 % will repeat within {length(repeat.value)} "
-        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}) "
+        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {length(either.value)} where joints arrive from either side) "
         f"and stand within {length(accurate.value)} of the command on the average (AP_p), {length(fitted.value)} with best-fit frames."
     )
 

@@ -21,6 +21,8 @@ LEVEL: Final = 0.95
 # A table that is longer is not read; result.json holds every design.
 _MOST_ROWS: Final = 60
 _MOST_TERMS: Final = 400
+# Of the length: terms below it are told together, in a line.
+_LEAST_TERM: Final = 1e-3
 _MOST_EXTREMES: Final = 10
 _MOST_PARTS: Final = 3
 _AS_IT_STANDS: Final = "the arm as it stands"
@@ -322,12 +324,16 @@ def _attitude(found: Replay) -> str:
 
 def _terms(found: Replay) -> Section:
     rows = []
-    for term in found.terms[:_MOST_TERMS]:
+    shown = [term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length]
+    for term in shown:
         x, y, z = (digits(float(value) * 1e6) for value in term.shift)
         share = 100 * term.along / found.length if found.length else 0.0
         figures = (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(share, "%"))
         rows.append(Row(term.name.removeprefix("joints."), figures, f"{_LEVELS[term.level]}; moves the tool by ({x}, {y}, {z}) µm"))
     note = "contribution: the term's shift of the tool along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
+    rest = found.terms[len(shown) :]
+    if rest:
+        note += f". {len(rest)} more terms, each below {100 * _LEAST_TERM:g} % of the length, add {digits(sum(term.along for term in rest) * 1e6)} µm together"
     return Section("terms", "Term by term", ("draw", "contribution", "of the length"), tuple(rows), note)
 
 
