@@ -333,7 +333,8 @@ def _terms(found: Replay) -> Section:
     note = "contribution: the term's shift of the tool along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
     rest = found.terms[len(shown) :]
     if rest:
-        note += f". {len(rest)} more terms, each below {100 * _LEAST_TERM:g} % of the length, add {digits(sum(term.along for term in rest) * 1e6)} µm together"
+        together = digits(sum(term.along for term in rest) * 1e6)
+        note += f". {len(rest)} more terms, each below {100 * _LEAST_TERM:g} % of the length, add {together} µm together"
     return Section("terms", "Term by term", ("draw", "contribution", "of the length"), tuple(rows), note)
 
 
