@@ -183,9 +183,9 @@ class Quantity:
         elif self.low == 0:
             words += ", zero or more"
         elif math.isfinite(self.low):
-            words += f", at least {self.low:g}"
+            words += f", at least {self.low:g} {self.si}".rstrip()
         if math.isfinite(self.high):
-            words += f", at most {self.high:g}"
+            words += f", at most {self.high:g} {self.si}".rstrip()
         return words + (", with or without ± tolerance" if self.toleranced else "")
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
