@@ -16,7 +16,8 @@
     [sizing.links.roll]
     keep = true
 
-A link of which nothing is said is sized among sections like its own. `material` gives a link another one, or one at all.
+A link of which nothing is said is sized among sections like its own, for a target those from half to
+twice as large. `material` gives a link another one, or one at all.
 
 With `target = "0.5 mm"` the links are sized for the error of the tool instead, with the gearboxes and clearances that `offers` tells of; slope and
 deflection then limit the links besides where they are stated.
@@ -61,6 +62,8 @@ TABLE: Final = "sizing"
 _EXAMPLE: Final = '[sizing] with slope = "0.5 arcmin", deflection = 2500'
 _LINK_EXAMPLE: Final = '[sizing.links.A] with family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "3 mm" }'
 _MOST_LINKS: Final = 100
+# How small and how large sections are that stand beside a link's own, where a target chooses among them.
+_NEAR_ITS_OWN: Final = (0.5, 2.0)
 _SIZED: Final = get_args(get_args(Sized)[0])
 Stock = Annotated[tuple[Plain, ...], Field(min_length=1, max_length=500)]
 
@@ -264,7 +267,10 @@ def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mista
         if asked.keep:
             continue
         material = (own.material if own is not None else None) or plan.material
-        choice = asked.family or asked.stock or (family_around(joint.link.section) if isinstance(joint.link.section, _SIZED) else None)
+        section = joint.link.section
+        choice = asked.family or asked.stock
+        if choice is None and isinstance(section, _SIZED):
+            choice = family_around(section) if plan.target is None else family_around(section, *_NEAR_ITS_OWN)
         lacks = _lacks(joint, has_choice=choice is not None, has_material=material is not None)
         if lacks and own is not None:
             mistakes.append(Problem(file, _key((TABLE, "links", joint.name)), lacks[0], lacks[1], lacks[2]))

@@ -172,15 +172,15 @@ _FOLLOW: Final = ("width",)
 _ROOM: Final = 2.02
 
 
-def family_around(section: Sized) -> Family:
-    """Which sections are like this one? Of its kind, from a tenth to five times as large, walls as they are, the width in proportion."""
+def family_around(section: Sized, smallest: float = _SMALLEST, largest: float = _LARGEST) -> Family:
+    """Which sections are like this one? Of its kind, from `smallest` to `largest` times as large, walls as they are, the width in proportion."""
     kind = _KINDS[section.kind]
     leading, *others = [name for name in kind.model_fields if name != "kind"]
     size = float(getattr(section, leading))
     follow = {name: float(getattr(section, name)) / size for name in others if name in _FOLLOW}
     stay = {name: float(getattr(section, name)) for name in others if name not in _FOLLOW}
-    least = max(_SMALLEST * size, _ROOM * max(stay.values(), default=0.0) / min([1.0, *follow.values()]))
-    spans = {leading: Span(least, _LARGEST * max(size, least))}
+    least = max(smallest * size, _ROOM * max(stay.values(), default=0.0) / min([1.0, *follow.values()]))
+    spans = {leading: Span(least, largest * max(size, least))}
     spans |= {name: Span(share, share, share=True) for name, share in follow.items()}
     spans |= {name: Span(value, value) for name, value in stay.items()}
     return kind(**spans)  # type: ignore[return-value]
