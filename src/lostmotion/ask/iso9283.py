@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from lostmotion.ask.settings import whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 
@@ -75,7 +76,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
         visits = _read(measured, mapping, commands, instrument, chosen)
         if chosen is not None and chosen.rotation is None:  # orientations come as they come
             visits = replace(visits, turn=None, rotation=None)
-    return _sheet_of(arm, chosen, visits, cycles, robots, seed, path, warm_up, progress)
+    return _sheet_of(arm, chosen, visits, cycles, robots, whole_seed(seed), path, warm_up, progress)
 
 
 def _read(measured: str | Path, mapping: Sequence[str], commands: str | Path | None, instrument: float, cube: Cube | None) -> Visits:

@@ -8,6 +8,7 @@ from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lostmotion.ask.settings import sign_of
 from lostmotion.ask.shown import Shown
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
-_SIGNS = {"random": 0, "up": 1, "down": -1}
 
 
 def sweep(  # noqa: PLR0913 - a run is these numbers
@@ -57,7 +57,6 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
 
     Raises InputError with every mistake in the files and for counts out of range; OutputExistsError where the folder holds anything else.
     """
-    from lostmotion.errors import refuse_argument
     from lostmotion.runs.carry_out import carry_out, order
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import summarise
@@ -65,8 +64,7 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
 
     if dask is not None:
         check_address(dask)
-    if approach not in _SIGNS:
-        raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
+    sign = int(sign_of(approach))
     path = Path(path)
     asked = order(
         path,
@@ -77,7 +75,7 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
         visits=index(visits),
         seed=index(seed),
         pose_law=pose_law,
-        approach=_SIGNS[approach],
+        approach=sign,
         block=block,
         progress=progress,
     )

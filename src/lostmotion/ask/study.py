@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
-import numpy as np
-
+from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
@@ -22,9 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    import numpy as np
     import xarray
 
     from lostmotion.arm import Arm
+    from lostmotion.ask.settings import Approach
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
@@ -32,10 +33,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.montecarlo.montecarlo import Sampled
 
 Zone: TypeAlias = "Mapping[str, tuple[float, float]] | np.ndarray"
-Approach = Literal["random", "up", "down"]
 Method = Literal["montecarlo", "analytic", "both"]
 _METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
-_SIGNS: dict[str, float] = {"random": 0.0, "up": 1.0, "down": -1.0}
 DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
@@ -128,10 +127,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     Raises InputError (a ValueError) for counts out of range, an unknown law, approach or device, and for q of another shape or not finite;
     LostmotionError for a GPU where JAX or the GPU is missing.
     """
-    if approach not in _SIGNS:
-        raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
-    if not isinstance(seed, Integral) or seed < 0:
-        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+    sign, seed = sign_of(approach), whole_seed(seed)
     if method not in _METHODS:
         raise refuse_argument("method", method, "one of " + ", ".join(_METHODS), 'method = "both"')
     tolerance = None if until is None else Tolerance.of(until)
@@ -140,19 +136,19 @@ def study(  # noqa: PLR0913 - a study is these numbers
     if device != "cpu" and method == "analytic":
         raise refuse_argument("device", device, '"cpu": without sampling there is nothing for a GPU to do', 'device = "cpu"')
     check_device(device)
-    chosen = _chosen(arm, poses, pose_law, int(seed))
+    chosen = chosen_poses(arm, poses, pose_law, seed)
     workers = threads or os.cpu_count() or 1
-    common: dict[str, Any] = {"approach": _SIGNS[approach], "threads": workers, "progress": progress}
+    common: dict[str, Any] = {"approach": sign, "threads": workers, "progress": progress}
     besides: dict[str, Any] = {}
     sampled: Sampled | None = None
     if tolerance is not None:
-        more = (lambda count: sample_poses(arm, count, pose_law, int(seed))) if isinstance(poses, Integral) and pose_law != "grid" else None
+        more = (lambda count: sample_poses(arm, count, pose_law, seed)) if isinstance(poses, Integral) and pose_law != "grid" else None
         chosen, sampled, besides["stopping"] = run_until(
-            arm, chosen, robots, visits, int(seed), tolerance, most_robots=most_robots, more=more, tile=tile, device=device, **common
+            arm, chosen, robots, visits, seed, tolerance, most_robots=most_robots, more=more, tile=tile, device=device, **common
         )
         robots = sampled.robots
     elif method != "analytic":
-        sampled = run(arm, chosen, robots, visits, int(seed), tile=tile, device=device, **common)
+        sampled = run(arm, chosen, robots, visits, seed, tile=tile, device=device, **common)
     if method != "montecarlo":
         from lostmotion.studies.analytic.analytic import analytic, pooled
 
@@ -160,18 +156,8 @@ def study(  # noqa: PLR0913 - a study is these numbers
         besides |= {"analytic": every, "pooled": pooled(every, chosen.replicates, workers)}
         if method == "analytic":
             return AnalyticStudy(arm, chosen, **besides)
-    found = answer(arm, chosen, robots=robots, visits=visits, seed=int(seed), tile=tile, sampled=sampled, **common)
+    found = answer(arm, chosen, robots=robots, visits=visits, seed=seed, tile=tile, sampled=sampled, **common)
     return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__} | besides)
-
-
-def _chosen(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int) -> Poses:
-    if isinstance(poses, Integral):
-        return sample_poses(arm, int(poses), law, seed)
-    if isinstance(poses, Poses):
-        return poses
-    from lostmotion.arm import as_poses
-
-    return Poses(as_poses(arm, np.asarray(poses)), "given")
 
 
 class Study(Answer, Shown):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 DEFAULT_TARGET_POSES: Final = 1024
 DEFAULT_TARGET_ROBOTS: Final = 1000
 _EXAMPLE: Final = "0.5 mm"
-_SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
 
 
 def target(  # noqa: PLR0913 - a target is these numbers
@@ -57,14 +57,13 @@ def target(  # noqa: PLR0913 - a target is these numbers
     from lostmotion.studies.targets.targets import poses_in_zone, targets
 
     kind, value = _asked(error, repeatability)
-    if approach not in _SIGNS:
-        raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
+    sign, seed = sign_of(approach), whole_seed(seed)
     workers = threads or os.cpu_count() or 1
     name = ""
     if zone is None:
-        chosen = _chosen(arm, poses, seed)
+        chosen = chosen_poses(arm, poses, "sobol", seed)
     elif isinstance(poses, Integral):
-        chosen, name = poses_in_zone(arm, len(_chosen(arm, poses, seed)), zone, seed)
+        chosen, name = poses_in_zone(arm, len(chosen_poses(arm, poses, "sobol", seed)), zone, seed)
     else:
         raise refuse_argument("zone", "with poses that are given", "a zone, or poses", 'zone = {"x": (0.2, 0.5)}')
     found = targets(
@@ -76,7 +75,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
         robots=robots,
         visits=visits,
         seed=seed,
-        approach=_SIGNS[approach],
+        approach=sign,
         threads=workers,
         zone=name,
         progress=progress,
@@ -132,7 +131,8 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
 
     value = _length("target", target)
     if isinstance(subject, Arm):
-        chosen = _chosen(subject, poses, seed)
+        seed = whole_seed(seed)
+        chosen = chosen_poses(subject, poses, "sobol", seed)
         return production_of(subject, chosen, value, judged=judged, share=share, robots=robots, visits=visits, seed=seed)
     built = subject.sampled
     return production_of(
@@ -183,16 +183,3 @@ def _length(name: str, value: str | float) -> float:
         why = (error.context or {})["why"]
         raise InputError([Problem("", name, f"{shown(value)} ({why})", field.expected, f'{name} = "{_EXAMPLE}"')]) from None
     return found.nominal if isinstance(found, Toleranced) else found
-
-
-def _chosen(arm: Arm, poses: int | Floats | Poses, seed: int) -> Poses:
-    import numpy as np
-
-    from lostmotion.arm import as_poses
-    from lostmotion.studies.poses import Poses, sample_poses
-
-    if not isinstance(seed, Integral) or seed < 0:
-        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
-    if isinstance(poses, Integral):
-        return sample_poses(arm, int(poses), seed=int(seed))
-    return poses if isinstance(poses, Poses) else Poses(as_poses(arm, np.asarray(poses)), "given")

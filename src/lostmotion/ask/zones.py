@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lostmotion.ask.settings import sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.zones.zones import Zones
-
-_SIGNS = {"random": 0.0, "up": 1.0, "down": -1.0}
 
 
 def zones(
@@ -49,8 +48,7 @@ def zones(
     from lostmotion.studies.zones.zones import Wish
     from lostmotion.studies.zones.zones import zones as look_over
 
-    if approach not in _SIGNS:
-        raise refuse_argument("approach", approach, "one of " + ", ".join(_SIGNS), 'approach = "random"')
+    sign, seed = sign_of(approach), whole_seed(seed)
     known = Wish.__dataclass_fields__
     for name, value in asked.items():
         if name not in known:
@@ -61,7 +59,7 @@ def zones(
     workers = threads or os.cpu_count() or 1
     if workers < 1:
         raise refuse_argument("threads", threads, "at least 1", "threads = 2")
-    return AccuracyMap(look_over(arm, Wish(**asked), seed=seed, approach=_SIGNS[approach], threads=workers, progress=progress), point)
+    return AccuracyMap(look_over(arm, Wish(**asked), seed=seed, approach=sign, threads=workers, progress=progress), point)
 
 
 @dataclass(frozen=True, repr=False)
