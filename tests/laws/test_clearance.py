@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from lostmotion.laws.clearance import seated, seated_across
 
-LOADS = st.floats(-1e6, 1e6)
+# Squares of smaller loads have no digits left.
+LOADS = st.floats(-1e6, 1e6).map(lambda load: load if abs(load) > 1e-100 else 0.0)
 
 
 @given(st.lists(LOADS, min_size=1, max_size=20), st.floats(0, 1e6), st.floats(0, 1e6))
