@@ -12,7 +12,7 @@ from lostmotion.arm import Arm, frames, tool_points
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Link, Place
 
-GRID = Path(__file__).resolve().parents[3] / "shared" / "data" / "ur5" / "ur5_tracker_grid.csv"
+GRID = Path(__file__).parents[2] / "examples" / "measured" / "ur5-grid.csv"
 
 A = (0, -0.425, -0.39225, 0, 0, 0)
 D = (0.089159, 0, 0, 0.10915, 0.09465, 0.0823)
@@ -24,8 +24,6 @@ AS_COMMANDED = (0.08916, 0, 0, 0.10915, 0.09456, 0.0823)
 @pytest.fixture(scope="module")
 def grid() -> np.ndarray:
     """Read the tracker's table."""
-    if not GRID.exists():
-        pytest.skip("the UR5 tracker data (ur5_tracker_grid.csv) is not beside this checkout")
     return np.genfromtxt(GRID, delimiter=",", names=True)
 
 
