@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
     from lostmotion.studies.budget import costs
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
+    from lostmotion.studies.iso9283.warm_up import WarmUp
     from lostmotion.studies.poses import Poses, sample_poses
     from lostmotion.studies.screws import root_sum_square, screws, worst_case
     from lostmotion.studies.statics.elastostatics import compliance, deflection, ellipsoid, stiffness
@@ -54,6 +55,7 @@ _HOME = {
     "replay": "ask.runs",
     "iso9283": "ask.iso9283",
     "Iso9283": "ask.iso9283",
+    "WarmUp": "studies.iso9283.warm_up",
     "Arm": "arm",
     "Tool": "arm",
     "Payload": "arm",
@@ -99,6 +101,7 @@ __all__ = [  # noqa: RUF022 - reading order
     "replay",
     "iso9283",
     "Iso9283",
+    "WarmUp",
     "Arm",
     "Tool",
     "Payload",

@@ -7,8 +7,8 @@ import pytest
 
 import lostmotion
 from lostmotion.arm import frames
+from lostmotion.studies.inverse import CLOSE, apart, bring, jacobian
 from lostmotion.studies.poses import sample_poses
-from lostmotion.studies.zones.inverse import CLOSE, apart, bring, jacobian
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -8,12 +8,12 @@ import pytest
 import lostmotion
 from lostmotion.arm import terms
 from lostmotion.spatial import exp, pose_of
+from lostmotion.studies.inverse import jacobian
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import given_cube
 from lostmotion.studies.iso9283.fitted import best_fit, left_by_frames
 from lostmotion.studies.iso9283.predicted import cycle_approach, predict, side_approach
 from lostmotion.studies.screws import screws
-from lostmotion.studies.zones.inverse import jacobian
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -199,3 +199,10 @@ def test_numbers_out_of_range_are_refused(asked):
     arm = elbow()
     with pytest.raises(lostmotion.InputError):
         predict(arm, given_cube(arm, np.array([0.5, 0.0, 0.4]), 0.2), **{"robots": 2, "path_points": 2, **asked})
+
+
+@pytest.mark.parametrize(("asked", "said"), [({"rise": 10.0, "time_constant": 0.0}, "above zero"), ({"rise": float("nan")}, "finite")])
+def test_links_that_warm_at_once_are_refused(asked, said):
+    """A time constant of nothing, or a rise that is no number."""
+    with pytest.raises(lostmotion.InputError, match=said):
+        lostmotion.WarmUp(**asked)

@@ -17,8 +17,8 @@ import numpy as np
 from lostmotion.arm import frames, tool_points
 from lostmotion.errors import refuse_argument
 from lostmotion.spatial import pose_of
+from lostmotion.studies.inverse import bring
 from lostmotion.studies.poses import sample_poses
-from lostmotion.studies.zones.inverse import bring
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -13,12 +13,12 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.draws import key
+from lostmotion.studies.inverse import bring
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.fitted import left_by_frames
 from lostmotion.studies.montecarlo import exact
 from lostmotion.studies.screws import screws
-from lostmotion.studies.zones.inverse import bring
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,12 +6,14 @@ drives, bearings and a compensation by the controller are left out. The standard
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.arm import frames
+from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
@@ -26,11 +28,21 @@ _READINGS: Final = 49
 
 @dataclass(frozen=True)
 class WarmUp:
-    """By how much the links warm, K; within which time 63 % of it, s; by which share of its length a link grows per kelvin, 1/K."""
+    """By how much the links warm, K; within which time 63 % of it, s; by which share of its length a link grows per kelvin, 1/K.
+
+    Raises InputError for what is no number, and a time that is not above zero.
+    """
 
     rise: float
     time_constant: float = HOUR
     expansion: float = ALUMINIUM
+
+    def __post_init__(self) -> None:
+        """Refuse links that warm at once, and what is no number."""
+        for name, value in (("rise", self.rise), ("time_constant", self.time_constant), ("expansion", self.expansion)):
+            if not math.isfinite(value) or (name == "time_constant" and value <= 0):
+                expected = "seconds, above zero" if name == "time_constant" else "a finite number"
+                raise refuse_argument(f"warm_up.{name}", value, expected, "warm_up = WarmUp(rise=25.0, time_constant=3600.0)")
 
 
 @dataclass(frozen=True)

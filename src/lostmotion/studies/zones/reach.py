@@ -13,9 +13,9 @@ import numpy as np
 
 from lostmotion.arm import frames, tool_points
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.inverse import bring, jacobian
 from lostmotion.studies.poses import REPLICATES, sample_poses
 from lostmotion.studies.zones.cells import Grid, amid, grid_over, near
-from lostmotion.studies.zones.inverse import bring, jacobian
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
