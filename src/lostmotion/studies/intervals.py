@@ -227,8 +227,8 @@ def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, fl
     return total, total**2 / sum(square**2 / freedom for square, freedom in zip(squares, freedoms, strict=True) if freedom > 0)
 
 
-def student(freedom: float) -> float:
-    """How many standard errors is half of a 95 % interval, with so many degrees of freedom? NaN for none."""
+def student(freedom: float, level: float = 0.95) -> float:
+    """How many standard errors is half of an interval of this level, with so many degrees of freedom? NaN for none."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(freedom, 0.975)) if freedom > 0 else math.nan
+    return float(stdtrit(freedom, (1 + level) / 2)) if freedom > 0 else math.nan

@@ -17,7 +17,7 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.draws import key
-from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.intervals import Estimate, student
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.fitted import Fit, best_fit, left_by_frames
 
@@ -151,13 +151,6 @@ def student_interval(values: Floats, level: float = LEVEL) -> Estimate:
         return Estimate(mean, math.nan, math.nan)
     half = student(count - 1, level) * float(values.std(ddof=1)) / math.sqrt(count)
     return Estimate(mean, mean - half, mean + half)
-
-
-def student(freedom: int, level: float) -> float:
-    """How many standard errors is half of an interval of this level, with so many degrees of freedom?"""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, (1 + level) / 2))
 
 
 def scatter_interval(values: Floats, level: float = LEVEL) -> Estimate:

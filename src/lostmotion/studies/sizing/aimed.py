@@ -16,13 +16,14 @@ from lostmotion.studies.intervals import Estimate, pooled_quantile
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.halving import Halving, halving
 from lostmotion.studies.montecarlo.montecarlo import run
-from lostmotion.studies.poses import Poses
+from lostmotion.studies.montecarlo.paired import thinned
 from lostmotion.studies.sizing.choosing import LEVEL, Choice, Rules, Search
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.arm import Arm
+    from lostmotion.studies.poses import Poses
     from lostmotion.studies.sizing.candidates import Candidate, Slot, Worth
 
 # The other targets of the trade-off, as shares of the one asked for, strict to loose.
@@ -172,7 +173,7 @@ def aim(  # noqa: PLR0913 - a search is these
     bought = tuple(_bought(search, choice, k, poses, size) for k in range(len(search.slots)))
     sized = search.made(choice)
     look = search.look(choice)
-    some = _some(poses)
+    some = thinned(poses, _POSES)
     return Aimed(
         arm=arm,
         sized=sized,
@@ -226,18 +227,10 @@ def _studied(arm: Arm, poses: Poses, counts: Counts) -> Estimate:
     return pooled_quantile(sampled.group_hist, sampled.replicate_hist, LEVEL, largest)
 
 
-def _some(poses: Poses) -> Poses:
-    """Give the first of each independent set of poses, as many as the smaller studies take."""
-    each = len(poses) // poses.replicates
-    kept = min(each, max(_POSES // poses.replicates, 1))
-    q = poses.q.reshape(poses.replicates, each, -1)[:, :kept]
-    return Poses(q.reshape(-1, poses.q.shape[1]), poses.law, poses.replicates)
-
-
 def _roughly(search: Search, choice: Choice, poses: Poses, counts: Counts) -> Estimate:
     """Which 95 % error has an allocation, by a smaller study?"""
     few = Counts(min(counts.robots, _ROBOTS), min(counts.visits, _VISITS), counts.seed, counts.threads)
-    return _studied(search.made(choice), _some(poses), few)
+    return _studied(search.made(choice), thinned(poses, _POSES), few)
 
 
 def _trade(search: Search, choice: Choice, target: float, inner: float, poses: Poses, counts: Counts, tell: Callable[[], None]) -> tuple[Point, ...]:
