@@ -12,7 +12,7 @@ import pytest
 import lostmotion
 from lostmotion.figures import find_row
 from lostmotion.formats.sized import reads_back, sized_text
-from lostmotion.formats.sizing import read_sizing
+from lostmotion.formats.sizing import read_asked
 from lostmotion.parts.section import Tube
 from lostmotion.plots.sizing import sizing_plots
 
@@ -35,7 +35,8 @@ def asked(tmp_path, text, arm=None, **options):
     """Read a sizing file for the paper's arm."""
     path = tmp_path / "by.toml"
     path.write_text(text, encoding="utf-8")
-    return read_sizing(path, options, arm or lostmotion.read(Z_ARM))
+    asked = read_asked(path, options, arm or lostmotion.read(Z_ARM))
+    return asked.plan, asked.wanted
 
 
 def test_the_sheet_says_what_was_found(size):

@@ -189,7 +189,7 @@ def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis,
     return out
 
 
-def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis], others: Sequence[Path] = ()) -> dict[str, str]:
+def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
     """What do the files say that this arm, and every design of it, is read from? Text by name; the arm's folder is the root.
 
     A sidecar is put beside its URDF under its own name. Files that the arm names beside itself, or that the sweep puts there, come along.
@@ -198,8 +198,6 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis], others: Sequen
     out = {path.name: _text(path)}
     if said is not None and said != path:
         out[path.with_suffix(".toml").name] = _text(said)
-    for other in others:
-        out[other.name] = _text(other)
     if said is not None:
         for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
             named = beside(str(said), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None

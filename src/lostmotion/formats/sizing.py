@@ -128,15 +128,6 @@ class Asked:
         return Rules(self.plan.limits if limited else None, self.plan.tilt)
 
 
-def read_sizing(path: Path | None, options: dict[str, Any], arm: Arm) -> tuple[Plan, dict[str, Wanted]]:
-    """What does this file, and do these options of a command line, ask of an arm? The limits, and the links to size by the name of their joint.
-
-    As `read_asked`.
-    """
-    asked = read_asked(path, options, arm)
-    return asked.plan, asked.wanted
-
-
 def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
     """What does this file, and do these options of a command line, ask of an arm?
 
