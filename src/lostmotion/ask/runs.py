@@ -8,7 +8,7 @@ from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lostmotion.ask.settings import sign_of
+from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, sign_of
 from lostmotion.ask.shown import Shown
 
 if TYPE_CHECKING:
@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     from lostmotion.runs.replay import Replay
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import Outcome
-
-DEFAULT_POSES = 2048
-DEFAULT_ROBOTS = 1000
-DEFAULT_VISITS = 30
 
 
 def sweep(  # noqa: PLR0913 - a run is these numbers

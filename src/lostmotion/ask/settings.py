@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
 
+DEFAULT_POSES = 2048
+DEFAULT_ROBOTS = 1000
+DEFAULT_VISITS = 30
 Approach = Literal["random", "up", "down"]
 _SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
 

@@ -61,7 +61,7 @@ def size(  # noqa: PLR0913 - a sizing is these
         return Size(size_links(arm, said.wanted, said.plan.limits, chosen, tilt=said.plan.tilt, step=said.plan.step, also=also, progress=progress))
     if also is not None:
         raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace", "also left out")
-    from lostmotion.ask.study import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS
+    from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS
     from lostmotion.studies.sizing.aimed import Counts, aim
 
     found = aim(

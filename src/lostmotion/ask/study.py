@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
-from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed
+from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, chosen_poses, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
@@ -35,9 +35,6 @@ if TYPE_CHECKING:
 Zone: TypeAlias = "Mapping[str, tuple[float, float]] | np.ndarray"
 Method = Literal["montecarlo", "analytic", "both"]
 _METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
-DEFAULT_POSES = 2048
-DEFAULT_ROBOTS = 1000
-DEFAULT_VISITS = 30
 
 
 class Settings(TypedDict, total=False):
