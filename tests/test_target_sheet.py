@@ -17,9 +17,9 @@ from lostmotion.figures import find_row
 from lostmotion.figures.targets import in_unit, sized
 from lostmotion.plots.targets import targets_plots
 from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.places import poses_in_zone
 from lostmotion.studies.targets import gauges
 from lostmotion.studies.targets.items import Item, Size
-from lostmotion.studies.targets.targets import poses_in_zone
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -114,7 +114,8 @@ def test_poses_in_a_zone_are_in_it():
     """The tool is in the zone at every pose, in eight sets of one size; a zone that is out of reach is refused."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     zone = {"x": (0.3, 0.7), "z": (0.5, 1.0)}
-    poses, name = poses_in_zone(arm, 64, zone)
+    found = poses_in_zone(arm, 64, zone)
+    poses, name = found.poses, found.name
     points = tool_points(arm, poses.q)
     assert len(poses) == 64
     assert poses.replicates == 8

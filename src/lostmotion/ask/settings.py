@@ -1,9 +1,10 @@
-"""What several verbs are told alike: poses, seed, and from which side joints arrive."""
+"""What several verbs are told alike: poses, a zone, seed, and from which side joints arrive."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from numbers import Integral
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -18,6 +19,9 @@ DEFAULT_POSES = 2048
 DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
 Approach = Literal["random", "up", "down"]
+# A zone of the workspace: as on the command line, ends along the base's axes in m, or which poses are in it.
+Ends: TypeAlias = "str | Mapping[str, tuple[float, float]]"
+Zone: TypeAlias = "Ends | np.ndarray"
 _SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
 
 
@@ -44,3 +48,24 @@ def chosen_poses(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int)
     from lostmotion.arm import as_poses
 
     return Poses(as_poses(arm, np.asarray(poses)), "given")
+
+
+def zone_of(zone: Any, *, of_poses: int | None = None) -> dict[str, tuple[float, float]] | np.ndarray:  # noqa: ANN401 - whatever a user names it by
+    """Which zone is meant: by text as on the command line, "x 0.2..0.5 m", or by ends along the base's axes in m, {"x": (0.2, 0.5)}?
+
+    With `of_poses`, also by a truth value for each of so many poses. Raises InputError with every mistake, and for anything else.
+    """
+    from lostmotion.formats.places import read_zone
+    from lostmotion.studies.places import checked_ends
+
+    if isinstance(zone, str):
+        return read_zone(zone, "zone")
+    if isinstance(zone, Mapping):
+        return checked_ends(zone)
+    expected = 'text, "x 0.2..0.5 m, z 0..300 mm", or ends along the base\'s axes in m, {"x": (0.2, 0.5), "z": (0, 0.3)}'
+    if of_poses is not None:
+        mask = np.asarray(zone)
+        if mask.shape == (of_poses,) and mask.dtype == bool:
+            return mask
+        expected += f", or a truth value for each of the {of_poses} poses"
+    raise refuse_argument("zone", zone, expected, 'zone = "x 0.2..0.5 m"')

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed
+from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
     from pathlib import Path
 
     from lostmotion.arm import Arm
+    from lostmotion.ask.settings import Ends
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
@@ -35,7 +36,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
     repeatability: str | float | None = None,
     share: float = 0.95,
     poses: int | Floats | Poses = DEFAULT_TARGET_POSES,
-    zone: Mapping[str, tuple[float, float]] | None = None,
+    zone: Ends | None = None,
     robots: int = DEFAULT_TARGET_ROBOTS,
     visits: int = 30,
     seed: int = 1,
@@ -49,12 +50,13 @@ def target(  # noqa: PLR0913 - a target is these numbers
     repeatability  instead: a share of the robots repeats (RP, averaged over the poses) within it
     share          0.95: of positions, or of robots
     poses          how many, chosen by a Sobol sequence, or an array q (pose, joint) in rad and m
-    zone           only poses with the tool in it: ends along the base's axes in m, {"x": (0.2, 0.5)}
+    zone           only poses with the tool in it: "x 0.2..0.5 m, z 0..300 mm" in the base's axes, or ends in m, {"x": (0.2, 0.5)}
     robots, visits of the Monte Carlo that verifies every answer and counts the robots
 
     Raises InputError with every mistake in what is asked.
     """
-    from lostmotion.studies.targets.targets import poses_in_zone, targets
+    from lostmotion.studies.places import poses_in_zone
+    from lostmotion.studies.targets.targets import targets
 
     kind, value = _asked(error, repeatability)
     sign, seed = sign_of(approach), whole_seed(seed)
@@ -63,9 +65,10 @@ def target(  # noqa: PLR0913 - a target is these numbers
     if zone is None:
         chosen = chosen_poses(arm, poses, "sobol", seed)
     elif isinstance(poses, Integral):
-        chosen, name = poses_in_zone(arm, len(chosen_poses(arm, poses, "sobol", seed)), zone, seed)
+        inside = poses_in_zone(arm, len(chosen_poses(arm, poses, "sobol", seed)), zone_of(zone), seed)
+        chosen, name = inside.poses, inside.name
     else:
-        raise refuse_argument("zone", "with poses that are given", "a zone, or poses", 'zone = {"x": (0.2, 0.5)}')
+        raise refuse_argument("zone", "with poses that are given", "a zone, or poses", 'zone = "x 0.2..0.5 m"')
     found = targets(
         arm,
         chosen,

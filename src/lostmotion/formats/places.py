@@ -73,24 +73,26 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
 def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float]]:
     """Between which ends (m) along which of the base's axes does this zone lie?
 
-    Raises InputError with every mistake: an axis that is none of x, y, z or comes twice, ends in the wrong order, no unit of length.
+    `option` is what the text was given as: an option, or the argument of a call. Raises InputError with every mistake: an axis that is none of
+    x, y, z or comes twice, ends in the wrong order, no unit of length.
     """
     expected = "ends along x, y and z in the base's axes, lower one first, with their unit"
+    example = f'{option} "{_ZONE}"' if option.startswith("-") else f'{option} = "{_ZONE}"'
     out: dict[str, tuple[float, float]] = {}
     mistakes: list[Problem] = []
     for part in text[:_LONGEST].split(","):
         match = _ENDS.fullmatch(part)
         axis = match["axis"].lower() if match else ""
         if match is None or axis not in {"x", "y", "z"} or axis in out:
-            mistakes.append(Problem("", option, shown(part.strip()), expected, f'{option} "{_ZONE}"'))
+            mistakes.append(Problem("", option, shown(part.strip()), expected, example))
             continue
         try:
             low, high = (read_quantity(f"{match[end]} {match['unit']}", "m").nominal for end in ("low", "high"))
         except UnitError as error:
-            mistakes.append(Problem("", option, f"{shown(part.strip())} ({error})", expected, f'{option} "{_ZONE}"'))
+            mistakes.append(Problem("", option, f"{shown(part.strip())} ({error})", expected, example))
             continue
         if low > high:
-            mistakes.append(Problem("", option, shown(part.strip()), expected, f'{option} "{_ZONE}"'))
+            mistakes.append(Problem("", option, shown(part.strip()), expected, example))
         out[axis] = (low, high)
     if mistakes:
         raise InputError(mistakes)

@@ -3,20 +3,36 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import refuse_argument
+from lostmotion.arm import tool_points
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
+from lostmotion.studies.poses import Poses, sample_poses
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
+    from lostmotion.studies.poses import PoseLaw
 
 _AXES = "xyz"
 _EXAMPLE = 'zone = {"x": (0.2, 0.5)}'
+# So many poses are looked at to find those in a zone.
+MOST_TRIED: Final = 1 << 19
+
+
+@dataclass(frozen=True, slots=True)
+class InZone:
+    """The poses that bring the tool into a zone, what the zone is called, and among how many poses of their law they were found."""
+
+    name: str
+    poses: Poses
+    tried: int
 
 
 def one_pose(q: Floats, pose: Any) -> tuple[Floats, str]:  # noqa: ANN401 - a number, or joint values
@@ -49,19 +65,89 @@ def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 
             )
         name = "the zone asked for"
     if not mask.any():
-        low, high = tool.min(axis=0), tool.max(axis=0)
-        reached = ", ".join(f"{axis} {a:.3f}..{b:.3f} m" for axis, a, b in zip(_AXES, low, high, strict=True))
-        raise refuse_argument("zone", f"{name}: none of the {len(tool)} poses is in it", f"a zone that some reach; the tool goes {reached}", _EXAMPLE)
+        raise _nowhere(name, tool)
     return mask, name
+
+
+def among(poses: Poses, tool: Floats, zone: Any) -> InZone:  # noqa: ANN401 - a mask, or ends by axis
+    """Which of these poses bring the tool, (pose, 3) m, into a zone? In as many independent sets as there were, of equal size (`_dealt`).
+
+    Raises InputError as `in_zone`, and where only one of poses that were drawn does: that says nothing of the zone.
+    """
+    mask, name = in_zone(tool, zone)
+    return InZone(name, _dealt(poses, mask, name, tool), len(poses))
+
+
+def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]], seed: int = 1, law: PoseLaw = "sobol") -> InZone:
+    """Which `count` poses of a law that draws them bring the tool into a zone, ends along the base's axes in m?
+
+    The first so many in it of each of the law's independent sets, which are made longer until there are enough: poses of the same law, given that
+    the tool is in the zone. A zone that holds the workspace holds the poses of `sample_poses`. Of a small zone, all that are in it of 524 288
+    (2^19). Raises InputError where none is, or only one.
+    """
+    tries = [count, *(tried for tried in (8 * count, 64 * count) if tried < MOST_TRIED), *([MOST_TRIED] if count < MOST_TRIED else [])]
+    for tried in tries:
+        sampled = sample_poses(arm, tried, law, seed)
+        tool = tool_points(arm, sampled.q)
+        mask, name = _in_box(tool, zone)
+        of_sets = mask.reshape(sampled.replicates, -1)
+        each = -(-count // len(of_sets))
+        if of_sets.sum(axis=1).min() >= each:
+            first = np.concatenate([np.flatnonzero(inside)[:each] + k * of_sets.shape[1] for k, inside in enumerate(of_sets)])
+            return InZone(name, Poses(sampled.q[first], law, len(of_sets)), len(sampled))
+    if not mask.any():
+        raise _nowhere(name, tool)
+    return InZone(name, _dealt(sampled, mask, name, tool, count), len(sampled))
+
+
+def _dealt(poses: Poses, mask: np.ndarray, name: str, tool: Floats, most: int = 1 << 62) -> Poses:
+    """Give the poses in a mask in equal sets: cut, in order, into as many as there were, or as there are poses, the few left over dropped.
+
+    Sets that keep few of their poses keep different numbers of them. Cut so, a set borrows from its neighbour; so few poses of a sequence are
+    nearly independent draws, whichever set they come from.
+    """
+    inside = np.flatnonzero(mask)
+    if poses.replicates == 1:
+        return Poses(poses.q[inside], poses.law)
+    if len(inside) == 1:
+        raise refuse_argument("zone", f"{name}: only 1 of the {len(mask)} poses is in it", f"a zone that more reach; {_reached(tool)}", _EXAMPLE)
+    sets = min(poses.replicates, len(inside))
+    each = min(len(inside) // sets, -(-most // sets))
+    return Poses(poses.q[inside[: len(inside) // sets * sets].reshape(sets, -1)[:, :each].ravel()], poses.law, sets)
+
+
+def _nowhere(name: str, tool: Floats) -> InputError:
+    return refuse_argument("zone", f"{name}: none of the {len(tool)} poses is in it", f"a zone that some reach; {_reached(tool)}", _EXAMPLE)
+
+
+def _reached(tool: Floats) -> str:
+    low, high = tool.min(axis=0), tool.max(axis=0)
+    return "the tool goes " + ", ".join(f"{axis} {a:.3f}..{b:.3f} m" for axis, a, b in zip(_AXES, low, high, strict=True))
 
 
 def _in_box(tool: Floats, ends: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, str]:
     mask = np.ones(len(tool), dtype=bool)
     told = []
-    for axis, (low, high) in ends.items():
-        if axis not in set(_AXES) or not (math.isfinite(low) and math.isfinite(high)) or low > high:
-            raise refuse_argument("zone", f"{axis} from {low} to {high}", "ends along x, y or z in m, the lower one first", _EXAMPLE)
+    for axis, (low, high) in checked_ends(ends).items():
         along = tool[:, _AXES.index(axis)]
         mask &= (along >= low) & (along <= high)
         told.append(f"{axis} {low * 1e3:g} … {high * 1e3:g} mm")
     return mask, ", ".join(told)
+
+
+def checked_ends(ends: Mapping[Any, Any]) -> dict[str, tuple[float, float]]:
+    """Between which ends, m, along which of the base's axes does a zone lie? Raises InputError with every mistake in what was given."""
+    expected = "ends along x, y or z in m, the lower one first"
+    mistakes: list[Problem] = []
+    out: dict[str, tuple[float, float]] = {}
+    for axis, pair in ends.items():
+        try:
+            low, high = (math.nan if isinstance(end, str) else float(end) for end in pair)
+        except (TypeError, ValueError):
+            low = high = math.nan
+        if not (isinstance(axis, str) and axis in set(_AXES)) or not (math.isfinite(low) and math.isfinite(high)) or low > high:
+            mistakes.append(Problem("", "zone", shown(f"{axis}: {pair}")[1:-1], expected, _EXAMPLE))
+        out[axis] = (low, high)
+    if mistakes or not out:
+        raise InputError(mistakes or [Problem("", "zone", "no ends", expected, _EXAMPLE)])
+    return out

@@ -13,12 +13,9 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.arm import tool_points
-from lostmotion.errors import InputError, refuse_argument
+from lostmotion.errors import refuse_argument
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.montecarlo.montecarlo import Plan
-from lostmotion.studies.places import in_zone
-from lostmotion.studies.poses import Poses, sample_poses
 from lostmotion.studies.screws import screws
 from lostmotion.studies.targets.allocation import NOTHING, Joint, equal_effect, mean_square_form, moving, parts_of
 from lostmotion.studies.targets.gauges import BySamples, ByVisits, Gauge, around, by_montecarlo, root, scaled
@@ -26,18 +23,17 @@ from lostmotion.studies.targets.items import Item, alike, items
 from lostmotion.studies.targets.production import MOST_ROBOTS, Judged, Yield, check_share, in_blocks, robot_figures, yield_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
+    from lostmotion.studies.poses import Poses
     from lostmotion.studies.screws import Screws
     from lostmotion.studies.targets.gauges import Missed
 
 Kind = Literal["error", "repeatability"]
 Verdict = Literal["sized", "any", "none"]
 MOST_POSES: Final = 16_384
-# So many poses are looked at to find those in a zone.
-_MOST_TRIED: Final = 1 << 19
 # The screws of so many poses x terms are kept, of 100 bytes each.
 _MOST_CELLS: Final = 8_000_000
 # The interval of a pooled distance counts robots: more visits tell little more.
@@ -142,29 +138,6 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         raise refuse_argument("poses", len(poses), f"at most {_MOST_CELLS // len(matrix.infos)} with the {len(matrix.infos)} terms of this arm")
     return _Search(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).found(zone)
-
-
-def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]], seed: int = 1) -> tuple[Poses, str]:
-    """Which `count` poses bring the tool into a zone, ends along the base's axes in m, and how is it called? Those in it of Sobol sequences.
-
-    Fewer where the zone is small. In eight independent sets, unless it is so small that one has none in it. Raises InputError where no pose does.
-    """
-    for tried in (8 * count, 64 * count, _MOST_TRIED):
-        sampled = sample_poses(arm, min(tried, _MOST_TRIED), seed=seed)
-        try:
-            inside, name = in_zone(tool_points(arm, sampled.q), zone)
-        except InputError:
-            if tried == _MOST_TRIED:
-                raise
-            continue
-        sets = inside.reshape(sampled.replicates, -1)
-        each = min(int(sets.sum(axis=1).min()), -(-count // len(sets)))
-        if each * len(sets) >= count:
-            break
-    if not each:
-        return Poses(sampled.q[inside][:count], "given"), name
-    chosen = np.concatenate([np.flatnonzero(of_set)[:each] + k * sets.shape[1] for k, of_set in enumerate(sets)])
-    return Poses(sampled.q[chosen], "sobol", len(sets)), name
 
 
 def check_target(target: float, share: float) -> None:
