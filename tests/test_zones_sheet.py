@@ -217,6 +217,24 @@ def test_a_box_that_fits_nowhere_is_said_to():
     assert next(section for section in mapped.sheet.sections if section.key == "places").note in mapped.sheet.verdict
 
 
+def test_a_point_beyond_the_reach_is_said_to_be(mapped):
+    """Slices go through the cells nearest to it, with a word; a point that the arm reaches gets none."""
+    grid, counts = mapped.found.reached.grid, mapped.found.reached.counts
+    missed = grid.centres(np.flatnonzero(counts.ravel() == 0)[:1])[0]
+    words = [lostmotion.AccuracyMap(mapped.found, np.array(at)).sheet.notes for at in ((50.0, 0.0, 0.3), missed, mapped.found.best_place)]
+    assert any("x 50000, y 0, z 300 mm is out of reach" in note for note in words[0])
+    assert any("no pose was found that reaches the cell of the point x " in note for note in words[1])
+    assert words[2] == mapped.sheet.notes
+
+
+def test_no_place_for_a_box_is_an_answer_of_its_own(tmp_path):
+    """The folder is written, the verdict goes to standard error, exit code 1: as where no sections hold the limits of `size`."""
+    done = ran(Z_ARM, "--cell", "200 mm", "--poses", "64", "--per-cell", "2", "--box", "50 x 50 x 50 m", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "No place within reach holds 50000 x 50000 x 50000 mm" in done.stderr
+    assert (tmp_path / "z-arm-map" / "report.html").is_file()
+
+
 def test_python_refuses_unknown_wishes():
     """Names that are none, and points that are none."""
     arm = lostmotion.read(Z_ARM)

@@ -183,10 +183,16 @@ class Quantity:
         elif self.low == 0:
             words += ", zero or more"
         elif math.isfinite(self.low):
-            words += f", at least {self.low:g} {self.si}".rstrip()
+            words += f", at least {self._told(self.low)}"
+        elif math.isfinite(self.above):
+            words += f", above {self._told(self.above)}"
         if math.isfinite(self.high):
-            words += f", at most {self.high:g} {self.si}".rstrip()
+            words += f", at most {self._told(self.high)}"
         return words + (", with or without ± tolerance" if self.toleranced else "")
+
+    def _told(self, end: float) -> str:
+        """Say where the range ends: angles in degrees, as they are drawn."""
+        return f"{math.degrees(end):g} deg" if self.si == "rad" else f"{end:g} {self.si}".rstrip()
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
         """Turn what was given into SI; raises pydantic's error with `expected` and `example` in its context."""
@@ -227,8 +233,10 @@ class Quantity:
             raise UnitError("not a finite number")
         if found.tolerance < 0:
             raise UnitError("a tolerance after ± cannot be negative")
-        if value < self.low or value <= self.above or value > self.high or max(abs(value), found.tolerance) > LARGEST:
+        if value < self.low or value <= self.above or value > self.high:
             raise UnitError("out of range")
+        if max(abs(value), found.tolerance) > LARGEST:
+            raise UnitError("too large to be real")
         if self.above == 0 and value < _SMALLEST:
             raise UnitError("too small to be real")
         floor = max(self.low, self.above)

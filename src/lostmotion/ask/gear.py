@@ -5,23 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lostmotion.ask.amounts import amount
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from lostmotion.ask.amounts import Amount
     from lostmotion.figures import Sheet
+    from lostmotion.parts.source import ErrorSource
     from lostmotion.studies.gearbox.gear import GearStudy
 
 DEFAULT_GEARBOXES = 1000
+# N m, or N: no robot's joint has more.
+_MOST = 1e9
 
 
-def gear(path: str | Path, joint: str | None = None, torque: float | None = None, gearboxes: int = DEFAULT_GEARBOXES, seed: int = 1) -> Gear:
+def gear(path: str | Path, joint: str | None = None, torque: Amount | None = None, gearboxes: int = DEFAULT_GEARBOXES, seed: int = 1) -> Gear:
     """What does the gearbox in this file do: play, lost motion, wind-up and through what, hysteresis, transmission error?
 
     path      a file about a gearbox, or an arm with the `joint` whose gearbox is meant
-    torque    N m at the output; left out: the rated one
+    torque    at the output, "200 N m", or "500 N" for a drive that slides; left out: the rated one
     gearboxes how many are built of a drawing
     seed      same seed, same bits
 
@@ -31,7 +37,16 @@ def gear(path: str | Path, joint: str | None = None, torque: float | None = None
     from lostmotion.studies.gearbox.gear import gear as look_at
 
     found = read_gearbox(path, joint)
-    return Gear(found.name, found.notes, look_at(found.part, torque, gearboxes, seed))
+    asked = None if torque is None else amount("torque", torque, torque_of(found.part))
+    return Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
+
+
+def torque_of(gearbox: ErrorSource) -> Quantity:
+    """What may be asked of this gearbox at its output: a torque, or of a drive that slides a force?"""
+    from lostmotion.figures.gearbox import units_of
+
+    si = units_of(gearbox).torque
+    return Quantity(si, "200 N m" if si == "N m" else "500 N", above=0, high=_MOST)
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,18 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.ask.amounts import amounts
 from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
-from lostmotion.errors import InputError, Problem, refuse_argument, shown
+from lostmotion.errors import InputError, Problem, refuse_argument
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from lostmotion.arm import Arm
+    from lostmotion.ask.amounts import Amount
     from lostmotion.ask.settings import Ends
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
@@ -26,15 +29,16 @@ if TYPE_CHECKING:
 
 DEFAULT_TARGET_POSES: Final = 1024
 DEFAULT_TARGET_ROBOTS: Final = 1000
-_EXAMPLE: Final = "0.5 mm"
+LENGTH: Final = Quantity("m", "0.5 mm", above=0, high=100)
+SHARE: Final = Quantity("", "95 %", low=0.5, high=0.999)
 
 
 def target(  # noqa: PLR0913 - a target is these numbers
     arm: Arm,
     *,
-    error: str | float | None = None,
-    repeatability: str | float | None = None,
-    share: float = 0.95,
+    error: Amount | None = None,
+    repeatability: Amount | None = None,
+    share: Amount = 0.95,
     poses: int | Floats | Poses = DEFAULT_TARGET_POSES,
     zone: Ends | None = None,
     robots: int = DEFAULT_TARGET_ROBOTS,
@@ -46,7 +50,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
 ) -> Target:
     """How large may the errors of each part be, for this arm to keep a target, and how many robots keep it as things are?
 
-    error          "0.5 mm", or m: a share of all positions over the workspace errs by no more
+    error          an amount, "0.5 mm" or 0.0005 m: a share of all positions over the workspace errs by no more
     repeatability  instead: a share of the robots repeats (RP, averaged over the poses) within it
     share          0.95: of positions, or of robots
     poses          how many, chosen by a Sobol sequence, or an array q (pose, joint) in rad and m
@@ -58,7 +62,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
     from lostmotion.studies.places import poses_in_zone
     from lostmotion.studies.targets.targets import targets
 
-    kind, value = _asked(error, repeatability)
+    kind, value, of = _asked(error, repeatability, share)
     sign, seed = sign_of(approach), whole_seed(seed)
     workers = threads or os.cpu_count() or 1
     name = ""
@@ -74,7 +78,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
         chosen,
         kind,
         value,
-        share=share,
+        share=of,
         robots=robots,
         visits=visits,
         seed=seed,
@@ -111,10 +115,10 @@ class Target(Shown):
 
 def production_yield(  # noqa: PLR0913 - a production is these numbers
     subject: Arm | Answer,
-    target: str | float,
+    target: Amount,
     *,
     judged: Judged = "error",
-    share: float = 0.95,
+    share: Amount = 0.95,
     poses: int | Floats | Poses = DEFAULT_TARGET_POSES,
     robots: int = DEFAULT_TARGET_ROBOTS,
     visits: int = 30,
@@ -132,18 +136,19 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     from lostmotion.arm import Arm
     from lostmotion.studies.targets.production import production_of
 
-    value = _length("target", target)
+    read = amounts({"target": target, "share": share}, {"target": LENGTH, "share": SHARE})
+    value, of = read["target"], read["share"]
     if isinstance(subject, Arm):
         seed = whole_seed(seed)
         chosen = chosen_poses(subject, poses, "sobol", seed)
-        return production_of(subject, chosen, value, judged=judged, share=share, robots=robots, visits=visits, seed=seed)
+        return production_of(subject, chosen, value, judged=judged, share=of, robots=robots, visits=visits, seed=seed)
     built = subject.sampled
     return production_of(
         subject.arm,
         subject.poses,
         value,
         judged=judged,
-        share=share,
+        share=of,
         robots=built.robots,
         visits=built.visits,
         seed=subject.seed,
@@ -151,38 +156,23 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     )
 
 
-def _asked(error: str | float | None, repeatability: str | float | None) -> tuple[Kind, float]:
-    """Which of the two is the target, and how large is it, m? All mistakes at once."""
-    problems = []
-    found: list[tuple[Kind, float]] = []
-    stated: list[tuple[Kind, str | float]] = []
+def _asked(error: Amount | None, repeatability: Amount | None, share: Amount) -> tuple[Kind, float, float]:
+    """Which of the two is the target, how large is it, m, and of which share? All mistakes at once."""
+    problems: list[Problem] = []
+    stated: dict[Kind, Amount] = {}
     if error is not None:
-        stated.append(("error", error))
+        stated["error"] = error
     if repeatability is not None:
-        stated.append(("repeatability", repeatability))
+        stated["repeatability"] = repeatability
     if len(stated) != 1:
         both = "both error and repeatability" if stated else "neither error nor repeatability"
-        problems.append(Problem("", "target", both, "one of the two", f'error = "{_EXAMPLE}"'))
-    for kind, value in stated:
-        try:
-            found.append((kind, _length(kind, value)))
-        except InputError as mistake:
-            problems += mistake.problems
+        problems.append(Problem("", "target", both, "one of the two", f'error = "{LENGTH.example}"'))
+    read: dict[str, float] = {}
+    try:
+        read = amounts({**stated, "share": share}, {"error": LENGTH, "repeatability": LENGTH, "share": SHARE})
+    except InputError as mistake:
+        problems += mistake.problems
     if problems:
         raise InputError(problems)
-    return found[0]
-
-
-def _length(name: str, value: str | float) -> float:
-    """Read a length in SI; text must carry its unit."""
-    from pydantic_core import PydanticCustomError
-
-    from lostmotion.units import Quantity, Toleranced
-
-    field = Quantity("m", _EXAMPLE, above=0, high=100)
-    try:
-        found = field(value)
-    except PydanticCustomError as error:
-        why = (error.context or {})["why"]
-        raise InputError([Problem("", name, f"{shown(value)} ({why})", field.expected, f'{name} = "{_EXAMPLE}"')]) from None
-    return found.nominal if isinstance(found, Toleranced) else found
+    kind = next(iter(stated))
+    return kind, read[kind], read["share"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
@@ -40,22 +41,22 @@ def _options(
     """Take the options that go before a command."""
 
 
-def amount(option: str, text: str | None, si: str, example: str, above: float = 0.0) -> float | None:
-    """Read what an option asks for, in SI; raises InputError for another dimension, no unit, or an amount that is not above `above`."""
-    from pydantic_core import PydanticCustomError
+def amount(
+    option: str,
+    text: str | None,
+    si: str,
+    example: str,
+    above: float = 0.0,
+    *,
+    low: float | None = None,
+    high: float = math.inf,
+) -> float | None:
+    """Read what an option asks for, in SI, above `above`, or where `low` is given at least that; errors as `ask.amounts.amount`."""
+    from lostmotion.ask.amounts import amount as read
+    from lostmotion.units import Quantity
 
-    from lostmotion.errors import InputError, Problem, shown
-    from lostmotion.units import Quantity, Toleranced
-
-    if text is None:
-        return None
-    field = Quantity(si, example, above=above)
-    try:
-        amount = field(text)
-    except PydanticCustomError as error:
-        why = (error.context or {})["why"]
-        raise InputError([Problem("", option, f"{shown(text)} ({why})", field.expected, f'{option} "{example}"')]) from None
-    return amount.nominal if isinstance(amount, Toleranced) else amount
+    field = Quantity(si, example, above=above, high=high) if low is None else Quantity(si, example, low=low, high=high)
+    return None if text is None else read(option, text, field)
 
 
 def main() -> None:

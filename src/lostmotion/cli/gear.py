@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from lostmotion.cli.app import amount, app
+from lostmotion.cli.app import app
 
 
 @app.command()
@@ -24,8 +24,8 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     dxf: Annotated[Path | None, typer.Option(help="Write the profiles to this DXF file too (cycloidal; needs ezdxf).")] = None,
 ) -> None:
     """Look at one gearbox: play and lost motion as built, what gives way, hysteresis, lobe loads, transmission error, profile."""
-    from lostmotion.ask.gear import Gear
-    from lostmotion.figures.gearbox import units_of
+    from lostmotion.ask.amounts import amount
+    from lostmotion.ask.gear import Gear, torque_of
     from lostmotion.formats.dxf import CHORD_ERROR, can_draw
     from lostmotion.formats.part_file import read_gearbox
     from lostmotion.report.folder import refuse_existing
@@ -37,8 +37,7 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     if dxf is not None:
         refuse_existing_file(dxf, force=force)
     found = read_gearbox(file, joint)
-    units = units_of(found.part)
-    asked = amount("--torque", torque, units.torque, "200 N m" if units.torque == "N m" else "500 N")
+    asked = None if torque is None else amount("--torque", torque, torque_of(found.part))
     answer = Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
     drawing = None if dxf is None else answer.drawing()
     written = answer.report(folder, force=force)

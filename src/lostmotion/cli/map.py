@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import re
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from lostmotion.cli.app import STOPPED, amount, app, stopped
+from lostmotion.cli.app import STOPPED, app, stopped
 from lostmotion.cli.run import Approach
 
 
@@ -46,28 +43,23 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
     threads: Annotated[int | None, typer.Option(min=1, help="Default: one per processor. Changes no result.")] = None,
 ) -> None:
     """Map the error over the workspace: slices, surfaces, the share within a target, the best places for work, which part is to blame where."""
+    from lostmotion.ask.amounts import amounts
     from lostmotion.ask.read import read
-    from lostmotion.ask.zones import zones
+    from lostmotion.ask.zones import AMOUNTS, zones
+    from lostmotion.figures.zones import boxes_said
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-map")
     refuse_existing(folder, force=force)
-    asked = {
-        "cell": amount("--cell", cell, "m", "50 mm"),
-        "target": amount("--target", target, "m", "0.5 mm"),
-        "box": _lengths("--box", box, r"\s+x\s+|\s*×\s*", "300 mm x 200 mm x 100 mm", -sys.float_info.min),
-        "clear": amount("--clear", clear, "m", "200 mm", above=-sys.float_info.min),
-        "floor": amount("--floor", floor, "m", "0 mm", above=-math.inf),
-    }
-    point = _lengths("--at", at, r"\s*,\s*", "500 mm, 0 mm, 300 mm", -math.inf)
+    words = {"cell": cell, "target": target, "box": box, "clear": clear, "floor": floor, "at": at}
+    asked = amounts(words, AMOUNTS, lambda name: f"--{name}")
     arm = read(file, sidecar)
     with ProgressBar() as bar:
         answer = zones(
             arm,
             seed=seed,
             approach=approach.value,
-            at=point,
             threads=threads,
             progress=bar,
             by=by.value,
@@ -76,25 +68,14 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
             per_cell=per_cell,
             box_by_mean=box_by_mean,
             turned=turned,
-            **{name: value for name, value in asked.items() if value is not None},
+            **asked,
         )
     if stopped:
         raise typer.Exit(STOPPED)
     written = answer.report(folder, force=force)
     answer.summary()
     typer.echo(f"\nReport: {written / 'report.html'}")
-
-
-def _lengths(option: str, text: str | None, between: str, example: str, above: float) -> tuple[float, float, float] | None:
-    """Read three lengths, in m; those without a unit have that of the last one."""
-    from lostmotion.errors import refuse_argument
-
-    if text is None:
-        return None
-    parts = re.split(between, text.strip())
-    if len(parts) != 3:  # noqa: PLR2004 - x, y and z
-        raise refuse_argument(option, text, "three lengths, along x, y and z", f'{option} "{example}"')
-    unit = parts[2].lstrip("+-.0123456789eE ")
-    said = (part if re.search(r"[A-Za-zµ]", part) else f"{part} {unit}" for part in parts)
-    x, y, z = (amount(option, part, "m", example, above=above) or 0.0 for part in said)
-    return x, y, z
+    boxes = answer.found.boxes
+    if boxes is not None and not boxes.found:
+        typer.echo(f"lostmotion: {boxes_said(boxes, answer.found)}", err=True)
+        raise typer.Exit(1)

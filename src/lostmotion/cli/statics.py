@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -34,7 +34,7 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     folder = out or Path(f"{file.stem}-statics")
     if not as_json:
         refuse_existing(folder, force=force)
-    leaning = amount("--tilt", tilt, "rad", "10 deg", above=-sys.float_info.min)
+    leaning = amount("--tilt", tilt, "rad", "10 deg", low=0, high=math.pi)
     arm = read(file, sidecar)
     found = survey(arm, sample_poses(arm, poses, seed=seed), leaning)
     sheet = statics_sheet(found, read_reducers(file) if file.suffix == ".toml" else ())

@@ -13,6 +13,7 @@ from lostmotion.studies.zones.zones import BYS, MEAN, QUANTILE
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from lostmotion.spatial import Floats
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.zones.boxes import Box, Boxes
     from lostmotion.studies.zones.zones import Zones
@@ -38,8 +39,8 @@ _WORDS: Final = (
 )
 
 
-def zones_sheet(found: Zones) -> Sheet:
-    """What is there to say about an accuracy map?"""
+def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
+    """What is there to say about an accuracy map, with slices through the point `at` (3,), m?"""
     return Sheet(
         name=found.arm.name,
         subject="accuracy map",
@@ -47,7 +48,7 @@ def zones_sheet(found: Zones) -> Sheet:
         cards=tuple(_cards(found)),
         sections=tuple(section for section in (_map(found), _within(found), _places(found), _budget(found), _reach(found)) if section is not None),
         counts=f"{_cells(found)} of {edge_said(found)}, {_per_cell(found)}",
-        notes=(*found.arm.remarks, *_remarks(found)),
+        notes=(*found.arm.remarks, *_remarks(found), *_off_the_map(found, at)),
         words=_WORDS,
         source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "
         "The same file, version, seed and options give the same bytes.",
@@ -80,7 +81,7 @@ def place_said(box: Box) -> str:
 
 def size_said(size: Iterable[float]) -> str:
     """Name a box by its sides."""
-    return " x ".join(f"{side * 1e3:.4g}" for side in size) + " mm"
+    return " x ".join(f"{side * 1e3:.4g}" if side < 10 else f"{side * 1e3:.0f}" for side in size) + " mm"  # noqa: PLR2004 - no powers of ten
 
 
 def _known(found: Zones) -> np.ndarray:
@@ -107,11 +108,12 @@ def _verdict(found: Zones) -> str:
     if found.within is not None:
         text += f" {_percent(found.within.share)} of the workspace is within {length(found.within.target)}."
     if found.boxes is not None:
-        text += " " + _boxes_said(found.boxes, found)
+        text += " " + boxes_said(found.boxes, found)
     return text
 
 
-def _boxes_said(boxes: Boxes, found: Zones) -> str:
+def boxes_said(boxes: Boxes, found: Zones) -> str:
+    """Say where the box should stand, or that it fits nowhere, and which one would."""
     if boxes.found:
         box = boxes.found[0]
         return (
@@ -194,7 +196,7 @@ def _places(found: Zones) -> Section | None:
         return None
     title = f"Where work of {size_said(boxes.size)} should stand"
     if not boxes.found:
-        return Section("places", title, ("value",), (), _boxes_said(boxes, found))
+        return Section("places", title, ("value",), (), boxes_said(boxes, found))
     rows = []
     for number, box in enumerate(boxes.found, start=1):
         cells = f"{len(box.cells)} cells of the map"
@@ -285,6 +287,23 @@ def _remarks(found: Zones) -> list[str]:
             missed = box.afresh_points - box.afresh_reached
             out.append(f"the place around {place_said(box)}: {missed} of {box.afresh_points} points looked at afresh were not reached")
     return out
+
+
+def _off_the_map(found: Zones, at: Floats | None) -> list[str]:
+    """Say where slices were asked for through a point that no pose reaches."""
+    if at is None:
+        return []
+    grid = found.reached.grid
+    number = int(grid.number(np.where(grid.flat, np.nan_to_num(np.array(grid.plane)), at)[None])[0])
+    on_plane = bool(np.allclose(at[grid.flat], np.array(grid.plane)[grid.flat], rtol=0, atol=grid.edge / 2))
+    point = ", ".join(f"{axis} {value * 1e3:.6g}" for axis, value in zip("xyz", at, strict=True)) + " mm"
+    if number >= 0 and on_plane and found.reached.counts.flat[number]:
+        return []
+    if number >= 0 and on_plane:
+        return [f"no pose was found that reaches the cell of the point {point}, through which the slices go"]
+    high = grid.low + grid.edge * np.array(grid.shape)
+    ends = ", ".join(f"{axis} {a * 1e3:.4g} … {b * 1e3:.4g}" for axis, a, b in zip("xyz", grid.low, high, strict=True)) + " mm"
+    return [f"the point {point} is out of reach, beyond the map ({ends}): the slices go through the map's cells nearest to it"]
 
 
 def _facts(found: Zones) -> dict[str, Any]:

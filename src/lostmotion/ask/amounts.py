@@ -1,0 +1,92 @@
+"""Amounts as users state them: text with its unit, "0.5 mm", or a number in SI. Every verb and every option of the command line reads them here."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from lostmotion.errors import InputError, Problem, shown
+from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+Amount: TypeAlias = str | float
+# Along or about x, y and z.
+Amounts: TypeAlias = "Sequence[Amount]"
+_AXES: Final = 3
+_LONGEST: Final = 400
+_BETWEEN: Final = re.compile(r"\s*,\s*|\s+x\s+|\s*×\s*")
+_UNIT: Final = re.compile(r"[A-Za-zµμ°%′″'\"]")
+
+
+@dataclass(frozen=True)
+class Three:
+    """What each of three amounts along or about x, y and z may be, and an example of all three as text."""
+
+    each: Quantity
+    example: str
+
+    @property
+    def expected(self) -> str:
+        """Say in words what is taken."""
+        which = {"m": "lengths, along", "rad": "angles, about"}[self.each.si]
+        return f"three {which} x, y and z, each {self.each.expected}"
+
+
+def amount(name: str, value: object, wanted: Quantity) -> float:
+    """How much is it, in SI? `value` is text with its unit, or a number in SI; `name` is the argument's, or the option's, for the message.
+
+    Raises InputError for text without a unit, another dimension, what is not finite, and an amount out of range.
+    """
+    from pydantic_core import PydanticCustomError
+
+    given: Any = float(value) if isinstance(value, Real) and not isinstance(value, bool | int) else value
+    try:
+        found = wanted(given)
+    except PydanticCustomError as error:
+        why = (error.context or {})["why"]
+        raise InputError([Problem("", name, f"{shown(value)} ({why})", wanted.expected, _assigned(name, wanted.example))]) from None
+    return found.nominal if isinstance(found, Toleranced) else found
+
+
+def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]:
+    """How much is it along, or about, x, y and z, in SI? Three amounts, or one text with commas or ' x ' between them.
+
+    In one text the unit may stand once, at the end: "0, 0, 400 mm". Raises InputError with every mistake, as `amount`.
+    """
+    parts: list[Any]
+    if isinstance(value, str):
+        parts = _BETWEEN.split(value.strip()) if len(value) <= _LONGEST else []
+        unit = parts[-1].lstrip("+-.0123456789eE ") if parts else ""
+        parts = [part if _UNIT.search(part) else f"{part} {unit}" for part in parts]
+    else:
+        parts = list(value) if hasattr(value, "__iter__") and hasattr(value, "__len__") else []
+    if len(parts) != _AXES:
+        raise InputError([Problem("", name, shown(value), wanted.expected, _assigned(name, wanted.example))])
+    read = amounts(dict(enumerate(parts)), dict.fromkeys(range(_AXES), wanted.each), lambda _: name)
+    return read[0], read[1], read[2]
+
+
+def amounts(asked: Mapping[Any, object], wanted: Mapping[Any, Quantity | Three], named: Any = str) -> dict[Any, Any]:  # noqa: ANN401 - from key to name
+    """How much are all of these, in SI? Those that `wanted` knows; what is None is left out. Raises InputError with every mistake at once."""
+    out: dict[Any, Any] = {}
+    problems: dict[Problem, None] = {}
+    for key, value in asked.items():
+        field = wanted.get(key)
+        if field is None or value is None:
+            continue
+        try:
+            out[key] = three(named(key), value, field) if isinstance(field, Three) else amount(named(key), value, field)
+        except InputError as mistake:
+            problems |= dict.fromkeys(mistake.problems)
+    if problems:
+        raise InputError(list(problems))
+    return out
+
+
+def _assigned(name: str, example: str) -> str:
+    """Show the example behind its name, as it would be written in Python or on the command line."""
+    return f'{name} "{example}"' if name.startswith("-") else f'{name} = "{example}"'

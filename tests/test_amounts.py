@@ -1,0 +1,116 @@
+"""Amounts through the front door: text with a unit or a number in SI, the same for every verb, and one message where they are neither."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.ask.amounts import Three, amount, amounts, three
+from lostmotion.ask.zones import AMOUNTS
+from lostmotion.units import Quantity
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+Z_ARM = EXAMPLES / "z-arm.toml"
+LENGTH = Quantity("m", "50 mm", above=0, high=100)
+ANGLE = Quantity("rad", "10 deg", low=0, high=math.pi)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """Read the paper's arm once."""
+    return lostmotion.read(Z_ARM)
+
+
+@pytest.mark.parametrize("value", ["50 mm", "5 cm", 0.05, np.float32(0.05), np.float64(0.05), "0.05 m"])
+def test_text_and_numbers_are_the_same_amount(value):
+    """A number is SI, text has its unit."""
+    assert amount("cell", value, LENGTH) == pytest.approx(0.05, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["50", "5 kg", "5 deg", "", "nan mm", "nan", math.nan, math.inf, -0.05, "-5 mm", 0, "200 m", "1e30 m", True, None, [0.05], 5j, "5 mm ± 1 mm"],
+)
+def test_what_is_no_such_amount_is_refused_with_range_and_example(value):
+    """Argument, what was found, what belongs there with its range, and an example that passes."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        amount("cell", value, LENGTH)
+    (problem,) = caught.value.problems
+    assert problem.key == "cell"
+    assert problem.expected == "length (mm, µm, m, in), above zero, at most 100 m"
+    assert problem.example == 'cell = "50 mm"'
+
+
+def test_an_option_gets_an_example_of_an_option():
+    """On the command line the example is what one would type, and angles end in degrees."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        amount("--tilt", "-10 deg", ANGLE)
+    (problem,) = caught.value.problems
+    assert (problem.expected, problem.example) == ("angle (arcmin, arcsec, deg, mrad), zero or more, at most 180 deg", '--tilt "10 deg"')
+
+
+@pytest.mark.parametrize("value", [(0.3, "20 cm", 0.1), np.array([0.3, 0.2, 0.1]), "300 mm, 0.2 m, 100 mm", "300 x 200 x 100 mm", "300×200×100 mm"])
+def test_three_amounts_are_a_sequence_or_one_text(value):
+    """Of text, the unit may stand once at the end."""
+    assert three("box", value, Three(LENGTH, "1 x 1 x 1 m")) == pytest.approx((0.3, 0.2, 0.1))
+
+
+@pytest.mark.parametrize("value", [(1, 2), 5, "1 m, 2 m", "", "1, 2, 3", {"x": 1}, "1 m, 2 kg, 3 m", (1, "nan", 3), "x" * 10_000])
+def test_what_is_no_three_amounts_is_refused(value):
+    """One message that names the argument."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        three("box", value, Three(LENGTH, "1 x 1 x 1 m"))
+    assert {problem.key for problem in caught.value.problems} == {"box"}
+
+
+def test_all_mistakes_are_told_at_once():
+    """Each under its own name; what nobody asked for is left out."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        amounts({"cell": "5", "at": "1 m", "target": None, "seed": "x"}, AMOUNTS)
+    assert [problem.key for problem in caught.value.problems] == ["cell", "at"]
+    assert amounts({"cell": "5 mm", "target": None, "seed": 1}, AMOUNTS) == {"cell": 0.005}
+
+
+def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
+    """What reaches the study is SI, whichever way it was said."""
+    from lostmotion.studies.zones import zones as room
+
+    seen = []
+    monkeypatch.setattr(room, "zones", lambda _arm, wish, **_more: seen.append(wish))
+    said = {"cell": "50 mm", "target": "0.5 mm", "box": ("300 mm", 0.2, "10 cm"), "clear": "20 cm", "floor": "-1 m", "level": "90 %"}
+    in_si = {"cell": 0.05, "target": 0.0005, "box": (0.3, 0.2, 0.1), "clear": 0.2, "floor": -1.0, "level": 0.9}
+    points = [lostmotion.zones(arm, at=at, **asked).at for at, asked in (("500 mm, 0, 300 mm", said), ((0.5, 0, 0.3), in_si))]
+    assert set(in_si) | {"at"} == set(AMOUNTS)
+    assert np.allclose(points[0], points[1])
+    for name in in_si:
+        assert getattr(seen[0], name) == pytest.approx(getattr(seen[1], name)), name
+
+
+WRONG = [
+    *((lostmotion.zones, {name: "5 kg"}, name) for name in AMOUNTS),
+    (lostmotion.target, {"error": "5 deg"}, "error"),
+    (lostmotion.target, {"repeatability": 0}, "repeatability"),
+    (lostmotion.target, {"error": "1 mm", "share": "5 mm"}, "share"),
+    (lostmotion.production_yield, {"target": "3 N"}, "target"),
+    (lostmotion.production_yield, {"target": 0.001, "share": math.nan}, "share"),
+]
+
+
+@pytest.mark.parametrize(("verb", "asked", "name"), WRONG)
+def test_every_verb_names_the_argument_that_is_wrong(arm, verb, asked, name):
+    """The message names the argument, and has an example that passes."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        verb(arm, **asked)
+    (problem,) = caught.value.problems
+    assert problem.key == name
+    assert problem.example.startswith(f'{name} = "')
+
+
+def test_a_gearbox_takes_its_torque_either_way():
+    """Text or N m; another dimension is refused."""
+    said, number = (lostmotion.gear(Z_ARM, "A", torque=torque) for torque in ("20 N m", 20.0))
+    assert said.study.torque == number.study.torque == 20
+    with pytest.raises(lostmotion.InputError, match="torque"):
+        lostmotion.gear(Z_ARM, "A", torque="20 N")
