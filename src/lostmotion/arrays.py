@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.arm import tool_points
+from lostmotion.figures.in_zone import seen_in
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.histogram import linear_bins, share_intervals
+from lostmotion.studies.statics.statics import holding_torques
 
 if TYPE_CHECKING:
     import xarray
 
     from lostmotion.studies.answer import Answer
+    from lostmotion.studies.route import FoundInZone
     from lostmotion.studies.zones.zones import Zones
 
 
@@ -80,14 +85,32 @@ def dataset(answer: Answer) -> xarray.Dataset:
     data["bin_low"] = ("bin", edges[:-1], {"units": "m", "long_name": "least position error of the bin"})
     data["bin_high"] = ("bin", edges[1:], {"units": "m", "long_name": "largest position error of the bin"})
     coordinates = {"joint": joints, "joint_unit": ("joint", units), "axis": ["x", "y", "z"], "level": list(kernel.QUANTILES)}
+    for k, zone in enumerate(answer.zones, start=1):
+        data |= _of_zone(answer, zone, f"zone_{k}")
     attributes = {
         "arm": answer.arm.name,
         "seed": str(answer.seed),  # NetCDF 3 has no long whole numbers
         "robots": sampled.robots,
         "visits": sampled.visits,
         "pose_law": answer.poses.law,
+        **{f"zone_{k}": f"{zone.name}: {len(zone.poses)} poses, found among {zone.tried}" for k, zone in enumerate(answer.zones, start=1)},
     }
     return xarray.Dataset(data, coordinates, attributes)
+
+
+def _of_zone(answer: Answer, zone: FoundInZone, key: str) -> dict[str, object]:
+    """Give the same arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
+    q = zone.poses.q
+    inside = dataset(replace(seen_in(answer, zone), tool=tool_points(answer.arm, q), torques=holding_torques(answer.arm, q)[0]))
+    own = {"pose", "robot", "bin"}
+    return {
+        f"{key}_{name}": (
+            tuple(f"{key}_{dim}" if dim in own else dim for dim in values.dims),
+            values.values,
+            {**values.attrs, "long_name": f"{values.attrs['long_name']}, in {key}"},
+        )
+        for name, values in inside.data_vars.items()
+    }
 
 
 def map_dataset(found: Zones) -> xarray.Dataset:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, overload
 
 import numpy as np
 
@@ -50,7 +50,15 @@ def chosen_poses(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int)
     return Poses(as_poses(arm, np.asarray(poses)), "given")
 
 
-def zone_of(zone: Any, *, of_poses: int | None = None) -> dict[str, tuple[float, float]] | np.ndarray:  # noqa: ANN401 - whatever a user names it by
+@overload
+def zone_of(zone: Any) -> dict[str, tuple[float, float]]: ...  # noqa: ANN401 - whatever a user names it by
+
+
+@overload
+def zone_of(zone: Any, *, of_poses: int) -> dict[str, tuple[float, float]] | np.ndarray: ...  # noqa: ANN401 - whatever a user names it by
+
+
+def zone_of(zone: Any, *, of_poses: int | None = None) -> dict[str, tuple[float, float]] | np.ndarray:
     """Which zone is meant: by text as on the command line, "x 0.2..0.5 m", or by ends along the base's axes in m, {"x": (0.2, 0.5)}?
 
     With `of_poses`, also by a truth value for each of so many poses. Raises InputError with every mistake, and for anything else.

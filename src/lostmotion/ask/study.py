@@ -5,36 +5,36 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, overload
 
-from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, chosen_poses, sign_of, whole_seed
+import numpy as np
+
+from lostmotion.arm import tool_points
+from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.budget import budget, costs, tally
-from lostmotion.studies.montecarlo.montecarlo import Device, check_device, run
-from lostmotion.studies.montecarlo.stopping import MOST_ROBOTS, Tolerance, run_until
-from lostmotion.studies.places import in_zone, one_pose
+from lostmotion.studies.montecarlo.montecarlo import Device, check_device
+from lostmotion.studies.montecarlo.stopping import MOST_POSES, MOST_ROBOTS, Tolerance
+from lostmotion.studies.places import among, in_zone, one_pose, poses_in_zone
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
+from lostmotion.studies.route import METHODS, Method, Route
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    import numpy as np
     import xarray
 
     from lostmotion.arm import Arm
-    from lostmotion.ask.settings import Approach
+    from lostmotion.ask.settings import Approach, Zone
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
     from lostmotion.studies.budget import By, Cost
-    from lostmotion.studies.montecarlo.montecarlo import Sampled
-
-Zone: TypeAlias = "Mapping[str, tuple[float, float]] | np.ndarray"
-Method = Literal["montecarlo", "analytic", "both"]
-_METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
+    from lostmotion.studies.places import InZone
+    from lostmotion.studies.route import FoundInZone
 
 
 class Settings(TypedDict, total=False):
@@ -42,6 +42,7 @@ class Settings(TypedDict, total=False):
 
     pose_law: PoseLaw
     approach: Approach
+    zone: Zone | Sequence[Zone] | None
     until: float | str | None
     most_robots: int
     threads: int | None
@@ -99,6 +100,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     pose_law: PoseLaw = "sobol",
     approach: Approach = "random",
     method: Method = "montecarlo",
+    zone: Zone | Sequence[Zone] | None = None,
     until: float | str | None = None,
     most_robots: int = MOST_ROBOTS,
     threads: int | None = None,
@@ -115,18 +117,22 @@ def study(  # noqa: PLR0913 - a study is these numbers
     approach  how every joint's last motion before it stops goes: "up", "down", or "random", either way from visit to visit
     method    "montecarlo": samples; "analytic": sums over terms and quadrature, milliseconds, no robots or visits drawn, gives an `AnalyticStudy`;
               "both": all of the first, the figures of the second, and how far the two differ
+    zone      the same figures, and who is to blame, in a zone as well, or in each of several: "x 0.2..0.5 m, z 0..300 mm" in the base's axes, ends
+              in m, {"x": (0.2, 0.5)}, or which of the poses are in it (pose,). By the same robots, at as many poses of the same law in the zone
+              as in the workspace; of poses that are given or gridded, those in the zone
     until     how sure mean, 95 % error, AP and RP are to be: 0.01 or "1 %", half of each 95 % interval as a share of the figure, or "2 digits".
-              Begins with `poses` and `robots` and takes more, poses only where it chooses them, in two stages or a few; says whether that was reached
+              Begins with `poses` and `robots` and takes more, poses only where it chooses them, in two stages or a few; says whether that was
+              reached. With a zone, watches the figures over the workspace and those in the zone, each in stages of their own
     most_robots  how many are built at most, with `until`
     threads   left out: one per processor
     device    "gpu": the samples are formed by JAX on its graphics processor, with the same draws; the same figures but for rounding
 
-    Raises InputError (a ValueError) for counts out of range, an unknown law, approach or device, and for q of another shape or not finite;
-    LostmotionError for a GPU where JAX or the GPU is missing.
+    Raises InputError (a ValueError) for counts out of range, an unknown law, approach or device, a zone that no pose reaches, and for q of another
+    shape or not finite; LostmotionError for a GPU where JAX or the GPU is missing.
     """
     sign, seed = sign_of(approach), whole_seed(seed)
-    if method not in _METHODS:
-        raise refuse_argument("method", method, "one of " + ", ".join(_METHODS), 'method = "both"')
+    if method not in METHODS:
+        raise refuse_argument("method", method, "one of " + ", ".join(METHODS), 'method = "both"')
     tolerance = None if until is None else Tolerance.of(until)
     if tolerance is not None and method == "analytic":
         raise refuse_argument("until", until, "a method that draws robots: without sampling there are none", 'method = "both"')
@@ -134,27 +140,55 @@ def study(  # noqa: PLR0913 - a study is these numbers
         raise refuse_argument("device", device, '"cpu": without sampling there is nothing for a GPU to do', 'device = "cpu"')
     check_device(device)
     chosen = chosen_poses(arm, poses, pose_law, seed)
-    workers = threads or os.cpu_count() or 1
-    common: dict[str, Any] = {"approach": sign, "threads": workers, "progress": progress}
-    besides: dict[str, Any] = {}
-    sampled: Sampled | None = None
-    if tolerance is not None:
-        more = (lambda count: sample_poses(arm, count, pose_law, seed)) if isinstance(poses, Integral) and pose_law != "grid" else None
-        chosen, sampled, besides["stopping"] = run_until(
-            arm, chosen, robots, visits, seed, tolerance, most_robots=most_robots, more=more, tile=tile, device=device, **common
-        )
-        robots = sampled.robots
-    elif method != "analytic":
-        sampled = run(arm, chosen, robots, visits, seed, tile=tile, device=device, **common)
-    if method != "montecarlo":
-        from lostmotion.studies.analytic.analytic import analytic, pooled
+    route = Route(method, robots, visits, seed, most_robots, tolerance, sign, threads or os.cpu_count() or 1, tile, device, progress)
+    drawn = pose_law if isinstance(poses, Integral) and pose_law != "grid" else None
+    rooms = [_Room.of(arm, chosen, each, drawn, seed) for each in _several(zone)]  # before the work: a zone may be out of reach
+    found = route.over(arm, chosen, None if drawn is None else lambda count: sample_poses(arm, count, drawn, seed))
+    zones = tuple(room.looked_at(route) for room in rooms)
+    if found.sampled is None:
+        if found.analytic is None or found.pooled is None:
+            raise ValueError("a study by no route")
+        return AnalyticStudy(arm, found.poses, found.analytic, found.pooled, zones)
+    built = found.sampled
+    told = answer(arm, found.poses, robots=built.robots, visits=visits, seed=seed, approach=sign, progress=progress, sampled=built)
+    besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": zones}
+    return Study(**{name: getattr(told, name) for name in Answer.__dataclass_fields__} | besides)
 
-        every = analytic(arm, chosen, **common)
-        besides |= {"analytic": every, "pooled": pooled(every, chosen.replicates, workers)}
-        if method == "analytic":
-            return AnalyticStudy(arm, chosen, **besides)
-    found = answer(arm, chosen, robots=robots, visits=visits, seed=seed, tile=tile, sampled=sampled, **common)
-    return Study(**{name: getattr(found, name) for name in Answer.__dataclass_fields__} | besides)
+
+def _several(zone: Zone | Sequence[Zone] | None) -> list[Zone]:
+    """Give the zones that are meant by none, one or several."""
+    if zone is None:
+        return []
+    several = isinstance(zone, list | tuple) and not any(isinstance(each, bool | np.bool_) for each in zone)
+    return list(zone) if several else [zone]  # type: ignore[list-item]
+
+
+@dataclass(frozen=True)
+class _Room:
+    """A zone that is to be looked at: its first poses, and where poses are drawn, from what more of them come."""
+
+    arm: Arm
+    zone: InZone
+    more: Callable[[int], InZone] | None = None
+
+    @classmethod
+    def of(cls, arm: Arm, chosen: Poses, zone: Zone, law: PoseLaw | None, seed: int) -> _Room:
+        """Find the poses in a zone: drawn for it where a law draws them and the zone has ends, else those among the study's own."""
+        ends = zone_of(zone, of_poses=len(chosen))
+        if law is None or not isinstance(ends, dict):
+            return cls(arm, among(chosen, tool_points(arm, chosen.q), ends))
+
+        def more(count: int) -> InZone:
+            return poses_in_zone(arm, count, ends, seed, law)
+
+        return cls(arm, more(len(chosen)), more)
+
+    def looked_at(self, route: Route) -> FoundInZone:
+        """Look at the zone by the study's route."""
+        if self.more is None or route.tolerance is None:
+            return route.within(self.arm, self.zone)
+        more = self.more
+        return route.within(self.arm, self.zone, lambda count: more(count).poses, len(more(MOST_POSES).poses))
 
 
 class Study(Answer, Shown):
@@ -171,7 +205,7 @@ class Study(Answer, Shown):
         """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.
 
         pose  its number in the study, or joint values (joint,) in rad and m
-        zone  ends along the base's axes in m, {"x": (0.2, 0.5)}, or which poses are in it (pose,)
+        zone  "x 0.2..0.5 m" in the base's axes, ends in m, {"x": (0.2, 0.5)}, or which poses are in it (pose,)
 
         Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
         """
@@ -189,11 +223,11 @@ class Study(Answer, Shown):
             raise refuse_argument("pose, zone", "both", "one of them, or none for all poses", "pose = 0")
         if pose is not None:
             q, name = one_pose(self.poses.q, pose)
-            from lostmotion.figures.arm import joint_values
+            from lostmotion.figures.error import joint_values
 
             return q, f"{name}, {joint_values(self, q[0])}"
         if zone is not None:
-            mask, name = in_zone(self.tool, zone)
+            mask, name = in_zone(self.tool, zone_of(zone, of_poses=len(self.poses)))
             return self.poses.q[mask], f"{name}, {int(mask.sum())} of {len(mask)} poses"
         return self.poses.q, f"over {len(self.poses)} poses"
 
@@ -236,13 +270,14 @@ class AnalyticStudy(Shown):
     poses: Poses
     analytic: Analytic
     pooled: Pooled
+    zones: tuple[FoundInZone, ...] = ()
 
     @property
     def sheet(self) -> Sheet:
         """Give every figure, as printed, reported and written."""
         from lostmotion.figures.analytic import analytic_sheet
 
-        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled)
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, self.zones)
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.

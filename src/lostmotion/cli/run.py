@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
-
-if TYPE_CHECKING:
-    from lostmotion.arm import Arm
-    from lostmotion.studies.poses import Poses
 
 
 class PoseChoice(StrEnum):
@@ -69,7 +65,8 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
         list[str] | None, typer.Option(help="Say who is to blame at a pose as well: its number, or every joint, 'A=30deg B=-10deg'. May come again.")
     ] = None,
     zone: Annotated[
-        list[str] | None, typer.Option(help="Say who is to blame in a zone as well, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'. May come again.")
+        list[str] | None,
+        typer.Option(help="The error, and who is to blame, in a zone as well, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'. May come again."),
     ] = None,
     sidecar: Annotated[Path | None, typer.Option(help="Sidecar TOML of a URDF, where it does not lie beside it.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and arrays.nc. Default: NAME-accuracy.")] = None,
@@ -85,21 +82,25 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.formats.places import read_pose, read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
+    from lostmotion.studies.places import one_pose
     from lostmotion.studies.poses import Poses, sample_poses
 
     folder = out or Path(f"{file.stem}-accuracy")
     refuse_existing(folder, force=force)  # before the work, not after it
     arm = read(file, sidecar)
-    places: list[dict[str, Any]] = [{"pose": read_pose(text, arm)} for text in at or ()] + [{"zone": read_zone(text)} for text in zone or ()]
-    if places and method is Method.analytic:
-        raise refuse_argument("--at, --zone", "with --method analytic", "a budget, which the other methods make", "--method both")
+    at_poses = [read_pose(text, arm) for text in at or ()]
+    zones = [read_zone(text) for text in zone or ()]
+    if at_poses and method is Method.analytic:
+        raise refuse_argument("--at", "with --method analytic", "a method that gives a study of every pose", "--method both")
     chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses
 
         chosen = Poses(read_poses(poses_file, arm), "given")
-    if places:
-        _refuse_places(places, arm, chosen if isinstance(chosen, Poses) else sample_poses(arm, chosen, pose_law.value, seed))
+    if at_poses:
+        visited = chosen if isinstance(chosen, Poses) else sample_poses(arm, chosen, pose_law.value, seed)
+        for pose in at_poses:  # before the work, and not after it
+            one_pose(visited.q, pose)
     with ProgressBar() as bar:
         answer = study(
             arm,
@@ -110,6 +111,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
             pose_law=pose_law.value,
             approach=approach.value,
             method=method.value,
+            zone=zones,
             until=until,
             most_robots=most_robots,
             threads=threads,
@@ -119,21 +121,9 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     if stopped:
         raise typer.Exit(STOPPED)
     if isinstance(answer, Study):
-        for place in places:
-            answer = answer.blaming(**place)
+        for pose in at_poses:
+            answer = answer.blaming(pose=pose)
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()
     typer.echo(f"\nReport: {written / 'report.html'}")
-
-
-def _refuse_places(places: list[dict[str, Any]], arm: Arm, poses: Poses) -> None:
-    """Raise InputError for a pose or a zone that is not there, before the work and not after it."""
-    from lostmotion.arm import tool_points
-    from lostmotion.studies.places import in_zone, one_pose
-
-    for place in places:
-        if "pose" in place:
-            one_pose(poses.q, place["pose"])
-        else:
-            in_zone(tool_points(arm, poses.q), place["zone"])

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import Figure, Row, Section, Sheet, length
+from lostmotion.figures import Figure, Row, Section, Sheet, find_row, length
+from lostmotion.figures.budget import asked_sections
+from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.poses import Poses
+    from lostmotion.studies.route import FoundInZone
 
 _UNKNOWN: Final = "not normal here: use Monte Carlo"
 _ENDS: Final = "poses, bound"
@@ -30,22 +36,27 @@ _WORDS: Final = (
 )
 
 
-def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled) -> Sheet:
-    """What is there to say about an arm without sampling?"""
+def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, zones: Sequence[FoundInZone] = ()) -> Sheet:
+    """What is there to say about an arm without sampling, over all poses and in the zones that were asked about?"""
     section = analytic_section(poses, found, whole)
-    told = next((row for row in section.rows if row.label == "95 % below"), None)
+    in_zones = analytic_zone_sections(zones, section)
+    told = find_row([section], "analytic", "95 % below")
     verdict = (
         f"Expect 95 % of positions within {told.figures[0]}."
         if told is not None and math.isfinite(told.figures[0].value)
         else _UNKNOWN.capitalize() + "."
     )
+    for k, zone in enumerate(zones, 1):
+        inside = find_row(in_zones, f"zone_{k}_analytic", "95 % below")
+        if inside is not None and math.isfinite(inside.figures[0].value):
+            verdict += f" In the zone {zone.name} expect 95 % within {inside.figures[0]}."
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{len(poses)} poses, exact sums over terms",
         verdict=verdict,
         cards=(),
-        sections=(section,),
+        sections=(section, *in_zones, *asked_sections([zone.budget for zone in zones])),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{len(poses)} poses ({poses.law}); nothing but the poses was drawn",
@@ -53,9 +64,24 @@ def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled) -> Sh
     )
 
 
-def analytic_section(poses: Poses, found: Analytic, whole: Pooled) -> Section:
-    """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told."""
-    counted = f"sums over terms and quadrature, {len(poses)} poses"
+def analytic_zone_sections(zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
+    """What is the error in each zone, beside that of the whole workspace? With Monte Carlo too, how far the two differ there."""
+    out = []
+    for k, zone in enumerate(zones, 1):
+        if zone.analytic is None or zone.pooled is None:
+            continue
+        here = analytic_section(zone.poses, zone.analytic, zone.pooled, OWN)
+        title = f"{whole.title}, in the zone {zone.name}"
+        out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{said(zone)}; {here.note}"))
+        if zone.sampled is not None:
+            apart = comparison(zone.analytic, zone.sampled)
+            out.append(replace(apart, key=f"zone_{k}_routes", title=f"{apart.title}, in the zone {zone.name}"))
+    return out
+
+
+def analytic_section(poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
+    """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told. `where` goes behind the poses' number."""
+    counted = f"sums over terms and quadrature, {len(poses)} poses{where}"
     rows = [Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value))]
     for level, one in zip(whole.levels, whole.quantiles, strict=True):
         rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))

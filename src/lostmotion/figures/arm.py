@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Final
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
+from lostmotion.figures.error import described_pose, error_section, iso_section
+from lostmotion.figures.in_zone import WHOLE, zone_sections, zone_stopping
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
-from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.intervals import pooled_mean, pooled_quantile
 from lostmotion.studies.statics.causes import NEXT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
-    from lostmotion.studies.montecarlo.stopping import Stopping
+    from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.route import FoundInZone
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (
@@ -45,8 +43,8 @@ def sheet(answer: Answer) -> Sheet:
         name=answer.arm.name,
         subject="predicted accuracy",
         counts=f"{sampled.robots} robots x {sampled.visits} visits x {len(poses)} poses, seed {answer.seed}",
-        verdict=_verdict(found, answer.stopping),
-        cards=tuple(_cards(found)),
+        verdict=_verdict(found, answer),
+        cards=tuple(_cards(found, answer)),
         sections=found,
         notes=answer.arm.remarks,
         words=_WORDS,
@@ -60,6 +58,7 @@ def sheet(answer: Answer) -> Sheet:
             "robots": sampled.robots,
             "visits": sampled.visits,
             "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",
+            **_zone_facts(answer),
         },
     )
 
@@ -68,46 +67,32 @@ def sections(answer: Answer) -> list[Section]:
     """Which figures answer the user's questions? In reading order."""
     found = [
         _workspace(answer),
-        _error(answer),
-        _iso(answer),
+        error_section(answer),
+        iso_section(answer),
+        *zone_sections(answer),
         levels_section(answer),
         waterfall_section(answer.waterfall, _repeats(answer)),
         budget_section(answer),
         causes_section(answer),
         *by_level_sections(answer.budget),
-        *asked_sections(answer.budgets),
+        *asked_sections(answer.places),
         *_bending(answer),
         _torques(answer),
         _check(answer),
     ]
     if answer.stopping is not None:
-        found.append(stopping_section(answer.stopping))
+        found.append(stopping_section(answer.stopping, WHOLE if answer.zones else ""))
+        found += zone_stopping(answer.zones)
     if answer.analytic is not None and answer.pooled is not None:
-        from lostmotion.figures.analytic import analytic_section, comparison
+        from lostmotion.figures.analytic import analytic_section, analytic_zone_sections, comparison
 
-        found += [analytic_section(answer.poses, answer.analytic, answer.pooled), comparison(answer.analytic, answer.sampled)]
+        whole = analytic_section(answer.poses, answer.analytic, answer.pooled)
+        found += [whole, comparison(answer.analytic, answer.sampled), *analytic_zone_sections(answer.zones, whole)]
     return found
 
 
 def _repeats(answer: Answer) -> Estimate | None:
     return pooled_mean(answer.sampled.robot_means[:, :, 2]) if answer.sampled.visits > 1 else None
-
-
-def described_pose(answer: Answer, index: int) -> str:
-    """Name a pose by its number and joint values."""
-    return f"pose {index}: {joint_values(answer, answer.poses.q[index])}"
-
-
-def joint_values(answer: Answer, q: Floats) -> str:
-    """Write joint values in degrees and millimetres."""
-    parts = []
-    for joint, value in zip(answer.arm.moving, q, strict=True):
-        parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
-    return ", ".join(parts)
-
-
-def _of(estimate: Estimate, samples: str) -> Figure:
-    return length(estimate.value, estimate.low, estimate.high, samples)
 
 
 def _workspace(answer: Answer) -> Section:
@@ -127,77 +112,6 @@ def _workspace(answer: Answer) -> Section:
     else:
         rows.append(Row("volume", (Figure(0.0, "m³", samples=counted),), "the workspace is a line or a surface"))
     return Section("workspace", "Workspace", ("value",), tuple(rows), "joint limits only: no obstacle, floor or self-collision")
-
-
-def _error(answer: Answer) -> Section:
-    sampled, poses = answer.sampled, answer.poses
-    table = sampled.per_pose
-    counted = f"{len(poses)} poses ({poses.law}) x {sampled.robots} robots x {sampled.visits} visits"
-    mean = pooled_mean(sampled.robot_means[:, :, 0])
-    largest = float(table[:, kernel.LARGEST].max())
-    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
-    rows = [Row("mean", (_of(mean, counted),)), *(Row(f"{100 * level:.0f} % below", (_of(found, counted),)) for level, found in quantiles.items())]
-    at = int(table[:, kernel.LARGEST].argmax())
-    who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
-    rows.append(
-        Row(
-            "largest",
-            (length(float(table[at, kernel.LARGEST]), samples=counted),),
-            f"of {len(poses) * sampled.robots * sampled.visits} samples: {who}",
-        )
-    )
-    best, worst = int(table[:, kernel.MEAN].argmin()), int(table[:, kernel.MEAN].argmax())
-    each = f"{sampled.robots} robots x {sampled.visits} visits at one pose"
-    for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
-        half = float(table[k, kernel.MEAN_ERROR])
-        value = float(table[k, kernel.MEAN])
-        rows.append(Row(label, (length(value, value - half, value + half, each),), described_pose(answer, k)))
-        q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
-        rows.append(Row(label.replace("mean", "95 % below"), (_of(Estimate(*q95), each),)))
-    exact = f"exact sum over terms, {len(poses)} poses"
-    rows += [
-        Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
-        Row(
-            "worst case, worst pose",
-            (length(float(sampled.worst.max()), samples=exact),),
-            "upper bound: the sizes of all errors at their limits, added",
-        ),
-        Row("rotation of the tool, r.m.s.", (Figure(float(np.sqrt(sampled.rotation_ms.mean())) / ARCMIN, "arcmin", samples=exact),)),
-    ]
-    note = "best and worst pose are chosen by the same samples: their intervals hold for a pose named beforehand"
-    return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
-
-
-def _iso(answer: Answer) -> Section:
-    sampled = answer.sampled
-    if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
-        return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
-    counted = f"{sampled.robots} robots, {sampled.visits} visits to each of {len(answer.poses)} poses"
-    rows = []
-    for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
-        of_robots = sampled.robot_means[:, :, column]
-        rows.append(Row(f"{label}, mean over poses and robots", (_of(pooled_mean(of_robots), counted),)))
-        rows.append(Row(f"{label}, 95 % of robots below", (_of(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses"))
-        at = int(table[:, 1].argmax())
-        rows.append(
-            Row(
-                f"{label} at its worst pose, 95 % of robots below",
-                (_of(Estimate(*(float(x) for x in table[at, 1:])), counted),),
-                described_pose(answer, at),
-            )
-        )
-    arriving = (
-        "each joint arrives from either side at random"
-        if answer.approach == 0
-        else f"every joint arrives moving {'up' if answer.approach > 0 else 'down'}"
-    )
-    return Section(
-        "iso9283",
-        "ISO 9283, predicted",
-        ("value",),
-        tuple(rows),
-        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}",
-    )
 
 
 def _bending(answer: Answer) -> list[Section]:
@@ -264,7 +178,7 @@ def _check(answer: Answer) -> Section:
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _verdict(found: Sequence[Section], stopping: Stopping | None) -> str:
+def _verdict(found: Sequence[Section], answer: Answer) -> str:
     """Say in a sentence or three what the user asked: how far off, which part is dearest, how well it repeats."""
     error = find_row(found, "error", "95 % below")
     said = []
@@ -277,13 +191,31 @@ def _verdict(found: Sequence[Section], stopping: Stopping | None) -> str:
     repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
     if repeats is not None:
         said.append(f"95 % of the robots built repeat within {repeats.figures[0]}.")
-    if stopping is not None:
-        said.append(told(stopping) + ".")
+    for zone, row in _in_zones(found, answer):
+        inside = row.figures[0]
+        said.append(f"In the zone {zone.name} expect 95 % within {inside}{f' ({inside.interval})' if inside.interval else ''}.")
+    if answer.stopping is not None:
+        said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
+    said += [told(zone.stopping, f"in the zone {zone.name}") + "." for zone in answer.zones if zone.stopping is not None]
     return " ".join(said)
 
 
-def _cards(found: Sequence[Section]) -> list[Card]:
-    """Show the six figures that are asked for first, each with its interval."""
+def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
+    """Give each zone with the row of its 95 % error."""
+    rows = ((zone, find_row(found, f"zone_{k}", "95 % below")) for k, zone in enumerate(answer.zones, 1))
+    return [(zone, row) for zone, row in rows if row is not None]
+
+
+def _zone_facts(answer: Answer) -> dict[str, Any]:
+    """Say in plain data from how many poses each zone's figures come; nothing where no zone was asked about."""
+    found = [
+        {"name": zone.name, "poses": len(zone.poses), "independent_sets": zone.poses.replicates, "looked_at": zone.tried} for zone in answer.zones
+    ]
+    return {"zones": found} if found else {}
+
+
+def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
+    """Show the six figures that are asked for first, and the 95 % error of each zone, each with its interval."""
     wanted = (
         ("95 % of positions within", "error", "95 % below"),
         ("mean position error", "error", "mean"),
@@ -300,6 +232,9 @@ def _cards(found: Sequence[Section]) -> list[Card]:
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts:
         cards.append(Card("dearest part, share of mean square", str(parts[0].figures[1]), parts[0].label))
+    for zone, row in _in_zones(found, answer):
+        figure = row.figures[0]
+        cards.append(Card(f"95 % of positions within, {zone.name}", str(figure), f"interval {figure.interval}" if figure.interval else ""))
     return cards
 
 

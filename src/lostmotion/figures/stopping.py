@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.montecarlo.stopping import Stopping, Watched
 
 
-def stopping_section(found: Stopping) -> Section:
-    """How sure did each figure become, stage by stage?"""
+def stopping_section(found: Stopping, where: str = "", key: str = "stopping") -> Section:
+    """How sure did each figure become, stage by stage? `where` says over which poses, where there are several kinds."""
     columns = tuple(f"{stage.poses} poses x {stage.robots} robots" for stage in found.stages)
     last = found.stages[-1]
     rows = []
@@ -23,14 +23,16 @@ def stopping_section(found: Stopping) -> Section:
         f"half of each 95 % interval, as a share of the figure, at each stage; asked for: {found.tolerance}. The first stage says how many robots "
         "and poses that takes; every interval printed is that of the last stage alone (JCGM 101:2008, 7.9, in two stages, or more if they fall short)"
     )
-    return Section("stopping", told(found), columns, tuple(rows), note)
+    return Section(key, told(found, where), columns, tuple(rows), note)
 
 
-def told(found: Stopping) -> str:
-    """Say in a sentence whether the figures are as sure as asked for."""
+def told(found: Stopping, where: str = "") -> str:
+    """Say in a sentence whether the figures are as sure as asked for; `where` says over which poses, where there are several kinds."""
     last = found.stages[-1]
+    where = where and f" {where}"
     if found.reached:
-        return f"Reached ±{found.tolerance} after {last.robots} robots and {last.poses} poses"
+        watched = ", ".join(dict.fromkeys(name.split(",")[0] for name in last.figures))
+        return f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after {last.robots} robots and {last.poses} poses"
     name = found.missed[0]
     figure = last.figures[name]
     half = f"half-width {100 * figure.relative:.2g} %" if math.isfinite(figure.relative) else "too few robots to tell"
@@ -39,7 +41,7 @@ def told(found: Stopping) -> str:
         "robots": f"after the most robots allowed, {last.robots}",
         "stages": f"after {len(found.stages)} stages, {last.robots} robots and {last.poses} poses",
     }[found.for_want_of]
-    return f"Did not reach ±{found.tolerance}: {half} ({name}), {why}"
+    return f"Did not reach ±{found.tolerance}{where}: {half} ({name}), {why}"
 
 
 def _half(figure: Watched, counted: str) -> Figure:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import length
+from lostmotion.figures.in_zone import seen_in
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
 from lostmotion.plots.bending import bending
 from lostmotion.plots.budget import budget, by_level, levels
+from lostmotion.plots.in_zone import errors_in_zone
 from lostmotion.plots.waterfall import waterfall
 from lostmotion.studies.intervals import pooled_quantile, pooled_robots_quantile
 from lostmotion.studies.montecarlo import kernel
@@ -63,9 +65,15 @@ def plots(answer: Answer) -> list[Plot]:
     missing |= set() if answer.bending else {"bending"}
     places = [
         Plot(f"budget-at-{k}", f"budget_at_{k}", by_level(found.parts, "Share of mean square by part"), f"Stacked bars by part: {found.where}.")
-        for k, found in enumerate(answer.budgets, start=1)
+        for k, found in enumerate(answer.places, start=1)
         if found.parts
     ]
+    for k, zone in enumerate(answer.zones, start=1):
+        words = f"Histogram of the position error in the zone {zone.name} over that of the whole workspace."
+        places.append(Plot(f"zone-{k}", f"zone_{k}", errors_in_zone(answer, zone), words))
+        if answer.sampled.visits > 1:
+            inside = accuracy_over_robots(seen_in(answer, zone))
+            places.append(Plot(f"zone-{k}-ap-rp", f"zone_{k}_iso9283", inside, f"Histograms of AP and RP over the robots in the zone {zone.name}."))
     return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing] + places
 
 

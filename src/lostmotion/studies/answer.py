@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
     from lostmotion.studies.montecarlo.stopping import Stopping
     from lostmotion.studies.poses import Poses
+    from lostmotion.studies.route import FoundInZone
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,6 +33,7 @@ class Answer:
     tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
     budget: who is to blame over all poses, by kind of error too; budgets: the same at poses and in zones that were asked about.
+    zones: the errors in zones that were asked about, over poses of their own.
     """
 
     arm: Arm
@@ -51,6 +53,12 @@ class Answer:
     pooled: Pooled | None = None
     stopping: Stopping | None = None
     budgets: tuple[Budget, ...] = ()
+    zones: tuple[FoundInZone, ...] = ()
+
+    @property
+    def places(self) -> tuple[Budget, ...]:
+        """Who is to blame at every pose and in every zone that was asked about?"""
+        return (*self.budgets, *(zone.budget for zone in self.zones))
 
 
 def answer(  # noqa: PLR0913 - a study is these numbers

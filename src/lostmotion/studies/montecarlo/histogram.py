@@ -22,8 +22,13 @@ def linear_bins(hist: np.ndarray) -> tuple[Floats, np.ndarray]:
     fine = kernel.bin_edges()
     occupied = np.flatnonzero(hist)
     edges = round_edges(float(fine[occupied[0]]), float(fine[occupied[-1] + 1]), _ABOUT_BINS)
-    below = np.rint(np.interp(edges, fine, np.concatenate([[0.0], np.cumsum(hist)])))
-    return edges, np.diff(below).astype(np.int64)
+    return edges, counts_between(hist, edges)
+
+
+def counts_between(hist: np.ndarray, edges: Floats) -> np.ndarray:
+    """How many samples of `hist` (kernel.BINS,) lie between these edges (bin + 1,), m? Counts (bin,), on straight lines within the bins of `hist`."""
+    below = np.rint(np.interp(edges, kernel.bin_edges(), np.concatenate([[0.0], np.cumsum(hist)])))
+    return np.asarray(np.diff(below), dtype=np.int64)
 
 
 def binned(values: Floats, about: int) -> tuple[Floats, np.ndarray]:

@@ -148,6 +148,7 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
     *,
     most_robots: int = MOST_ROBOTS,
     more: Callable[[int], Poses] | None = None,
+    most_poses: int | None = None,
     approach: float = 0.0,
     threads: int = 1,
     tile: int = 1,
@@ -156,8 +157,8 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
 ) -> tuple[Poses, Sampled, Stopping]:
     """How far off is the tool, as sure as asked for? The poses visited in the last run, what it found, and what each stage did.
 
-    Begins with these poses and robots. `more(count)` gives so many poses instead, up to 65 536; without it, poses are taken as they are. Other
-    arguments and errors as `montecarlo.run`; raises InputError for `most_robots` below `robots`.
+    Begins with these poses and robots. `more(count)` gives so many poses instead, up to `most_poses` (65 536); without it, poses are taken as they
+    are. Other arguments and errors as `montecarlo.run`; raises InputError for `most_robots` below `robots`.
     """
     if not robots <= most_robots <= ROBOTS_THERE_CAN_BE:
         raise refuse_argument("most_robots", most_robots, f"from the {robots} robots it begins with to {ROBOTS_THERE_CAN_BE}", "most_robots = 10000")
@@ -172,7 +173,7 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
         told = None if progress is None else _by_stage(progress, runs)
         return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, device=device, progress=told)
 
-    most_poses = len(poses) if more is None else max(MOST_POSES, len(poses))
+    most_poses = len(poses) if more is None else max(most_poses or MOST_POSES, len(poses))
     found, stopping = settle(sample, watched, len(poses), robots, tolerance, most_poses=most_poses, most_robots=most_robots)
     return visited[stopping.stages[-1].poses], found, stopping
 

@@ -1,0 +1,112 @@
+"""The figures of the error over a study's poses: position error, and AP and RP by ISO 9283."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.figures import ARCMIN, Figure, Row, Section, length
+from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.montecarlo import kernel
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.answer import Answer
+
+
+def error_section(answer: Answer, where: str = "") -> Section:
+    """How far off is the tool over all poses, at the best and the worst of them, and at most? `where` goes behind the poses' number."""
+    sampled, poses = answer.sampled, answer.poses
+    table = sampled.per_pose
+    counted = f"{len(poses)} poses{where} ({poses.law}) x {sampled.robots} robots x {sampled.visits} visits"
+    mean = pooled_mean(sampled.robot_means[:, :, 0])
+    largest = float(table[:, kernel.LARGEST].max())
+    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
+    rows = [
+        Row("mean", (as_length(mean, counted),)),
+        *(Row(f"{100 * level:.0f} % below", (as_length(found, counted),)) for level, found in quantiles.items()),
+    ]
+    at = int(table[:, kernel.LARGEST].argmax())
+    who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
+    rows.append(
+        Row(
+            "largest",
+            (length(float(table[at, kernel.LARGEST]), samples=counted),),
+            f"of {len(poses) * sampled.robots * sampled.visits} samples: {who}",
+        )
+    )
+    best, worst = int(table[:, kernel.MEAN].argmin()), int(table[:, kernel.MEAN].argmax())
+    each = f"{sampled.robots} robots x {sampled.visits} visits at one pose{where}"
+    for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
+        half = float(table[k, kernel.MEAN_ERROR])
+        value = float(table[k, kernel.MEAN])
+        rows.append(Row(label, (length(value, value - half, value + half, each),), described_pose(answer, k)))
+        q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
+        rows.append(Row(label.replace("mean", "95 % below"), (as_length(Estimate(*q95), each),)))
+    exact = f"exact sum over terms, {len(poses)} poses{where}"
+    rows += [
+        Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
+        Row(
+            "worst case, worst pose",
+            (length(float(sampled.worst.max()), samples=exact),),
+            "upper bound: the sizes of all errors at their limits, added",
+        ),
+        Row("rotation of the tool, r.m.s.", (Figure(float(np.sqrt(sampled.rotation_ms.mean())) / ARCMIN, "arcmin", samples=exact),)),
+    ]
+    note = "best and worst pose are chosen by the same samples: their intervals hold for a pose named beforehand"
+    return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
+
+
+def iso_section(answer: Answer, where: str = "") -> Section:
+    """How accurate and how repeatable is the arm by ISO 9283? `where` goes behind the poses' number."""
+    sampled = answer.sampled
+    if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
+        return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
+    counted = f"{sampled.robots} robots, {sampled.visits} visits to each of {len(answer.poses)} poses{where}"
+    rows = []
+    for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
+        of_robots = sampled.robot_means[:, :, column]
+        rows.append(Row(f"{label}, mean over poses and robots", (as_length(pooled_mean(of_robots), counted),)))
+        rows.append(
+            Row(f"{label}, 95 % of robots below", (as_length(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses")
+        )
+        at = int(table[:, 1].argmax())
+        rows.append(
+            Row(
+                f"{label} at its worst pose, 95 % of robots below",
+                (as_length(Estimate(*(float(x) for x in table[at, 1:])), counted),),
+                described_pose(answer, at),
+            )
+        )
+    arriving = (
+        "each joint arrives from either side at random"
+        if answer.approach == 0
+        else f"every joint arrives moving {'up' if answer.approach > 0 else 'down'}"
+    )
+    return Section(
+        "iso9283",
+        "ISO 9283, predicted",
+        ("value",),
+        tuple(rows),
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}",
+    )
+
+
+def described_pose(answer: Answer, index: int) -> str:
+    """Name a pose by its number and joint values."""
+    return f"pose {index}: {joint_values(answer, answer.poses.q[index])}"
+
+
+def joint_values(answer: Answer, q: Floats) -> str:
+    """Write joint values in degrees and millimetres."""
+    parts = []
+    for joint, value in zip(answer.arm.moving, q, strict=True):
+        parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
+    return ", ".join(parts)
+
+
+def as_length(estimate: Estimate, samples: str) -> Figure:
+    """Give an estimate (m) in the unit that suits its size."""
+    return length(estimate.value, estimate.low, estimate.high, samples)

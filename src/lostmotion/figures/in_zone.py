@@ -1,0 +1,74 @@
+"""The figures of a study in the zones that were asked about, beside those of the whole workspace."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.figures import Figure, Row, Section
+from lostmotion.figures.error import error_section, iso_section
+from lostmotion.figures.stopping import stopping_section
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.studies.answer import Answer
+    from lostmotion.studies.poses import Poses
+    from lostmotion.studies.route import FoundInZone
+
+WHOLE: Final = "over the workspace"
+BESIDE: Final = ("in the zone", "whole workspace")
+OWN: Final = " in the zone"
+
+
+def zone_sections(answer: Answer) -> list[Section]:
+    """What is the error in each zone, and what are AP and RP there, beside those of the whole workspace?"""
+    out = []
+    for k, zone in enumerate(answer.zones, 1):
+        inside = seen_in(answer, zone)
+        note = f"by Monte Carlo, the same robots: {said(zone)}"
+        for key, title, section in (("", "Position error", error_section), ("_iso9283", "ISO 9283, predicted,", iso_section)):
+            here, whole = section(inside, OWN), section(answer)
+            if not here.rows:
+                continue
+            rows = (_counted(zone.poses, answer.poses), *beside(here, whole))
+            out.append(Section(f"zone_{k}{key}", f"{title} in the zone {zone.name}", BESIDE, rows, f"{note}; {here.note}"))
+    return out
+
+
+def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
+    """How sure did each zone's figures become, stage by stage?"""
+    return [
+        stopping_section(zone.stopping, f"in the zone {zone.name}", f"zone_{k}_stopping")
+        for k, zone in enumerate(zones, 1)
+        if zone.stopping is not None
+    ]
+
+
+def seen_in(answer: Answer, zone: FoundInZone) -> Answer:
+    """Give the study as if it had visited the zone's poses alone. Raises ValueError for a zone that was not sampled."""
+    if zone.sampled is None:
+        raise ValueError(f"no samples in the zone {zone.name}")
+    return replace(answer, poses=zone.poses, sampled=zone.sampled, zones=())
+
+
+def said(zone: FoundInZone) -> str:
+    """Say how the zone's poses were come by, and what the interval counts."""
+    poses = zone.poses
+    found = f"{len(poses)} poses of the zone ({poses.law}), found among {zone.tried}"
+    if poses.replicates > 1:
+        return f"{found}, in {poses.replicates} independent sets; poses are numbered within the zone"
+    return f"{found} and taken as they are; poses are numbered within the zone"
+
+
+def _counted(here: Poses, whole: Poses) -> Row:
+    return Row("poses", (Figure(len(here), "1"), Figure(len(whole), "1")))
+
+
+def beside(here: Section, whole: Section) -> tuple[Row, ...]:
+    """Put the rows of two sections side by side, by label; with the first one's remark, where it is not that of both."""
+    others = {row.label: row for row in whole.rows}
+    none = Row("", (Figure(math.nan, "1"),))
+    pairs = ((row, others.get(row.label, none)) for row in here.rows)
+    return tuple(Row(row.label, (row.figures[0], other.figures[0]), row.note if row.note != other.note else "") for row, other in pairs)
