@@ -11,8 +11,8 @@ import pytest
 from lostmotion.errors import InputError
 from lostmotion.runs.carry_out import carry_out, order
 from lostmotion.runs.store import Store
-from lostmotion.runs.workers import check_address
-from tests.runs.conftest import tree
+from lostmotion.runs.workers import check_address, cluster
+from tests.runs.conftest import lostmotion, tree
 
 pytest.importorskip("distributed", reason="Dask is not installed: pip install 'lostmotion[dask]'")
 psutil = pytest.importorskip("psutil", reason="comes with Dask")
@@ -29,6 +29,26 @@ def test_what_is_no_address_is_refused_at_once():
     """A word without a port is no scheduler: it is refused before anything connects or is written."""
     with pytest.raises(InputError, match="--dask"):
         check_address("foo")
+
+
+@pytest.mark.parametrize("address", ["zzz://x:1", "tcp://no.such.host.invalid:8786"])
+def test_an_address_of_nothing_is_told_at_once(address):
+    """A scheme or a host that cannot be: one message."""
+    with pytest.raises(InputError, match="--dask") as caught, cluster(address):
+        pass
+    assert address in caught.value.problems[0].found
+
+
+def test_a_scheduler_that_is_not_there_leaves_nothing(arm, tmp_path):
+    """One message within seconds, exit code 2, and no folder that another command would go on with."""
+    begun = time.monotonic()
+    done = lostmotion("sweep", arm.name, "--poses", "8", "--robots", "4", "--dask", "tcp://127.0.0.1:1", "--out", "run", cwd=tmp_path)
+    assert time.monotonic() - begun < 60  # most of it is the start of Python on a busy machine
+    assert done.returncode == 2
+    assert "--dask" in done.stderr
+    assert "local:N" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == [arm.name]
 
 
 @pytest.mark.slow

@@ -18,10 +18,11 @@ from lostmotion.runs.blocks import COLUMNS, Record, compute, pack, unpack
 from lostmotion.runs.carry_out import carry_out, order
 from lostmotion.runs.order import Order, order_of
 from lostmotion.runs.store import Store
+from lostmotion.runs.stream import poses_between
 from lostmotion.runs.summary import summarise
 from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.poses import sample_poses
-from tests.runs.conftest import ARM, tree
+from tests.runs.conftest import ARM, lostmotion, tree
 
 HERE = Path(__file__).parent
 COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 4}
@@ -179,6 +180,8 @@ def test_an_order_stays_in_its_folder(small, name):
         {"poses": 63},
         {"sets": 7},
         {"law": "given"},
+        {"law": "grid"},
+        {"sets": 1},
         {"arm": "other.toml"},
         {"axes": [{"key": f"k{k}", "values": list(range(1000))} for k in range(4)]},
         {"axes": [{"key": "", "values": []}]},
@@ -191,6 +194,27 @@ def test_an_order_that_cannot_be_is_refused(small, change):
     said = {**json.loads(small.order.text()), **change}
     with pytest.raises(LostmotionError, match="no order of a run"):
         order_of(json.dumps(said).encode())
+
+
+@pytest.mark.parametrize("poses", [7, 10, 63, 65])
+def test_a_grid_of_a_count_that_no_grid_has_is_refused(small, copy, poses):
+    """Two joints make squares; another count in a damaged order is one message, from Python and with exit code 2, before a block is looked at."""
+    said = {**json.loads(small.order.text()), "law": "grid", "sets": 1, "poses": poses}
+    (copy / "run.json").write_text(json.dumps(said))
+    with pytest.raises(LostmotionError, match=f"a grid of {poses} poses, and an arm with 2 moving joints has none"):
+        Store.open(copy)
+    with pytest.raises(LostmotionError, match=f"a grid of {poses} poses"):
+        poses_between(small.order.read(0), "grid", poses, 1, 0, poses)
+
+
+def test_the_command_tells_a_damaged_grid_in_one_message(small, copy):
+    """As above, from the command line."""
+    said = {**json.loads(small.order.text()), "law": "grid", "sets": 1, "poses": 10}
+    (copy / "run.json").write_text(json.dumps(said))
+    done = lostmotion("replay", copy, cwd=copy.parent)
+    assert done.returncode == 2
+    assert "a grid of 10 poses" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize("text", [b"", b"[" * 100_000, b"\xff", b"null", b'{"poses": 1' + b"0" * 5000 + b"}"])

@@ -8,12 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.figures.runs import short_keys
+from lostmotion.figures.runs import design_said, short_keys
 from lostmotion.formats.designs import read_design, read_sweep
 from lostmotion.formats.sweep import Axis, changes, designs
 from lostmotion.plots.runs import sweep_plots
@@ -279,6 +280,8 @@ def test_mistakes_end_in_one_message(tmp_path):
         ("none.toml", {}, "no such file"),
         ("tiny.toml", {"dask": "local:none"}, "local:N"),
         ("tiny.toml", {"seed": -1}, "seed"),
+        ("tiny.toml", {"workers": 0}, "workers"),
+        ("tiny.toml", {"workers": 10**9}, "from 1 to 1024"),
     ):
         with pytest.raises(lostmotion.InputError, match=said):
             lostmotion.sweep(tmp_path / file, out=tmp_path / "run", **options)
@@ -287,6 +290,46 @@ def test_mistakes_end_in_one_message(tmp_path):
     assert "from 1 to 8000 poses with 1000 robots" in found.stderr
     assert "Traceback" not in found.stderr
     assert not (tmp_path / "run").exists()
+
+
+def test_an_arm_in_memory_is_not_swept(tmp_path):
+    """A sweep changes keys of a file: text and Path are taken, an Arm is refused with the reason, and so is what is nothing of these."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM, encoding="utf-8")
+    with pytest.raises(lostmotion.InputError, match="a sweep changes keys of the file, which an arm in memory no longer has") as caught:
+        lostmotion.sweep(lostmotion.read(path), out=tmp_path / "run")
+    assert caught.value.problems[0].found == "an Arm, tiny"
+    with pytest.raises(lostmotion.InputError, match="path"):
+        lostmotion.sweep(None, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+    assert lostmotion.sweep(str(path), poses=8, robots=4, visits=2, out=tmp_path / "run").outcomes
+
+
+def test_designs_have_short_names_that_tell_them_apart(tmp_path):
+    """Names leave out what is the same in all designs and what is long; result.json has every key and value in full."""
+    path = tmp_path / "tiny.toml"
+    long = [f"{{ length = '{length} mm ± 50 µm', stiffness = '1 N' }}" for length in (300, 400)]
+    axes = (
+        Axis(key="gearboxes.small.backlash", values=("1 arcmin",)),
+        Axis(key="joints.A.link.length", values=("0.3 m", "0.4 m")),
+        Axis(key="joints.B.link.length", values=("0.2 m", "0.3 m", "0.2 m")),
+        Axis(key="note", values=tuple(long)),
+        Axis(key="x.a_b", values=(1, True)),
+        Axis(key="x.a b", values=(1, 2)),
+    )
+    order = SimpleNamespace(axes=axes, stated=lambda design: changes(axes, design))
+    names = [design_said(order, design) for design in range(designs(axes))]
+    assert len(set(names)) == designs(axes) == 48
+    order.axes = axes = axes[:3]
+    assert design_said(order, 1) == "A link length 0.3 m, B link length 0.3 m"
+    path.write_text(ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]\n"gearboxes.small.ratio" = [50]', encoding="utf-8")
+    found = lostmotion.sweep(path, poses=8, robots=4, visits=2, out=tmp_path / "run")
+    table = next(section for section in found.sheet.sections if section.key == "designs")
+    assert [row.label for row in table.rows] == ["mass 1 kg", "mass 3 kg"]
+    assert "gearboxes.small.ratio = 50 in all" in table.note
+    told = found.result()["designs"]
+    assert [each["name"] for each in told] == ["mass 1 kg", "mass 3 kg"]
+    assert told[1]["stated"] == {"payload.mass": "3 kg", "gearboxes.small.ratio": 50}
 
 
 def test_designs_are_compared_at_the_users_own_poses(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import nullcontext
 from dataclasses import dataclass
 from operator import index
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, sign_of
 from lostmotion.ask.shown import Shown
+from lostmotion.errors import InputError, Problem, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,7 +45,7 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
 ) -> Sweep:
     """How accurate is every design that an arm file's `[sweep]` asks for, or the one arm at any number of poses?
 
-    path     the arm file; `sidecar` as in `read`
+    path     the arm file: its keys are what a sweep changes, which an arm in memory no longer has; `sidecar` as in `read`
     by       a TOML with [sweep], in place of the arm's own; without either there is one design
     poses    how many of each design, any number up to 8 x 2^30: memory does not grow with it; or a CSV of poses as in `formats.poses`
     robots, visits, seed, pose_law, approach   as in `study`; all designs share poses and draws
@@ -51,15 +53,22 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
     out      the folder of the run, NAME-sweep where left out. A run that was killed goes on from what is there, to the same bytes
     workers  threads; left out: one per processor. dask: "local:N" processes, or the address of a scheduler, instead
 
-    Raises InputError with every mistake in the files and for counts out of range; OutputExistsError where the folder holds anything else.
+    Raises InputError with every mistake in the files, for counts out of range, and where no scheduler answers; OutputExistsError where the folder
+    holds anything else. Then nothing is written.
     """
-    from lostmotion.runs.carry_out import carry_out, order
+    from lostmotion.arm import Arm
+    from lostmotion.runs.carry_out import carry_out, check_workers, order
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import summarise
-    from lostmotion.runs.workers import check_address
+    from lostmotion.runs.workers import check_address, cluster
 
+    if not isinstance(path, str | os.PathLike):
+        found = f"an Arm, {path.name}" if isinstance(path, Arm) else shown(path)
+        expected = "the path of an arm file: a sweep changes keys of the file, which an arm in memory no longer has"
+        raise InputError([Problem("", "path", found, expected, 'lostmotion.sweep("z-arm.toml")')])
     if dask is not None:
         check_address(dask)
+    threads = check_workers(os.cpu_count() or 1 if workers is None else workers)
     sign = int(sign_of(approach))
     path = Path(path)
     asked = order(
@@ -75,8 +84,9 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
         block=block,
         progress=progress,
     )
-    store = Store.begin(Path(out or f"{path.stem}-sweep"), asked)
-    carry_out(store, workers or os.cpu_count() or 1, dask, progress)
+    with nullcontext() if dask is None else cluster(dask) as connected:  # before anything is written
+        store = Store.begin(Path(out or f"{path.stem}-sweep"), asked)
+        carry_out(store, threads, connected, progress)
     return Sweep(asked.read(0), store, tuple(summarise(store, progress)))
 
 

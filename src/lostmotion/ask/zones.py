@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # What of a map is an amount, and what it may be; an arm and its work are no larger than this.
 _MOST: Final = 1000.0
-AMOUNTS: Final = {
+AMOUNTS: Final[dict[str, Quantity | Three]] = {
     "cell": Quantity("m", "50 mm", above=0, high=_MOST),
     "target": Quantity("m", "0.5 mm", above=0, high=_MOST),
     "box": Three(Quantity("m", "300 mm", low=0, high=_MOST), "300 mm x 200 mm x 100 mm"),

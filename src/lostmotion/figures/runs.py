@@ -25,6 +25,8 @@ _MOST_TERMS: Final = 400
 _LEAST_TERM: Final = 1e-3
 _MOST_EXTREMES: Final = 10
 _MOST_PARTS: Final = 3
+# Of a value in the name of a design: tables and lists may be long.
+_LONGEST_LABEL: Final = 32
 _AS_IT_STANDS: Final = "the arm as it stands"
 _RESOLUTION: Final = "quantiles are read from counts in bins at most 0.4 % wide, on a straight line within a bin"
 _WORDS: Final = (
@@ -46,16 +48,25 @@ def short_keys(axes: Sequence[Axis]) -> list[str]:
     for k, path in enumerate(paths):
         steps = next(n for n in range(1, len(path) + 1) if n == len(path) or all(path[-n:] != other[-n:] for j, other in enumerate(paths) if j != k))
         out.append(" ".join(path[-steps:]).replace("_", " "))
-    return out
+    return out if len(set(out)) == len(out) else [axis.key for axis in axes]
+
+
+def short_labels(axis: Axis) -> list[str]:
+    """Give each value of a key in a few characters; those that would read alike by their place in the list."""
+    short = [text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL - 1]}…" for text in axis.labels]
+    return [text if short.count(text) == 1 else f"no. {k}" for k, text in enumerate(short, start=1)]
 
 
 def design_said(order: Order, design: int) -> str:
-    """Name a design by the values that it takes."""
+    """Name a design by the values of the keys that differ between designs."""
     if not order.axes:
         return _AS_IT_STANDS
-    stated = order.stated(design)
-    labels = [axis.labels[axis.values.index(stated[axis.key])] for axis in order.axes]
-    return ", ".join(f"{name} {label}" for name, label in zip(short_keys(order.axes), labels, strict=True))
+    axes = [axis for axis in order.axes if len(axis.values) > 1] or order.axes
+    said = []
+    for name, axis in reversed(list(zip(short_keys(axes), axes, strict=True))):  # the last key changes fastest
+        design, place = divmod(design, len(axis.values))
+        said.append(f"{name} {short_labels(axis)[place]}")
+    return ", ".join(reversed(said))
 
 
 def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
@@ -91,7 +102,8 @@ def _of(estimate: Estimate, samples: str) -> Figure:
 
 def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str) -> Section:
     rows = tuple(Row(design_said(order, each.design), (_of(each.quantiles[LEVEL], counted), _of(each.mean, counted))) for each in chosen)
-    swept = f"; swept: {', '.join(axis.key for axis in order.axes)}" if order.axes else ""
+    told = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
+    swept = f"; swept: {', '.join(told)}" if told else ""
     left = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
     return Section("designs", "Position error", ("95 % within", "mean"), rows, _RESOLUTION + swept + left)
 
@@ -241,7 +253,7 @@ def _facts(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> dict[str, Any
         "robots": order.robots,
         "visits": order.visits,
         "axes": [{"key": axis.key, "values": list(axis.values)} for axis in order.axes],
-        "designs": [_plain(each) for each in outcomes],
+        "designs": [{"name": design_said(order, each.design), **_plain(each)} for each in outcomes],
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.errors import LostmotionError
 from lostmotion.runs.order import Order, made_with, order_of
-from lostmotion.runs.stream import poses_between
+from lostmotion.runs.stream import poses_between, steps_of
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.intervals import robots_quantile
 from lostmotion.studies.montecarlo import kernel
@@ -129,6 +129,8 @@ def _design_of(text: bytes, design: int) -> Design:
     given = order.listed(arm)
     if given is not None and len(given) != order.poses:
         raise LostmotionError(f"the order lists {len(given)} poses and speaks of {order.poses}")
+    if order.law == "grid":
+        steps_of(order.poses, len(arm.moving))  # refuses a count that is no grid's
     return Design(arm, plan, given)
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.runs.order import Law
     from lostmotion.runs.store import Store
+    from lostmotion.runs.workers import Cluster
 
 MOST_WORKERS: Final = 1024
 # Where an order keeps the user's poses, so that they have no name of the arm's own files.
@@ -104,21 +105,21 @@ def order(  # noqa: PLR0913 - a run is these numbers
 def carry_out(
     store: Store,
     workers: int = 1,
-    dask: str | None = None,
+    cluster: Cluster | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> int:
     """Compute every block that is not done yet, and keep it; gives how many there were to compute. Interrupted or killed, it goes on from there.
 
+    On `workers` threads, or on the Dask cluster given.
     Raises LostmotionError where the store cannot be written, another process is at it, or workers of other versions compute.
     """
-    if not 1 <= workers <= MOST_WORKERS:
-        raise refuse_argument("workers", workers, f"from 1 to {MOST_WORKERS}", "workers = 4")
+    check_workers(workers)
     with store.locked():
         there = store.done(progress)
         total, done = there.size, int(there.sum())
         todo = ((int(k) // store.order.blocks, int(k) % store.order.blocks) for k in np.flatnonzero(~there))
         text = store.order.text()
-        for design, block, packed, versions in on_threads(text, todo, workers) if dask is None else on_dask(text, todo, dask):
+        for design, block, packed, versions in on_threads(text, todo, workers) if cluster is None else on_dask(text, todo, cluster):
             _refuse_others(store.order.made_with, versions)
             try:
                 store.write(design, block, packed)
@@ -130,6 +131,13 @@ def carry_out(
             if progress is not None:
                 progress(f"block {done} of {total}", done, total)
     return total - int(there.sum())
+
+
+def check_workers(workers: int) -> int:
+    """Refuse more threads than make sense, or none."""
+    if not 1 <= workers <= MOST_WORKERS:
+        raise refuse_argument("workers", workers, f"from 1 to {MOST_WORKERS}", "workers = 4")
+    return workers
 
 
 def _refuse_others(mine: dict[str, str], theirs: dict[str, str]) -> None:

@@ -91,6 +91,13 @@ class Order(BaseModel):
         return self
 
     @model_validator(mode="after")
+    def _shares_into_sets(self) -> Self:
+        """Poses by chance come in independent sets; those of a grid or a list are one set."""
+        if (self.sets == 1) != (self.law in {"grid", "given"}):
+            raise ValueError("sets of poses that this law does not make")
+        return self
+
+    @model_validator(mode="after")
     def _lists_its_poses(self) -> Self:
         if (self.law == "given") != (self.given is not None) or self.given not in {None, *self.files} or (self.given and self.sets > 1):
             raise ValueError("poses given without their file, or a file without need")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.errors import refuse_argument
+from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.laws.chance import Normal
 from lostmotion.runs.order import MOST_POSES
 from lostmotion.studies.draws import key
@@ -38,6 +38,17 @@ def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
     return REPLICATES * (1 << (each - 1).bit_length() if law == "sobol" else each), REPLICATES
 
 
+def steps_of(poses: int, joints: int) -> int:
+    """How many steps in each of so many joints has a grid of so many poses? Raises LostmotionError for a count that no such grid has."""
+    steps: int = round(poses ** (1 / joints))
+    if steps**joints != poses:
+        raise LostmotionError(
+            f"the order speaks of a grid of {poses} poses, and an arm with {joints} moving joints has none of that many: "
+            f"{steps} steps in each joint are {steps**joints}\n  the run's order was changed or is damaged; run `lostmotion sweep` in another folder"
+        )
+    return steps
+
+
 def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: int) -> Floats:
     """Which poses stand from number `first` up to `last` in a row of `poses`, rounded already? q (pose, joint), rad or m; within one set."""
     low, high = arm.limits.T
@@ -45,7 +56,7 @@ def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: i
     if law == "given":
         raise ValueError("poses that are given follow from no law")
     if law == "grid":
-        steps = round(poses ** (1 / joints))
+        steps = steps_of(poses, joints)
         axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
         at = np.unravel_index(np.arange(first, last), (steps,) * joints) if steps > 1 else np.zeros((joints, last - first), int)
         return np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)])

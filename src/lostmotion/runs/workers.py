@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 from collections import deque
+from collections.abc import Callable  # noqa: TC003 - read by the named tuple
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from lostmotion.errors import InputError, LostmotionError, Problem, refuse_argument, shown
 from lostmotion.runs.blocks import compute_packed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
     from concurrent.futures import Future
 
     Packed = dict[str, bytes]
@@ -22,7 +23,15 @@ if TYPE_CHECKING:
 _AHEAD: Final = 2
 _LOCAL: Final = "local:"
 _MOST_LOCAL: Final = 1024
-_SECONDS_TO_CONNECT: Final = 20
+# A scheduler that is there answers within one.
+_SECONDS_TO_CONNECT: Final = 5
+
+
+class Cluster(NamedTuple):
+    """A Dask cluster that answered: its client, and how many threads its workers have by now."""
+
+    client: Any
+    workers: Callable[[], int]
 
 
 def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> Iterator[Done]:
@@ -50,33 +59,32 @@ def check_address(address: str) -> None:
         raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'")
 
 
-def on_dask(text: bytes, todo: Iterable[tuple[int, int]], address: str) -> Iterator[Done]:
-    """Compute these blocks of an order on a Dask cluster, `local:N` or the address of a scheduler, and hand each on as it comes.
+def on_dask(text: bytes, todo: Iterable[tuple[int, int]], cluster: Cluster) -> Iterator[Done]:
+    """Compute these blocks of an order on a Dask cluster, and hand each on as it comes.
 
-    A block whose worker dies is computed by another. Raises LostmotionError where Dask is not installed, does not answer, or loses one block's
-    workers again and again; InputError for an address that is none.
+    A block whose worker dies is computed by another. Raises LostmotionError where the scheduler goes, or one block's workers die again and again.
     """
-    with _client(address) as (client, workers):
-        from distributed import as_completed
+    from distributed import as_completed
 
-        rest = iter(todo)
-        at = {}
+    client, workers = cluster
+    rest = iter(todo)
+    at = {}
 
-        def hand_out() -> Iterator[Any]:
-            for design, block in rest:
-                # The text goes along every time: what is scattered is lost with its worker, and nobody could compute it again.
-                future = client.submit(compute_packed, text, design, block, pure=False)
-                at[future.key] = (design, block)
-                yield future
-                if len(at) >= _AHEAD * max(workers(), 1):
-                    return
+    def hand_out() -> Iterator[Any]:
+        for design, block in rest:
+            # The text goes along every time: what is scattered is lost with its worker, and nobody could compute it again.
+            future = client.submit(compute_packed, text, design, block, pure=False)
+            at[future.key] = (design, block)
+            yield future
+            if len(at) >= _AHEAD * max(workers(), 1):
+                return
 
-        running = as_completed(list(hand_out()), loop=client.loop)
-        for future in running:
-            packed, versions = _result(future)
-            yield *at.pop(future.key), packed, versions
-            future.release()
-            running.update(list(hand_out()))
+    running = as_completed(list(hand_out()), loop=client.loop)
+    for future in running:
+        packed, versions = _result(future)
+        yield *at.pop(future.key), packed, versions
+        future.release()
+        running.update(list(hand_out()))
 
 
 def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: ANN401 - Dask publishes no types
@@ -94,26 +102,31 @@ def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: AN
 
 
 @contextmanager
-def _client(address: str) -> Iterator[tuple[Any, Callable[[], int]]]:
-    """Connect to a cluster, or start one on this machine that nobody else can reach; gives the client, and how many threads its workers have."""
+def cluster(address: str) -> Iterator[Cluster]:
+    """Connect to the scheduler at this address, or with `local:N` start a cluster on this machine that nobody else can reach.
+
+    Raises InputError for an address that is none, or at which no scheduler answers within seconds; LostmotionError where Dask is not installed.
+    """
     local = _local_workers(address)
     check_address(address)
     from distributed import Client, LocalCluster
+    from distributed.comm import resolve_address
 
     if local is None:
         try:
+            resolve_address(address)  # a scheme or a host that is none is told at once
             client = Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
-        except (OSError, ValueError) as error:
-            found = f"no Dask scheduler at {shown(address)} ({error})"
+        except (OSError, ValueError, OverflowError, ImportError) as error:
+            found = f"{shown(address)}: no Dask scheduler answers there within {_SECONDS_TO_CONNECT} s ({shown(error)})"
             raise InputError([Problem("", "--dask", found, "the address of a running scheduler, or local:N", "--dask tcp://10.0.0.5:8786")]) from None
         with client:
-            yield client, lambda: sum(client.nthreads().values())
+            yield Cluster(client, lambda: sum(client.nthreads().values()))
         return
     with (
         LocalCluster(n_workers=local, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
-        yield client, lambda: local
+        yield Cluster(client, lambda: local)
 
 
 def _local_workers(address: str) -> int | None:
