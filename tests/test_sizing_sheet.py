@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -208,6 +209,47 @@ def test_an_option_is_no_second_opinion(tmp_path):
     with pytest.raises(lostmotion.InputError) as caught:
         asked(tmp_path, "[sizing]", family={"kind": "tube", "outer": "3 mm"}, slope="4 mm")
     assert {problem.key for problem in caught.value.problems} == {"--wall", "--slope"}
+
+
+@pytest.mark.parametrize("tube", [{"outer": "30 mm .. 20 mm"}, {"outer": "30 mm .. 20 mm", "wall": "3 mm"}, {"wall": "6 mm .. 2 mm"}])
+def test_one_mistake_gives_one_complaint(tmp_path, tube):
+    """A range that falls is told alone, whether or not the other size is there; what is missing alone is told, with an example that fits."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(tmp_path, "[sizing]", family={"kind": "tube", **tube})
+    assert [problem.found for problem in caught.value.problems] == [f"'{next(iter(tube.values()))}' (a range that does not rise)"]
+    with pytest.raises(lostmotion.InputError) as caught:
+        asked(tmp_path, "[sizing]", family={"kind": "tube", "outer": "30 mm .. 200 mm"})
+    assert [(problem.key, problem.example) for problem in caught.value.problems] == [("--wall", 'wall = "3 mm"')]
+
+
+def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
+    """From Python a number is SI, in limits, families, lists and links; numbers that are none are refused under their name."""
+    from lostmotion.formats import sizing
+
+    seen = []
+    monkeypatch.setattr(sizing, "read_asked", lambda *said: seen.append(read_asked(*said)) or seen[-1])
+    monkeypatch.setattr("lostmotion.studies.sizing.sizing.size_links", lambda *_said, **_more: None)
+    arm = lostmotion.read(Z_ARM)
+    said = {"slope": "1 arcmin", "tilt": "10 deg", "step": "1 mm", "family": {"kind": "tube", "outer": "30 mm .. 200 mm", "wall": "3 mm"}}
+    in_si = {
+        "slope": math.radians(1 / 60),
+        "tilt": math.radians(10),
+        "step": 1e-3,
+        "family": {"kind": "tube", "outer": (0.03, "20 cm"), "wall": 0.003},
+    }
+    links = (
+        {"A": {"stock": [{"kind": "tube", "outer": "80 mm", "wall": "2 mm"}]}},
+        {"A": {"stock": [{"kind": "tube", "outer": 0.08, "wall": 0.002}]}},
+    )
+    for words, each in zip((said, in_si), links, strict=True):
+        lostmotion.size(arm, poses=8, links=each, **words)
+    first, second = (found.plan for found in seen)
+    assert [second.slope, second.tilt, second.step] == pytest.approx([first.slope, first.tilt, first.step])
+    assert second.family == first.family
+    assert seen[0].wanted["A"] == seen[1].wanted["A"]
+    for wrong in ({"slope": math.nan}, {"tilt": "10 mm"}, {"target": -1}, {"step": True}):
+        with pytest.raises(lostmotion.InputError, match=next(iter(wrong))):
+            lostmotion.size(arm, **wrong)
 
 
 def test_sizing_works_out_of_the_box(tmp_path):

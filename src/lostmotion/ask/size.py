@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 DEFAULT_SIZING_POSES = 1024
 # With a target: poses that the search sums up at; the full study of what it found has as many as a study of an arm.
 DEFAULT_SEARCH_POSES = 128
+# Keys of the table that are amounts with a unit.
+_UNITS: Final = {"slope": "rad", "tilt": "rad", "step": "m", "target": "m"}
 
 
 def size(  # noqa: PLR0913 - a sizing is these
@@ -41,7 +44,8 @@ def size(  # noqa: PLR0913 - a sizing is these
     by       a TOML that says how (`formats.sizing`); left out: the paper's condition (4), each link among sections like its own
     poses    how many to look at, by a Sobol sequence: 1024, or 128 in the search for a target, which a full study of 2048 follows; corners of the
              joints' ranges are looked at besides, and by limits `also` (pose, joint), rad and m
-    asked    keys of its table as in the file, slope="0.5 arcmin", deflection=2500, tilt="10 deg", family={"kind": "tube", ...}, target="0.5 mm"
+    asked    keys of its table as in the file, slope="0.5 arcmin", deflection=2500, tilt="10 deg", family={"kind": "tube", ...}, target="0.5 mm";
+             amounts are text with a unit, or numbers in SI, a range of sizes ("30 mm", 0.2) or "30 mm .. 200 mm"
     reducers rows of the user's own that the file may name besides the catalogue's (`formats.own_reducers.read_reducers`)
     threads  of the full study; left out: one per processor
 
@@ -53,7 +57,8 @@ def size(  # noqa: PLR0913 - a sizing is these
     from lostmotion.formats.sizing import read_asked
     from lostmotion.studies.poses import sample_poses
 
-    said = read_asked(None if by is None else Path(by), asked, arm, reducers)
+    in_words = {name: _worded(name, value) for name, value in asked.items()}
+    said = read_asked(None if by is None else Path(by), in_words, arm, reducers)
     if said.plan.target is None:
         from lostmotion.studies.sizing.sizing import size_links
 
@@ -76,6 +81,29 @@ def size(  # noqa: PLR0913 - a sizing is these
         progress=progress,
     )
     return Selection(found, said.notes)
+
+
+def _worded(name: str, value: Any) -> Any:  # noqa: ANN401 - values of a file's table
+    """Give numbers in SI as text with their unit, as the table has them; anything else as it is."""
+    if name in _UNITS:
+        return f"{float(value)!r} {_UNITS[name]}" if _is_number(value) else value
+    if name == "family" and isinstance(value, dict):
+        return {size: _size(each) for size, each in value.items()}
+    if name == "stock" and isinstance(value, list | tuple):
+        return [_worded("family", each) for each in value]
+    if name == "links" and isinstance(value, dict):
+        return {joint: {key: _worded(key, each) for key, each in said.items()} if isinstance(said, dict) else said for joint, said in value.items()}
+    return value
+
+
+def _size(value: Any) -> Any:  # noqa: ANN401 - a size, or a range of it
+    if _is_number(value):
+        return f"{float(value)!r} m"
+    return " .. ".join(str(_size(each)) for each in value) if isinstance(value, tuple) else value
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)

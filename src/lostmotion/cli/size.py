@@ -45,6 +45,7 @@ def size(  # noqa: PLR0913, PLR0917 - options of a command line
     """Choose the lightest sections that keep an arm's links within slope and deflection, or the cheapest parts within a target on the tool."""
     from lostmotion.ask.read import read
     from lostmotion.ask.size import size as size_arm
+    from lostmotion.errors import refuse_argument
     from lostmotion.formats.own_reducers import read_reducers
     from lostmotion.formats.poses import read_poses
     from lostmotion.formats.sized import reads_back
@@ -54,6 +55,8 @@ def size(  # noqa: PLR0913, PLR0917 - options of a command line
     folder = out or Path(f"{file.stem}-sized")
     refuse_existing(folder, force=force)
     tube = {name: text for name, text in (("kind", family), ("outer", outer), ("wall", wall)) if text is not None}
+    if family not in {None, "tube"}:
+        raise refuse_argument("--family", family, "tube, with --outer and --wall; other kinds in a file, by --by", "--family tube")
     words = {"target": target, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt}
     arm = read(file, sidecar)
     own = read_reducers(file) if file.suffix.lower() == ".toml" else ()

@@ -156,6 +156,7 @@ def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequen
         return _key((TABLE, *where))
 
     plan = _checked(merged, Plan, file, key_of, mistakes)
+    mistakes = _one_for_one(mistakes, [key_of(("family", name)) for name in _OPTIONS] if "family" in options else [])
     named = _links(links, file, mistakes)
     names = {joint.name: joint for joint in arm.joints}
     for name in named:
@@ -203,6 +204,13 @@ def _aiming(plan: Plan, wanted: dict[str, Wanted], offers: Offers, parts: list[S
 
 # Keys of a family that options of the command line are called after; its kind is --family's own word.
 _OPTIONS: Final = ("outer", "wall")
+_MISSING: Final = "nothing"
+
+
+def _one_for_one(mistakes: list[Problem], keys: Sequence[str]) -> list[Problem]:
+    """Leave out what is missing among these keys where another of them is wrong: whoever mistypes one size of two has made one mistake."""
+    wrong = any(each.key in keys and each.found != _MISSING for each in mistakes)
+    return [each for each in mistakes if not (wrong and each.key in keys and each.found == _MISSING)]
 
 
 def _key(path: KeyPath) -> str:

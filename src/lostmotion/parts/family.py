@@ -77,6 +77,7 @@ class SizeRange(Quantity):
 
 _LARGEST_SHARE: Final = 10.0
 Size = Annotated[Span, SizeRange("m", "30 mm .. 200 mm", above=0, high=10.0)]
+Wall = Annotated[Span, SizeRange("m", "3 mm", above=0, high=10.0)]
 
 
 class _Family(Part):
@@ -123,7 +124,7 @@ class TubeFamily(_Family):
 
     kind: Literal["tube"] = "tube"
     outer: Size
-    wall: Size
+    wall: Wall
 
 
 class RodFamily(_Family):
@@ -147,7 +148,7 @@ class BoxFamily(_Family):
     kind: Literal["box"] = "box"
     height: Size
     width: Size
-    wall: Size
+    wall: Wall
 
 
 class IFamily(_Family):
@@ -156,8 +157,8 @@ class IFamily(_Family):
     kind: Literal["I"] = "I"
     height: Size
     width: Size
-    web: Size
-    flange: Size
+    web: Wall
+    flange: Wall
 
 
 Family = Annotated[TubeFamily | RodFamily | RectangleFamily | BoxFamily | IFamily, Field(discriminator="kind")]
