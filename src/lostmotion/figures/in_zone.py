@@ -67,8 +67,12 @@ def _counted(here: Poses, whole: Poses) -> Row:
 
 
 def beside(here: Section, whole: Section) -> tuple[Row, ...]:
-    """Put the rows of two sections side by side, by label; with the first one's remark, where it is not that of both."""
+    """Put the rows of two sections side by side, by label; with the first one's remark, unless it is that of both and there is a figure."""
     others = {row.label: row for row in whole.rows}
     none = Row("", (Figure(math.nan, "1"),))
     pairs = ((row, others.get(row.label, none)) for row in here.rows)
-    return tuple(Row(row.label, (row.figures[0], other.figures[0]), row.note if row.note != other.note else "") for row, other in pairs)
+    return tuple(Row(row.label, (row.figures[0], other.figures[0]), _remark(row, other)) for row, other in pairs)
+
+
+def _remark(here: Row, whole: Row) -> str:
+    return here.note if here.note != whole.note or math.isnan(here.figures[0].value) else ""

@@ -110,19 +110,21 @@ def _dealt(poses: Poses, mask: np.ndarray, name: str, tool: Floats, most: int = 
     if poses.replicates == 1:
         return Poses(poses.q[inside], poses.law)
     if len(inside) == 1:
-        raise refuse_argument("zone", f"{name}: only 1 of the {len(mask)} poses is in it", f"a zone that more reach; {_reached(tool)}", _EXAMPLE)
+        raise _refused(f"{name}: only 1 of the {len(mask)} poses is in it", "a zone that more reach", tool)
     sets = min(poses.replicates, len(inside))
     each = min(len(inside) // sets, -(-most // sets))
     return Poses(poses.q[inside[: len(inside) // sets * sets].reshape(sets, -1)[:, :each].ravel()], poses.law, sets)
 
 
 def _nowhere(name: str, tool: Floats) -> InputError:
-    return refuse_argument("zone", f"{name}: none of the {len(tool)} poses is in it", f"a zone that some reach; {_reached(tool)}", _EXAMPLE)
+    return _refused(f"{name}: none of the {len(tool)} poses is in it", "a zone that some reach", tool)
 
 
-def _reached(tool: Floats) -> str:
+def _refused(found: str, expected: str, tool: Floats) -> InputError:
+    """Refuse a zone and say where the tool goes; its name is our own text, and is not cut short."""
     low, high = tool.min(axis=0), tool.max(axis=0)
-    return "the tool goes " + ", ".join(f"{axis} {a:.3f}..{b:.3f} m" for axis, a, b in zip(_AXES, low, high, strict=True))
+    reached = ", ".join(f"{axis} {a:.3f}..{b:.3f} m" for axis, a, b in zip(_AXES, low, high, strict=True))
+    return InputError([Problem("", "zone", found, f"{expected}; the tool goes {reached}", _EXAMPLE)])
 
 
 def _in_box(tool: Floats, ends: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, str]:
