@@ -158,12 +158,12 @@ def told(found: Sampled):
 def test_a_zone_stops_by_its_own_figures(arm, monkeypatch):
     """Where more poses can be drawn in it, they are; where there are no more, it says that poses are wanting."""
     zone = poses_in_zone(arm, 16, CORNER)
-    asked = route(tolerance=Tolerance(0.05), most_robots=400)
+    asked = route(tolerance=Tolerance(0.02), robots=100, most_robots=4000)
     found = asked.within(arm, zone, lambda count: poses_in_zone(arm, count, CORNER).poses, 512)
     last = found.stopping.stages[-1]
     assert found.stopping.reached
     assert len(found.poses) == last.poses > 16
-    assert last.figures["95 % below"].relative <= 0.05
+    assert last.figures["95 % below"].relative <= 0.02
     assert found.budget.poses == last.poses
     monkeypatch.setattr(places, "MOST_TRIED", 4096)
     few = poses_in_zone(arm, 512, CORNER)
