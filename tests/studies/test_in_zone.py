@@ -7,6 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion.arm import tool_points
+from lostmotion.figures.in_zone import stopped_in
 from lostmotion.studies import places
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
 from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
@@ -167,10 +168,12 @@ def test_a_zone_stops_by_its_own_figures(arm, monkeypatch):
     assert found.budget.poses == last.poses
     monkeypatch.setattr(places, "MOST_TRIED", 4096)
     few = poses_in_zone(arm, 512, CORNER)
-    short = route(tolerance=Tolerance(0.01), most_robots=400).within(arm, few, lambda count: poses_in_zone(arm, count, CORNER).poses, len(few.poses))
+    short = route(tolerance=Tolerance(0.01), most_robots=4000).within(arm, few, lambda count: poses_in_zone(arm, count, CORNER).poses, len(few.poses))
     assert not short.stopping.reached
     assert short.stopping.for_want_of == "poses"
     assert len(short.poses) == len(few.poses)
+    (sentence,) = stopped_in([short])
+    assert sentence.endswith(f"and no more than {len(few.poses)} were found")
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.error import described_pose, error_section, iso_section
-from lostmotion.figures.in_zone import WHOLE, zone_sections, zone_stopping
+from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
@@ -196,7 +196,7 @@ def _verdict(found: Sequence[Section], answer: Answer) -> str:
         said.append(f"In the zone {zone.name} expect 95 % within {inside}{f' ({inside.interval})' if inside.interval else ''}.")
     if answer.stopping is not None:
         said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
-    said += [told(zone.stopping, f"in the zone {zone.name}") + "." for zone in answer.zones if zone.stopping is not None]
+    said += [f"{sentence}." for sentence in stopped_in(answer.zones)]
     return " ".join(said)
 
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.figures import Figure, Row, Section
 from lostmotion.figures.error import error_section, iso_section
-from lostmotion.figures.stopping import stopping_section
+from lostmotion.figures.stopping import stopping_section, told
+from lostmotion.studies.montecarlo.stopping import MOST_POSES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.studies.answer import Answer
+    from lostmotion.studies.montecarlo.stopping import Stopping
     from lostmotion.studies.poses import Poses
     from lostmotion.studies.route import FoundInZone
 
@@ -40,10 +42,20 @@ def zone_sections(answer: Answer) -> list[Section]:
 def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
     """How sure did each zone's figures become, stage by stage?"""
     return [
-        stopping_section(zone.stopping, f"in the zone {zone.name}", f"zone_{k}_stopping")
+        stopping_section(zone.stopping, f"in the zone {zone.name}", f"zone_{k}_stopping", scarce=_scarce(zone.stopping))
         for k, zone in enumerate(zones, 1)
         if zone.stopping is not None
     ]
+
+
+def stopped_in(zones: Sequence[FoundInZone]) -> list[str]:
+    """Say in a sentence for each zone whether its figures are as sure as asked for."""
+    return [told(zone.stopping, f"in the zone {zone.name}", scarce=_scarce(zone.stopping)) for zone in zones if zone.stopping is not None]
+
+
+def _scarce(stopping: Stopping) -> bool:
+    """Say whether more poses would have been drawn in the zone, had they been found."""
+    return stopping.most_poses < MOST_POSES
 
 
 def seen_in(answer: Answer, zone: FoundInZone) -> Answer:

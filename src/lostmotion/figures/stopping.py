@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.montecarlo.stopping import Stopping, Watched
 
 
-def stopping_section(found: Stopping, where: str = "", key: str = "stopping") -> Section:
-    """How sure did each figure become, stage by stage? `where` says over which poses, where there are several kinds."""
+def stopping_section(found: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False) -> Section:
+    """How sure did each figure become, stage by stage? `where` and `scarce` as `told`."""
     columns = tuple(f"{stage.poses} poses x {stage.robots} robots" for stage in found.stages)
     last = found.stages[-1]
     rows = []
@@ -23,11 +23,14 @@ def stopping_section(found: Stopping, where: str = "", key: str = "stopping") ->
         f"half of each 95 % interval, as a share of the figure, at each stage; asked for: {found.tolerance}. The first stage says how many robots "
         "and poses that takes; every interval printed is that of the last stage alone (JCGM 101:2008, 7.9, in two stages, or more if they fall short)"
     )
-    return Section(key, told(found, where), columns, tuple(rows), note)
+    return Section(key, told(found, where, scarce=scarce), columns, tuple(rows), note)
 
 
-def told(found: Stopping, where: str = "") -> str:
-    """Say in a sentence whether the figures are as sure as asked for; `where` says over which poses, where there are several kinds."""
+def told(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
+    """Say in a sentence whether the figures are as sure as asked for.
+
+    `where` says over which poses, where there are several kinds; `scarce` that there are no more of them.
+    """
     last = found.stages[-1]
     where = where and f" {where}"
     if found.reached:
@@ -37,7 +40,8 @@ def told(found: Stopping, where: str = "") -> str:
     figure = last.figures[name]
     half = f"half-width {100 * figure.relative:.2g} %" if math.isfinite(figure.relative) else "too few robots to tell"
     why = {
-        "poses": f"the choice of poses leaves most of it: ask for more than {last.poses}",
+        "poses": "the choice of poses leaves most of it"
+        + (f", and no more than {last.poses} were found" if scarce else f": ask for more than {last.poses}"),
         "robots": f"after the most robots allowed, {last.robots}",
         "stages": f"after {len(found.stages)} stages, {last.robots} robots and {last.poses} poses",
     }[found.for_want_of]
