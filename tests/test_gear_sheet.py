@@ -314,7 +314,7 @@ def test_without_a_torque_nothing_is_made_up(tmp_path):
 
 @pytest.mark.parametrize(
     ("more", "said"),
-    [({"torque": 0.0}, "above zero"), ({"torque": math.nan}, "above zero"), ({"gearboxes": 1}, "two gearboxes"), ({"seed": -1}, "zero or more")],
+    [({"torque": 0.0}, "above zero"), ({"torque": math.nan}, "above zero"), ({"gearboxes": 1}, "from 2 to 100000"), ({"seed": -1}, "zero or more")],
 )
 def test_arguments_that_cannot_be(more, said):
     """Each is refused with what is expected."""
@@ -487,3 +487,19 @@ def test_a_gearbox_out_of_an_arm(tmp_path):
     done = ran(EXAMPLES.parent / "z-arm.toml", "--joint", "A", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert read_gearbox(EXAMPLES.parent / "z-arm.toml", "A").name in done.stdout
+
+
+def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
+    """Counts beyond memory, loads of no bearing, places where nothing can be written: exit code 2, nothing is left."""
+    (tmp_path / "full").write_text("a file")
+    gearbox, bearing = EXAMPLES / "rv-like.toml", EXAMPLES.parent / "bearing" / "6209-pair.toml"
+    for words, said in (
+        (("gear", gearbox, "--gearboxes", 10**12), "100000"),
+        (("gear", gearbox, "--dxf", "full/x.dxf"), "--dxf"),
+        (("gear", gearbox, "--out", "full/out"), "--out"),
+        (("bearing", bearing, "--built", 10**12), "1000000"),
+        (("bearing", bearing, "--moment", "1e14 N m"), "at most 1e+09 N m"),
+    ):
+        done = subprocess.run([sys.executable, "-m", "lostmotion", *map(str, words)], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode, said in done.stderr, "Traceback" in done.stderr) == (2, True, False), (words, done.stderr)
+    assert [path.name for path in tmp_path.iterdir()] == ["full"]

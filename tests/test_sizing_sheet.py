@@ -182,6 +182,7 @@ family = { kind = "rod", diameter = "5 %" }
 @pytest.mark.parametrize(
     "text",
     [
+        "",
         "sizing = 3",
         "[sizing]\nlinks = 3",
         "[sizing]\nlinks.A = 3",

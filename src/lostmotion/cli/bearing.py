@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from lostmotion.cli.app import amount, app
+
+# N or N m: no bearing of a robot carries more.
+_MOST: Final = 1e9
 
 
 @app.command()
@@ -35,9 +37,9 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     folder = out or Path(f"{file.stem}-bearing")
     refuse_existing(folder, force=force)
     stated = (
-        amount("--force-radial", force_radial, "N", "2 kN", above=-math.inf),
-        amount("--force-axial", force_axial, "N", "500 N", above=-math.inf),
-        amount("--moment", moment, "N m", "30 N m", above=-math.inf),
+        amount("--force-radial", force_radial, "N", "2 kN", low=-_MOST, high=_MOST),
+        amount("--force-axial", force_axial, "N", "500 N", low=-_MOST, high=_MOST),
+        amount("--moment", moment, "N m", "30 N m", low=-_MOST, high=_MOST),
     )
     assumed = all(each is None for each in stated)
     load = BearingLoad(1000.0) if assumed else BearingLoad(*(each or 0.0 for each in stated))

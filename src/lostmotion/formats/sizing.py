@@ -136,8 +136,11 @@ def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequen
     """
     file = str(path) if path is not None else ""
     tree = read_toml(path) if path is not None else {}
+    said_nothing = path is not None and TABLE not in tree
     stated = tree.pop(TABLE, {})
     in_file, mistakes = take_reducers(file, tree)
+    if said_nothing:
+        mistakes.append(Problem(file, TABLE, _MISSING, "a table of limits, and of what links may be made of", _EXAMPLE))
     mistakes += [
         Problem(file, shown(key)[1:-1], f"an unknown key with {shown(value)}", f"one table [{TABLE}]", _EXAMPLE, nearest(key, [TABLE]))
         for key, value in list(tree.items())[:_MOST_LINKS]

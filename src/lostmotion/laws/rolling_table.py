@@ -64,7 +64,8 @@ class Pair:
         loads = np.stack([behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1)
         found = settle(self.seats, loads, clearance)
         if not found.converged.all():
-            raise DidNotConvergeError(f"a shaft on its bearings was not balanced in {np.count_nonzero(~found.converged)} of {len(loads)} cases")
+            said = f"a shaft on its bearings was not balanced in {np.count_nonzero(~found.converged)} of {len(loads)} cases"
+            raise DidNotConvergeError(f"{said}, the largest load among them {np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  are they meant?")
         x, z, tilt = found.stand[:, 0], found.stand[:, 2], found.stand[:, 4]
         return x - tilt * self.span / 2, x + tilt * self.span / 2, z
 

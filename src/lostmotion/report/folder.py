@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import stat
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -44,13 +45,15 @@ def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool =
 def refuse_existing(out: str | Path, *, force: bool) -> Path:
     """May results be written to this folder? Gives it as an absolute path.
 
-    Raises OutputExistsError where something is there already: a file or a link always, a folder unless `force` is set and it holds only our files.
+    Raises OutputExistsError where something is there already: a file or a link always, a folder unless `force` is set and it holds only our files;
+    LostmotionError where no folder can be made there, so that nobody works for results that then have no place.
     """
     target = Path(out)
     target = target.absolute() if target.name not in {"", ".."} else target.resolve()
     try:
         kind = target.lstat().st_mode
     except (FileNotFoundError, NotADirectoryError):
+        _try_beside(target)
         return target
     except OSError as error:
         raise LostmotionError(f"'{target}' cannot be looked at: {error.strerror}") from error
@@ -70,6 +73,18 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
     if not force:
         raise OutputExistsError(f"'{target}' exists\n  replace it with --force (force=True in Python), or name another folder with --out")
     return target
+
+
+def _try_beside(target: Path) -> None:
+    """Make a folder where the results would go, and take it away: permissions alone do not tell whether that works."""
+    parent = next(parent for parent in target.parents if parent.exists())
+    try:
+        with tempfile.TemporaryDirectory(prefix=".lostmotion-", dir=parent):
+            pass
+    except OSError as error:
+        raise LostmotionError(
+            f"'{target}' could not be written: {error.strerror or error}\n  nothing was left behind; name a folder that can be written with --out"
+        ) from error
 
 
 def _strangers(folder: Path) -> list[str]:

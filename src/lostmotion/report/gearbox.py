@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import tempfile
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,11 @@ def refuse_existing_file(out: Path, *, force: bool) -> None:
         raise OutputExistsError(f"'{out}' is no file of ours to replace\n  name another file with --dxf")
     if out.exists() and not force:
         raise OutputExistsError(f"'{out}' exists\n  replace it with --force, or name another file with --dxf")
+    try:
+        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not tell whether that works
+            pass
+    except OSError as error:
+        raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error
 
 
 def write_drawing(drawing: bytes, out: Path, *, force: bool = False) -> Path:

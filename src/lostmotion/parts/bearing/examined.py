@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from lostmotion.parts.bearing.drawn import DrawnBearing
     from lostmotion.spatial import Floats
 
+MOST_BUILT: Final = 1_000_000
 # Points of a curve over the load.
 _POINTS: Final = 33
 # Stiffness below this share of the largest counts as none: nothing holds there.
@@ -69,10 +70,10 @@ class Examined:
 def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: int = 1) -> Examined:
     """How does this bearing work under this load? `count` bearings are built by chance for its clearance, the same for the same seed.
 
-    Raises InputError for a count below one, and for a load along the axis that nothing holds; DidNotConvergeError as `settle`'s flag.
+    Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `settle`'s flag.
     """
-    if count < 1:
-        raise refuse_argument("count", count, "one bearing or more", "count = 1000")
+    if not 1 <= count <= MOST_BUILT:
+        raise refuse_argument("built", count, f"from 1 to {MOST_BUILT}", "built = 1000")
     pair = bearing.rows
     if load.axial and not pair.axial:
         raise refuse_argument("--force-axial", f"{load.axial:g} N", "none: cylindrical rollers hold nothing along the axis", '--force-axial "0 N"')

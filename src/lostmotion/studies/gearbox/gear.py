@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 StatedGearbox = CatalogueGearbox[Any, Any, Any, Any] | PlanetaryGearbox | WolfromGearbox | StrainWaveGearbox | WormGearbox
 AnyGearbox = StatedGearbox | CycloidalGearbox
+MOST_GEARBOXES: Final = 100_000
 # Steps of half a loop.
 _STEPS: Final = 400
 _ROUNDING: Final = 1e-9
@@ -86,15 +87,15 @@ class GearStudy:
 def gear(gearbox: ErrorSource, torque: float | None = None, gearboxes: int = 1000, seed: int = 1) -> GearStudy:
     """What does this gearbox do under a torque (N m; left out: its rated one)? So many of a drawing are built by chance.
 
-    Raises InputError for a torque that is not above zero, a count below two, a seed below zero; DidNotConvergeError where the contact law does not
+    Raises InputError for a torque that is not above zero, a count out of range, a seed below zero; DidNotConvergeError where the contact law does not
     hold the load.
     """
     if not _is_known(gearbox):
         raise refuse_argument("gearbox", type(gearbox).__name__, "a gearbox that a joint can have")
     if torque is not None and not (np.isfinite(torque) and torque > 0):
         raise refuse_argument("torque", torque, "a torque above zero", "torque = 200.0")
-    if gearboxes < 2:  # noqa: PLR2004 - a scatter needs two
-        raise refuse_argument("gearboxes", gearboxes, "two gearboxes or more: one has no scatter", "gearboxes = 1000")
+    if not 2 <= gearboxes <= MOST_GEARBOXES:  # noqa: PLR2004 - a scatter needs two
+        raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", "gearboxes = 1000")
     if seed < 0:
         raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
     chosen = gearbox.rated_torque if torque is None else torque

@@ -90,7 +90,7 @@ def grid_over(points: Floats, edge: float | None = None, margin: float = 0.15) -
     """Which grid holds these points (point, 3) with a margin, a share of their extent, around them?
 
     `edge` left out: about a thirtieth of the longest extent, rounded to 1, 2 or 5 times a power of ten. Raises InputError for an edge that is not a
-    positive length, or so small that there would be more than `MOST_CELLS` cells.
+    positive length, longer than all of the extent, or so small that there would be more than `MOST_CELLS` cells.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     extent = high - low
@@ -99,6 +99,10 @@ def grid_over(points: Floats, edge: float | None = None, margin: float = 0.15) -
         edge = _round(longest / _CELLS_ALONG) if longest > 0 else 0.1
     if not (math.isfinite(edge) and edge > 0):
         raise refuse_argument("cell", edge, "a length above zero, m", "cell = 0.05")
+    if 0 < longest < edge:
+        found = f"{edge * 1e3:.4g} mm around a workspace of {' x '.join(f'{x * 1e3:.4g}' for x in extent)} mm"
+        example = f'cell = "{longest * 1e3 / _CELLS_ALONG:.2g} mm"'
+        raise refuse_argument("cell", found, f"an edge shorter than the workspace, {longest * 1e3:.4g} mm: one cell tells no places apart", example)
     flat = extent <= _FLAT * longest
     first = np.where(flat, 0, np.floor((low - margin * longest) / edge)).astype(float)
     count = np.where(flat, 1, np.floor((high + margin * longest) / edge) - first + 1)
