@@ -54,7 +54,7 @@ def test_the_measured_cube_is_the_one_predicted_in(both):
     assert both.predicted.cube.centre == pytest.approx([0.52, 0.0, 1.05])
     said = both.result()
     row = next(each for each in said["compared"] if each["figure"] == "RP_l" and each["pose"] == "P3")
-    assert row["measured"] == pytest.approx(both.measured.poses[2].repeatability.value)
+    assert row["measured"] == pytest.approx(both.measured.loads[0].poses[2].repeatability.value)
     assert row["within"] == (row["predicted_5"] <= row["measured"] <= row["predicted_95"])
 
 

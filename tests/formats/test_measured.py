@@ -30,7 +30,7 @@ def test_positions_come_in_metres_whatever_their_unit(tmp_path):
     assert found.attained[0] == pytest.approx([1.0, 0.0254, 2.0])
     assert found.command[1] == pytest.approx([1.0, 0.025, 2.0])
     assert found.cycle.tolist() == [1, 2, 1]
-    assert found.turn is None
+    assert np.isnan(found.turn).all()
 
 
 def test_semicolons_and_deviations_with_a_sign(tmp_path):
@@ -68,7 +68,7 @@ def test_commands_in_a_second_file_or_known(tmp_path):
     found = read(tmp_path, text, commands=path)
     assert found.command[0] == pytest.approx([0.001, 0.002, 0.003])
     assert np.isnan(found.command[1]).all()
-    assert read(tmp_path, text, known={"B": pose_of((1, 2, 3))}).command[1] == pytest.approx([1, 2, 3])
+    assert read(tmp_path, text).commanded({"B": pose_of((1, 2, 3))}).command[1] == pytest.approx([1, 2, 3])
 
 
 def test_bad_rows_are_told_all_at_once(tmp_path):
@@ -126,8 +126,8 @@ def test_the_tracker_data_is_read_as_published():
 
     mapping = ("xc = x_t [mm], yc = y_t [mm], zc = z_t [mm]", "dx = -x_dif [mm], dy = -y_dif [mm], dz = -z_dif [mm]")
     found = judge(read_measured(MEASURED / "ur5-grid.csv", mapping))
-    assert len(found.poses) == 1000
-    raw, fitted = found.pooled
+    assert len(found.loads[0].poses) == 1000
+    raw, fitted = found.loads[0].pooled
     assert [1e3 * each.value for each in raw] == pytest.approx([2.635, 0.375, 3.394, 4.409], abs=6e-4)
     assert fitted[0].value < raw[0].value / 3
     assert raw[0].low < raw[0].value < raw[0].high

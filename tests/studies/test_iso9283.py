@@ -57,9 +57,6 @@ def test_characteristics_by_hand():
     assert iso.distance_repeatability(np.zeros((2, 3)), visits) == pytest.approx(3 * np.sqrt(2))
     sides = np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 0], [3, 0, 0]], [[0, 1, 0], [0, 1, 0]]])
     assert iso.multi_directional_accuracy(sides) == pytest.approx(np.sqrt(5))
-    path = np.array([[[9.0, 1, 0], [7, 3, 0]], [[0, 0, 1], [0, 0, 1]]])  # two points, two cycles, along x
-    assert iso.path_accuracy(path, np.array([2.0, 0, 0])) == pytest.approx(2)
-    assert iso.path_repeatability(path, np.array([2.0, 0, 0])) == pytest.approx(1)
     for one_visit in (iso.pose_repeatability, iso.axis_repeatability):
         with pytest.raises(ValueError, match="at least 2"):
             one_visit(np.zeros((1, 3)))
@@ -150,7 +147,7 @@ def test_vap_of_pure_play_has_a_closed_form():
         shifts = -half * signs @ jacobian(arm, cube.q[pose : pose + 1])[0, 3:].T
         apart = max(np.linalg.norm(shifts[i] - shifts[j]) for i in range(3) for j in range(3))
         assert apart > 1e-5
-        assert found.multi_directional[row] == pytest.approx(np.full(2, apart), rel=0.05)  # encoder noise over 200 visits
+        assert found.loads[0].multi_directional[row] == pytest.approx(np.full(2, apart), rel=0.05)  # encoder noise over 200 visits
 
 
 def test_rp_over_robots_is_what_sums_over_terms_expect():
@@ -179,7 +176,7 @@ def test_more_robots_keep_the_first_and_seeds_repeat():
     cube = given_cube(arm, np.array([0.5, 0.0, 0.4]), 0.2)
     one, same, more, other = (predict(arm, cube, robots=n, seed=seed, path_points=3) for n, seed in ((8, 1), (8, 1), (16, 1), (8, 2)))
     assert (one.loads[0].repeatability == same.loads[0].repeatability).all()
-    assert (one.path == same.path).all()
+    assert (one.loads[0].path == same.loads[0].path).all()
     assert more.loads[0].repeatability[:, :8] == pytest.approx(one.loads[0].repeatability, rel=1e-12)
     assert (one.loads[0].repeatability != other.loads[0].repeatability).any()
 
@@ -193,7 +190,10 @@ def test_a_lighter_load_sags_less():
     assert (full.fitted.mean(axis=1) < full.accuracy.mean(axis=1)).all()
 
 
-@pytest.mark.parametrize("asked", [{"robots": 1}, {"cycles": 1}, {"path": (1, 1)}, {"path": (0, 7)}, {"path_points": 1}])
+@pytest.mark.parametrize(
+    "asked",
+    [{"robots": 1}, {"cycles": 1}, {"path": (1, 1)}, {"path": (0, 7)}, {"path_points": 1}, {"path_cycles": 1}, {"loads": ()}, {"loads": (-0.1,)}],
+)
 def test_numbers_out_of_range_are_refused(asked):
     """What the standard cannot be asked for is refused."""
     arm = elbow()

@@ -1,24 +1,20 @@
 """A measured robot by ISO 9283: intervals that cover, the sheet of made-up visits, and predicted against measured."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.formats.measured import read_measured
+from lostmotion.formats.measured import read_measured, together
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.compared import commanded_cube, compare
+from lostmotion.studies.iso9283.confidence import accuracy_interval, repeatability_interval, scatter_interval, student_interval
 from lostmotion.studies.iso9283.cube import five_points, given_cube
-from lostmotion.studies.iso9283.measured import (
-    Visits,
-    accuracy_interval,
-    judge,
-    repeatability_interval,
-    scatter_interval,
-    student_interval,
-)
+from lostmotion.studies.iso9283.measured import judge
 from lostmotion.studies.iso9283.predicted import predict
+from lostmotion.studies.iso9283.visits import Visits
 from lostmotion.studies.iso9283.warm_up import WarmUp, drift, growth
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -29,16 +25,20 @@ def visits_of(errors, command, sides=None, instrument=0.0):
     poses, count = errors.shape[:2]
     names = tuple(f"P{k + 1}" for k in range(poses) for _ in range(count))
     return Visits(
-        names,
-        np.tile(np.arange(count, dtype=float), poses),
-        tuple(sides or [""] * len(names)),
-        (command[:, None] + errors).reshape(-1, 3),
-        np.repeat(command, count, axis=0),
-        None,
-        None,
-        0,
-        instrument,
-        "made up",
+        pose=names,
+        path=("",) * len(names),
+        cycle=np.tile(np.arange(count, dtype=float), poses),
+        side=tuple(sides or [""] * len(names)),
+        load=np.ones(len(names)),
+        attained=(command[:, None] + errors).reshape(-1, 3),
+        command=np.repeat(command, count, axis=0),
+        orientation=np.full((len(names), 3, 3), np.nan),
+        rotation=np.full((len(names), 3, 3), np.nan),
+        where=tuple(("made up", k) for k in range(len(names))),
+        duplicates=0,
+        instrument=instrument,
+        source="made up",
+        load_stated=False,
     )
 
 
@@ -87,7 +87,7 @@ def test_the_sheet_of_made_up_visits():
     rng = np.random.default_rng(10)
     command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)
     errors = rng.normal(0, 2e-5, (5, 30, 3)) + rng.normal(0, 1e-4, (5, 1, 3)) + [5e-4, 0, 0]
-    found = judge(visits_of(errors, command, instrument=1e-5))
+    found = judge(visits_of(errors, command, instrument=1e-5)).loads[0]
     assert [pose.name for pose in found.poses] == ["P1", "P2", "P3", "P4", "P5"]
     for k, pose in enumerate(found.poses):
         assert pose.accuracy.value == pytest.approx(float(iso.pose_accuracy(errors[k], np.zeros(3))))
@@ -110,19 +110,8 @@ def test_visits_from_sides_make_vap_and_nothing_else():
     errors[0, 60:] += [0, 4.0, 0]
     found = visits_of(errors, np.zeros((1, 3)), sides=["x"] * 30 + ["y"] * 30 + ["z"] * 30)
     plain = visits_of(np.full((1, 2, 3), 7.0), np.zeros((1, 3)))
-    both = Visits(
-        found.pose + plain.pose,
-        np.concatenate([found.cycle, plain.cycle]),
-        found.side + plain.side,
-        np.vstack([found.attained, plain.attained]),
-        np.vstack([found.command, plain.command]),
-        None,
-        None,
-        0,
-        0.0,
-        "made up",
-    )
-    pose = judge(both).poses[0]
+    both = together([replace(found, cycle=np.tile(np.arange(30.0), 3)), plain])
+    pose = judge(both).loads[0].poses[0]
     assert pose.multi_directional.value == pytest.approx(5.0)
     assert pose.multi_directional.low < 5 < pose.multi_directional.high
     assert pose.accuracy.value == pytest.approx(7 * np.sqrt(3))
@@ -149,7 +138,7 @@ def test_robots_predicted_look_like_themselves():
     rows = [each for each in compare(predicted, judge(found)) if each.name in {"AP_p", "AP_p fitted", "RP_l", "vAP_p", "AD_p", "RD"}]
     assert len(rows) == 20
     assert sum(each.within for each in rows) >= 16
-    off = Visits(**{**found.__dict__, "attained": found.attained + 0.01})
+    off = replace(found, attained=found.attained + 0.01)
     assert not any(each.within for each in compare(predicted, judge(off)) if each.name == "AP_p")
 
 

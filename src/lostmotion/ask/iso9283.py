@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from lostmotion.ask.settings import whole_seed
 from lostmotion.ask.shown import Shown
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.cube import Cube
-    from lostmotion.studies.iso9283.measured import Measured, Visits
+    from lostmotion.studies.iso9283.measured import Measured
     from lostmotion.studies.iso9283.predicted import Predicted
+    from lostmotion.studies.iso9283.visits import Visits
     from lostmotion.studies.iso9283.warm_up import Drift, WarmUp
 
 DEFAULT_ISO_ROBOTS = 1000
@@ -29,7 +30,7 @@ _STATED = "with centre=(0.6, 0, 0.4), m"
 
 def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     arm: Arm | None = None,
-    measured: str | Path | None = None,
+    measured: str | Path | Sequence[str | Path] | None = None,
     *,
     cycles: int = 30,
     robots: int = DEFAULT_ISO_ROBOTS,
@@ -38,8 +39,9 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     centre: Sequence[float] | None = None,
     tool_rpy: Sequence[float] | None = None,
     floor: float | None = 0.0,
-    path: tuple[str, str] = ("P2", "P4"),
+    path: tuple[str, str] | None = None,
     warm_up: WarmUp | None = None,
+    load: float | Sequence[float] = (),
     mapping: Sequence[str] = (),
     commands: str | Path | None = None,
     instrument: float = 0.0,
@@ -48,43 +50,65 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     """What would ISO 9283 say of robots built to this design, what does it say of a measured one, and do the two agree? Never 'certified'.
 
     arm         the design; left out: the measured robot alone
-    measured    CSV of measured visits (`formats.measured`), with `mapping` of its columns, `commands` in a second file, and the standard deviation
-                of one reading of the `instrument`, m
+    measured    CSV of measured visits and paths (`formats.measured`), or several of one robot, with `mapping` of their columns, `commands` in a
+                file of their own, and the standard deviation of one reading of the `instrument`, m
+    load        share of the payload that each file was measured under; left out: what its column says, else the full one
     cycles      visits to each of the five poses
     cube        side of the test cube, m, with its `centre`, m; left out: where P1 to P5 were commanded in the measured file, else the largest found
     tool_rpy    how the tool is held in the cube, rad about the fixed x, y, z; left out: what allows the largest cube
     floor       m: height below which the cube must not reach; None: no floor
-    path        the poses whose joining line is followed for AT and RT
+    path        the poses whose joining line is followed for AT and RT; left out: the one measured, else P2 and P4
     warm_up     by how much the links warm, for the drift; left out: no drift
 
     Raises InputError for what cannot be asked, with every mistake in the measured file.
     """
+    from lostmotion.formats.measured import read_measured
+    from lostmotion.studies.iso9283.cube import NAMES
+    from lostmotion.studies.iso9283.measured import judge
+
+    shares = tuple([load] if isinstance(load, int | float) else load)
     if arm is None and measured is None:
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
+    if shares and measured is None:
+        raise refuse_argument("load", shares, "a measured file that it belongs to", 'lostmotion.iso9283(measured="visits.csv", load=0.1)')
+    _refuse_places(cube, centre, tool_rpy, path)
+    visits = None if measured is None else read_measured(measured, mapping, commands, instrument, shares)
+    chosen = None
+    if arm is not None:
+        chosen = _cube(arm, cube, centre, tool_rpy, floor, visits, progress)
+        if visits is not None:
+            visits = visits.commanded(dict(zip(NAMES, chosen.poses, strict=True)))
+            if chosen.rotation is None:  # orientations come as they come
+                visits = visits.unturned()
+    judged = None if visits is None else judge(visits)
+    return _sheet_of(arm, chosen, judged, cycles, robots, whole_seed(seed), _ends(path, judged), warm_up, progress)
+
+
+def _refuse_places(cube: float | None, centre: Sequence[float] | None, tool_rpy: Sequence[float] | None, path: tuple[str, str] | None) -> None:
+    """Refuse places that are none before anything long begins."""
+    from lostmotion.studies.iso9283.cube import NAMES
+
     if (cube is None) != (centre is None):
         raise refuse_argument("cube, centre", "one without the other", "both, or neither", f"cube=0.4 {_STATED}")
     for name, three in (("centre", centre), ("tool_rpy", tool_rpy)):
         if three is not None and (len(three) != 3 or not all(map(math.isfinite, three))):  # noqa: PLR2004 - along or about x, y and z
             raise refuse_argument(name, tuple(three), "three finite numbers, along or about x, y and z", f"{name} = (0.6, 0.0, 0.4)")
-    chosen = None
-    visits = None
-    if arm is not None:
-        if measured is not None and cube is None:
-            visits = _read(measured, mapping, commands, instrument, None)
-        chosen = _cube(arm, cube, centre, tool_rpy, floor, visits, progress)
-    if measured is not None:
-        visits = _read(measured, mapping, commands, instrument, chosen)
-        if chosen is not None and chosen.rotation is None:  # orientations come as they come
-            visits = replace(visits, turn=None, rotation=None)
-    return _sheet_of(arm, chosen, visits, cycles, robots, whole_seed(seed), path, warm_up, progress)
+    if path is not None and (len(path) != 2 or not set(path) <= set(NAMES)):  # noqa: PLR2004 - from one to another
+        raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
 
 
-def _read(measured: str | Path, mapping: Sequence[str], commands: str | Path | None, instrument: float, cube: Cube | None) -> Visits:
-    from lostmotion.formats.measured import read_measured
+def _ends(path: tuple[str, str] | None, judged: Measured | None) -> tuple[int, int]:
+    """Which two of P1 to P5 does the line join? Those asked for; else of the first line that was measured; P2 and P4 where none was."""
     from lostmotion.studies.iso9283.cube import NAMES
+    from lostmotion.studies.iso9283.measured_paths import path_ends
+    from lostmotion.studies.iso9283.predicted import DISTANCE
 
-    known = None if cube is None else dict(zip(NAMES, cube.poses, strict=True))
-    return read_measured(measured, mapping, commands, known, instrument)
+    if path is not None:
+        return NAMES.index(path[0]), NAMES.index(path[1])
+    for measured in (each for load in judged.loads for each in load.paths) if judged is not None else ():
+        if (ends := path_ends(measured.name, NAMES)) is not None:
+            return NAMES.index(ends[0]), NAMES.index(ends[1])
+    return DISTANCE
 
 
 def _cube(
@@ -119,39 +143,49 @@ _HOLDS = 6
 def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     arm: Arm | None,
     cube: Cube | None,
-    visits: Visits | None,
+    judged: Measured | None,
     cycles: int,
     robots: int,
     seed: int,
-    path: tuple[str, str],
+    ends: tuple[int, int],
     warm_up: WarmUp | None,
     progress: Callable[[str, int, int], None] | None,
 ) -> Iso9283:
     from lostmotion.studies.iso9283.compared import compare
-    from lostmotion.studies.iso9283.cube import NAMES
-    from lostmotion.studies.iso9283.measured import judge
-    from lostmotion.studies.iso9283.predicted import MOST_CYCLES, predict
+    from lostmotion.studies.iso9283.predicted import LOADS, PATH_CYCLES, PATH_POINTS, predict
     from lostmotion.studies.iso9283.warm_up import drift
 
     predicted = drifted = None
-    ends = (1, 3)
+    both: list[Compared] = []
     if arm is not None and cube is not None:
-        if len(path) != 2 or not set(path) <= set(NAMES):  # noqa: PLR2004 - from one to another
-            raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
-        ends = NAMES.index(path[0]), NAMES.index(path[1])
         predicted = predict(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress)
         if warm_up is not None:
             drifted = drift(arm, cube.q[0], predicted.loads[0].barycentre[0], warm_up)
-    judged = None if visits is None else judge(visits)
-    both: list[Compared] = []
-    if arm is not None and cube is not None and predicted is not None and judged is not None and visits is not None:
-        visited = [pose.visits for pose in judged.poses if pose.name in NAMES]
-        as_often = min(max(min(visited, default=cycles), 2), MOST_CYCLES)
-        seen = predicted
-        if visits.instrument or as_often != cycles:  # the robots built are visited as often, and read with the same instrument
-            seen = predict(arm, cube, cycles=as_often, robots=robots, seed=seed, path=ends, instrument=visits.instrument, progress=progress)
-        both = compare(seen, judged)
+        if judged is not None:
+            seen = predicted
+            # The robots built are visited as often, read with the same instrument, and carry the loads that were measured.
+            asked = _as_measured(judged, cycles, ends)
+            if asked != {"cycles": cycles, "path_cycles": PATH_CYCLES, "path_points": PATH_POINTS, "loads": LOADS, "instrument": 0.0}:
+                seen = predict(arm, cube, robots=robots, seed=seed, path=ends, progress=progress, **asked)
+            both = compare(seen, judged)
     return Iso9283(predicted, drifted, judged, tuple(both))
+
+
+def _as_measured(judged: Measured, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
+    """How must robots be predicted to be seen as the measured one was? Fewest visits and cycles over poses, paths and loads."""
+    from lostmotion.studies.iso9283.cube import NAMES
+    from lostmotion.studies.iso9283.predicted import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
+
+    visited = [pose.visits for load in judged.loads for pose in load.poses if pose.name in NAMES]
+    name = "-".join(NAMES[k] for k in ends)
+    paths = [path for load in judged.loads for path in load.paths if path.name == name]
+    return {
+        "cycles": min(max(min(visited, default=cycles), 2), MOST_CYCLES),
+        "path_cycles": min((path.cycles for path in paths), default=PATH_CYCLES),
+        "path_points": min((len(path.places) for path in paths), default=PATH_POINTS),
+        "loads": (*LOADS, *(load.load for load in judged.loads if load.load not in LOADS)),
+        "instrument": judged.visits.instrument,
+    }
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,13 @@ from lostmotion.cli.app import STOPPED, amount, app, stopped
 @app.command()
 def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     file: Annotated[Path | None, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML. Left out: the measured robot alone.")] = None,
-    measured: Annotated[Path | None, typer.Option(help="CSV of measured visits: pose, cycle, x [mm], y [mm], z [mm], xc [mm], ...")] = None,
+    measured: Annotated[
+        list[Path] | None,
+        typer.Option(help="CSV of a measured robot: pose, path, cycle, load [%], x [mm], y [mm], z [mm], xc [mm], ... May be repeated."),
+    ] = None,
+    load: Annotated[
+        list[str] | None, typer.Option(help="Share of the payload, '10 %', that a CSV without such a column was measured under; one for each.")
+    ] = None,
     mapping: Annotated[
         list[str] | None, typer.Option("--map", help="What a column of that CSV is, 'xc = x_t [mm], dx = -x_dif [mm]'. May be repeated.")
     ] = None,
@@ -27,7 +33,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
         str | None, typer.Option(help="How the tool is held, '180 deg, 0 deg, 0 deg'. Default: what allows the largest cube.")
     ] = None,
     floor: Annotated[str, typer.Option(help="Height that the cube stays above, '0 mm'; 'none' for no floor.")] = "0 mm",
-    path: Annotated[str, typer.Option(help="The two poses whose joining line is followed.")] = "P2 P4",
+    path: Annotated[str | None, typer.Option(help="The two poses whose joining line is followed. Default: the one measured, else 'P2 P4'.")] = None,
     warm_up: Annotated[str | None, typer.Option(help="By how much the links warm, '25 K', for the drift.")] = None,
     warm_up_time: Annotated[str, typer.Option(help="Within which time 63 % of it.")] = "1 h",
     expansion: Annotated[float, typer.Option(min=0, help="Growth of the links per kelvin.")] = 23e-6,
@@ -36,14 +42,17 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     out: Annotated[Path | None, typer.Option(help="Folder for report.html and result.json. Default: NAME-iso9283.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
-    """Predict the ISO 9283 sheet of an arm before it is built, judge a measured one, and set the two side by side."""
+    """Predict the ISO 9283 sheet of an arm before it is built, judge a measured one, and set the two side by side.
+
+    In the CSV, each row is a visit to a pose, or, with a path such as P2-P4 instead of a pose, one reading along it, in the order read.
+    """
     from lostmotion.ask.iso9283 import iso9283 as ask
     from lostmotion.ask.read import read
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
     from lostmotion.studies.iso9283.warm_up import WarmUp
 
-    stem = (file or measured or Path("robot")).stem
+    stem = (file or next(iter(measured or ()), Path("robot"))).stem
     folder = out or Path(f"{stem}-iso9283")
     refuse_existing(folder, force=force)
     rise = amount("--warm-up", warm_up, "K", "25 K")
@@ -52,11 +61,12 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     reading = amount("--instrument", instrument, "m", "10 µm") or 0.0
     middle, held = _three("--centre", centre, "m", "600 mm, 0 mm, 400 mm"), _three("--tool-rpy", tool_rpy, "rad", "180 deg, 0 deg, 0 deg")
     lowest = None if floor.strip().lower() == "none" else amount("--floor", floor, "m", "0 mm", above=-1e9)
+    shares = [amount("--load", each, "1", "10 %", low=0.0, high=2.0) or 0.0 for each in load or ()]
     arm = None if file is None else read(file, sidecar)
     with ProgressBar() as bar:
         answer = ask(
             arm,
-            measured,
+            measured or None,
             cycles=cycles,
             robots=robots,
             seed=seed,
@@ -64,8 +74,9 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
             centre=middle,
             tool_rpy=held,
             floor=lowest,
-            path=_ends(path),
+            path=None if path is None else _ends(path),
             warm_up=None if rise is None else WarmUp(rise, constant, expansion),
+            load=shares,
             mapping=mapping or (),
             commands=commands,
             instrument=reading,

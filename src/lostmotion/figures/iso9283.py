@@ -10,14 +10,17 @@ import numpy as np
 from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
-from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, PATH_CYCLES
+from lostmotion.studies.iso9283.paths import PATH_FIGURES
+from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from lostmotion.spatial import Floats
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.measured import Measured
-    from lostmotion.studies.iso9283.predicted import PoseSheet, Predicted
+    from lostmotion.studies.iso9283.predicted import LoadSheet, Predicted
     from lostmotion.studies.iso9283.warm_up import Drift
 
 _AXES: Final = ("x", "y", "z", "a", "b", "c")
@@ -44,7 +47,7 @@ _WORDS: Final = (
     ("from either side", "RP_l if joints arrived from either side at random: play that the standard's cycle keeps on one side then shows in full."),
     (
         "mean, 95 % below",
-        "over the robots built: their average, and what 95 % of them stay below. Under the full payload where nothing else is said.",
+        "over the robots built: their average, and what 95 % of them stay below. Under the full payload where no load is said.",
     ),
     ("worst", "the worst of the five poses, of each robot by itself."),
     ("a, b, c", "turns about the base's x, y, z axes."),
@@ -53,7 +56,11 @@ _WORDS: Final = (
         "multi-directional accuracy: how far barycentres lie apart when a pose is approached along the base's x, y and z (7.2.3). Mostly play.",
     ),
     ("AD_p, RD", "accuracy and repeatability of the distance between P2 and P4 (7.3)."),
-    ("AT_p, RT_p", "accuracy and repeatability of a path, across it, at the worst of its points (8.2, 8.3). Quasi-static: no speed, no overshoot."),
+    (
+        "AT_p, RT_p",
+        "accuracy and repeatability of a path, across it, at its worst point (8.2, 8.3); AT_a to RT_c of its orientation. Predicted without speed.",
+    ),
+    ("100 %, 10 %", "shares of the payload that the tool carries."),
     ("interval", "95 % confidence; it counts robots. A question mark: too few of them to tell."),
 )
 
@@ -62,7 +69,7 @@ def iso_sheet(
     predicted: Predicted | None, drifted: Drift | None, measured: Measured | None, compared: list[Compared], notes: tuple[str, ...] = ()
 ) -> Sheet:
     """What is there to say by ISO 9283 of an arm, predicted, measured or both?"""
-    from lostmotion.figures.iso9283_measured import compared_section, measured_cards, measured_facts, measured_sections, measured_verdict
+    from lostmotion.figures.iso9283_measured import compared_section, measured_cards, measured_facts, measured_sections, measured_verdict, visited
 
     sections: list[Section] = []
     cards: list[Card] = []
@@ -85,7 +92,7 @@ def iso_sheet(
         if measured.visits.duplicates:
             repeated = f"{measured.visits.duplicates} rows of the measurement repeat another one in every cell and were left out"
             notes = (*notes, f"{repeated}: a column 'cycle' keeps visits that only read alike")
-        counted.append(f"{len(measured.visits.pose)} measured visits")
+        counted.append(visited(measured))
     return Sheet(
         name=name,
         subject="ISO 9283 sheet",
@@ -109,6 +116,11 @@ def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
         unit, size = ("arcsec", ARCSEC) if abs(estimate.value) < _SMALL_ANGLE * ARCMIN else ("arcmin", ARCMIN)
         return Figure(estimate.value / size, unit, estimate.low / size, estimate.high / size, samples)
     return length(estimate.value, estimate.low, estimate.high, samples)
+
+
+def under(label: str, load: float, loads: Collection[object]) -> str:
+    """Give a label with its share of the payload, where figures stand under several; no space, at which a narrow screen would fold it."""
+    return f"{label}, {100 * load:g}%" if len(loads) > 1 else label
 
 
 def _predicted(found: Predicted, drifted: Drift | None) -> list[Section]:
@@ -204,7 +216,7 @@ def _both_loads(found: Predicted, values: tuple[Floats, ...]) -> tuple[tuple[str
     return columns, tuple(rows)
 
 
-def _accuracy(found: Predicted, sheet: PoseSheet) -> Section:
+def _accuracy(found: Predicted, sheet: LoadSheet) -> Section:
     title = f"AP_p, {_percent(sheet.load)}"
     return Section(f"ap{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.accuracy, _counted(found)), "as it is: frames as commanded")
 
@@ -215,7 +227,7 @@ def _fitted(found: Predicted) -> Section:
     return Section("fitted", "AP_p with best-fit frames", columns, rows, note)
 
 
-def _repeatability(found: Predicted, sheet: PoseSheet) -> Section:
+def _repeatability(found: Predicted, sheet: LoadSheet) -> Section:
     note = (
         "from one side, as the standard's cycle makes every joint arrive; what scatters from visit to visit is what the parts state "
         "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top. A normal scatter of the same "
@@ -253,38 +265,43 @@ def _by_axis(found: Predicted) -> list[Section]:
 def _sides(found: Predicted) -> Section:
     counted = f"{_counted(found)} from each side"
     rows = []
-    for k, values in zip(FROM_THREE_SIDES, found.multi_directional, strict=True):
-        spread = over_robots(values)
-        rows.append(Row(NAMES[k], (of(spread.mean, counted), of(spread.high, counted))))
+    for row, k in enumerate(FROM_THREE_SIDES):
+        for sheet in found.loads:
+            spread = over_robots(sheet.multi_directional[row])
+            rows.append(Row(under(NAMES[k], sheet.load, found.loads), (of(spread.mean, counted), of(spread.high, counted))))
     note = "approached along the base's x, y and z from a tenth of the cube's side away; joints that stand still then rest as in the cycle"
     return Section("vap", "vAP_p, from three sides", (_MEAN, _MOST), tuple(rows), note)
 
 
 def _distance(found: Predicted) -> Section:
     counted = _counted(found)
-    accuracy, repeat = found.distance
     ends = f"{NAMES[DISTANCE[0]]}-{NAMES[DISTANCE[1]]}"
-    mean, wide, again = over_robots(accuracy).mean, over_robots(np.abs(accuracy)).high, over_robots(repeat)
-    rows = (
-        Row(
-            f"AD_p, {ends}",
-            (of(mean, counted), of(wide, counted)),
-        ),
-        Row(f"RD, {ends}", (of(again.mean, counted), of(again.high, counted))),
-    )
+    rows = []
+    for k, name in enumerate(("AD_p", "RD")):
+        for sheet in found.loads:
+            values = sheet.distance[k]
+            figures = of(over_robots(values).mean, counted), of(over_robots(np.abs(values)).high, counted)
+            rows.append(Row(under(f"{name}, {ends}", sheet.load, found.loads), figures))
     note = "AD_p is signed, above zero too far; its 95 % are of the size. RD is ± 3 s"
-    return Section("distance", "Distance AD_p, RD", (_MEAN, _MOST), rows, note)
+    return Section("distance", "Distance AD_p, RD", (_MEAN, _MOST), tuple(rows), note)
 
 
 def _path(found: Predicted) -> Section:
-    counted = f"{found.robots} robots x {PATH_CYCLES} cycles x {found.path_points} points"
+    counted = f"{found.robots} robots x {found.path_cycles} cycles x {found.path_points} points"
     ends = "-".join(NAMES[k] for k in found.path_ends)
-    rows = [
-        Row(f"{name}, {ends}", (of(spread.mean, counted), of(spread.high, counted)))
-        for name, spread in ((word, over_robots(values)) for word, values in zip(("AT_p", "RT_p"), found.path, strict=True))
-    ]
-    note = "straight line, in the planes across it, largest over its points; RT_p of 10 cycles at the worst of many points is larger than at one"
-    return Section("path", "Path AT_p, RT_p", (_MEAN, _MOST), tuple(rows), note)
+    a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
+    rows = []
+    for k, word in enumerate(PATH_FIGURES):
+        for sheet in found.loads:
+            spread = over_robots(sheet.path[k])
+            figures = tuple(of(each, counted, angle=word[-1] in "abc") for each in (spread.mean, spread.high))
+            rows.append(Row(under(word, sheet.load, found.loads), figures))
+    worst = float(found.loads[0].path_profile[0, :, 0].argmax()) / (found.path_points - 1) * float(np.linalg.norm(b - a))
+    note = (
+        "straight line, in the planes across it, each at the worst of its points; AT_a, AT_b, AT_c by size. AT is largest on the average "
+        f"{length(worst)} from {NAMES[found.path_ends[0]]}; RT_p of {found.path_cycles} cycles at the worst of many points is larger than at one"
+    )
+    return Section("path", f"Path AT_p, RT_p, {ends}", (_MEAN, _MOST), tuple(rows), note)
 
 
 def _drift(found: Predicted, drifted: Drift) -> Section:

@@ -6,48 +6,69 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, length
-from lostmotion.figures.iso9283 import of
+from lostmotion.figures.iso9283 import of, under
 from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.iso9283.paths import PATH_FIGURES
 
 if TYPE_CHECKING:
     from lostmotion.studies.iso9283.compared import Compared
-    from lostmotion.studies.iso9283.measured import Measured, MeasuredPose
+    from lostmotion.studies.iso9283.measured import Measured, MeasuredLoad, MeasuredPose
 
 _MOST_POSES: Final = 12
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 # In reading order; the figures that stand in the table, not only in result.json.
-SHOWN: Final = ("AP_p", "AP_p fitted", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD")
+SHOWN: Final = ("AP_p", "AP_p fitted", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD", *PATH_FIGURES)
+
+
+def visited(found: Measured) -> str:
+    """Say how many visits and readings were measured."""
+    along = sum(map(bool, found.visits.path))
+    visits = len(found.visits.path) - along
+    counted = [f"{visits} measured visits"] if visits or not along else []
+    return "; ".join([*counted, *([f"{along} readings along paths"] if along else [])])
 
 
 def measured_verdict(found: Measured, compared: list[Compared]) -> str:
     """What does the measured robot show, and does it look like those predicted?"""
-    parts = []
-    if found.pooled is not None:
-        raw, fitted = found.pooled
-        parts.append(f"Measured: AP_p {of(raw[0])} on the average over {len(found.poses)} poses as it is, {of(fitted[0])} with best-fit frames")
-    repeat = [pose.repeatability.value for pose in found.poses if math.isfinite(pose.repeatability.value)]
-    if repeat:
-        parts.append(f"{'measured ' if not parts else ''}RP_l up to {length(max(repeat))}")
-    text = ", ".join(parts) + "." if parts else "Measured: no command and no pose visited twice, so neither accuracy nor repeatability can be told."
+    said = []
+    for load in found.loads:
+        parts = []
+        if load.pooled is not None:
+            raw, fitted = load.pooled
+            parts.append(f"AP_p {of(raw[0])} on the average over {len(load.poses)} poses as it is, {of(fitted[0])} with best-fit frames")
+        repeat = [pose.repeatability.value for pose in load.poses if math.isfinite(pose.repeatability.value)]
+        if repeat:
+            parts.append(f"RP_l up to {length(max(repeat))}")
+        parts += [f"AT_p {of(path.figures[0])} and RT_p {of(path.figures[1])} along {path.name}" for path in load.paths]
+        if parts:
+            said.append(f"{under('Measured', load.load, found.loads)}: {', '.join(parts)}.")
+    text = " ".join(said) or "Measured: no command and no pose visited twice, so neither accuracy nor repeatability can be told."
     shown = [each for each in compared if each.name in SHOWN]
     if shown:
         text += (
             f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie within what 5 % and 95 % of the predicted robots stay below."
         )
-    return text[0].upper() + text[1:]
+    return text
 
 
 def measured_cards(found: Measured, compared: list[Compared]) -> list[Card]:
-    """Give the measured figures that are asked for first."""
+    """Give the measured figures that are asked for first: those under the heaviest load."""
     out = []
-    repeat = [pose.repeatability for pose in found.poses if math.isfinite(pose.repeatability.value)]
+    load = found.loads[0]
+    quiet = f", {100 * load.load:g} % load" if len(found.loads) > 1 else ""
+    repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
     if repeat:
-        out.append(Card("RP_l measured", str(of(max(repeat, key=lambda each: each.value))), "worst pose"))
-    if found.pooled is not None:
+        out.append(Card("RP_l measured", str(of(max(repeat, key=lambda each: each.value))), f"worst pose{quiet}"))
+    if load.pooled is not None:
         out += [
-            Card("AP_p measured", str(of(found.pooled[0][0])), f"mean of {len(found.poses)} poses, as it is"),
-            Card("AP_p, best-fit frames", str(of(found.pooled[1][0])), "measured, mean over poses"),
+            Card("AP_p measured", str(of(load.pooled[0][0])), f"mean of {len(load.poses)} poses, as it is{quiet}"),
+            Card("AP_p, best-fit frames", str(of(load.pooled[1][0])), f"measured, mean over poses{quiet}"),
         ]
+    out += [
+        Card(f"{word} measured", str(of(load.paths[0].figures[k])), f"{load.paths[0].name}{quiet}")
+        for k, word in enumerate(PATH_FIGURES[:2])
+        if load.paths
+    ]
     shown = [each for each in compared if each.name in SHOWN]
     if shown:
         out.append(Card("as predicted", f"{sum(each.within for each in shown)} of {len(shown)}", "within 5-95 % of robots"))
@@ -55,86 +76,156 @@ def measured_cards(found: Measured, compared: list[Compared]) -> list[Card]:
 
 
 def measured_sections(found: Measured) -> list[Section]:
-    """Give the sheet of the measured robot."""
-    out = [*_pooled(found)]
-    if any(math.isfinite(pose.repeatability.value) for pose in found.poses):
+    """Give the sheet of the measured robot, each figure under its loads."""
+    out = [section for load in found.loads for section in _pooled(found, load)]
+    if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
         out += [_poses(found), _axes(found)]
-    if found.distance is not None:
-        rows = tuple(Row(name, (of(value, "cycles with both"),)) for name, value in zip(("AD_p", "RD"), found.distance, strict=True) if _known(value))
-        out.append(Section("measured-distance", "Measured: distance P2-P4", ("value",), rows))
-    return [*out, _data(found)]
+    rows = [
+        Row(under(f"{name}, P2-P4", load.load, found.loads), (of(load.distance[k], "cycles with both"),))
+        for k, name in enumerate(("AD_p", "RD"))
+        for load in found.loads
+        if load.distance is not None and _known(load.distance[k])
+    ]
+    if rows:
+        out.append(Section("measured-distance", "Measured: distance P2-P4", ("value",), tuple(rows)))
+    return [*out, *_paths(found), _data(found)]
 
 
 def _known(value: Estimate) -> bool:
     return math.isfinite(value.value)
 
 
-def _pooled(found: Measured) -> list[Section]:
-    if found.pooled is None or found.fit is None:
+def _pooled(found: Measured, load: MeasuredLoad) -> list[Section]:
+    if load.pooled is None or load.fit is None:
         return []
-    counted = f"{len(found.poses)} poses"
+    counted = f"{len(load.poses)} poses"
     rows = [
         Row(name, (of(raw, counted), of(fitted, counted)))
-        for name, raw, fitted in zip(("mean", "standard deviation", "95 % of poses below", "largest"), *found.pooled, strict=True)
+        for name, raw, fitted in zip(("mean", "standard deviation", "95 % of poses below", "largest"), *load.pooled, strict=True)
     ]
-    fit = found.fit
+    fit = load.fit
     shift = ", ".join(f"{x * 1e3:.3f}" for x in fit.base[:3, 3])
-    tool = f"; tool ({', '.join(f'{x * 1e3:.3f}' for x in fit.tool)}) mm" if found.visits.rotation is not None else ""
+    tool = f"; tool ({', '.join(f'{x * 1e3:.3f}' for x in fit.tool)}) mm" if fit.with_tool else ""
     turn = math.degrees(math.acos(min(max((fit.base[:3, :3].trace() - 1) / 2, -1.0), 1.0)))
     note = f"best-fit base: shift ({shift}) mm, turn {turn:.4f}°{tool}; {fit.told} numbers told by the poses. "
-    note += "Intervals by drawing poses again" if math.isfinite(found.pooled[0][0].low) else "Too few poses for intervals over them"
-    return [Section("measured-accuracy", "Measured: AP_p over all poses", ("as it is", "best-fit frames"), tuple(rows), note)]
+    note += "Intervals by drawing poses again" if math.isfinite(load.pooled[0][0].low) else "Too few poses for intervals over them"
+    key = "measured-accuracy" if load is found.loads[0] else f"measured-accuracy-{100 * load.load:g}"
+    return [Section(key, under("Measured: AP_p over all poses", load.load, found.loads), ("as it is", "best-fit frames"), tuple(rows), note)]
+
+
+def _in_order(found: Measured) -> list[tuple[MeasuredLoad, MeasuredPose]]:
+    """Give the poses that are shown, each under all its loads."""
+    names = list(dict.fromkeys(pose.name for load in found.loads for pose in load.poses))[:_MOST_POSES]
+    return [(load, pose) for name in names for load in found.loads for pose in load.poses if pose.name == name]
 
 
 def _poses(found: Measured) -> Section:
-    shown = found.poses[:_MOST_POSES]
+    shown = _in_order(found)
     with_instrument = found.visits.instrument > 0
-    with_sides = any(_known(pose.multi_directional) for pose in found.poses)
+    with_sides = any(_known(pose.multi_directional) for load in found.loads for pose in load.poses)
 
-    def row(pose: MeasuredPose) -> Row:
+    def row(load: MeasuredLoad, pose: MeasuredPose) -> Row:
         counted = f"{pose.visits} visits"
         figures = [of(pose.accuracy, counted), of(Estimate(pose.fitted, math.nan, math.nan)), of(pose.repeatability, counted)]
         if with_instrument:
             figures.append(length(pose.without_instrument))
         if with_sides:
             figures.append(of(pose.multi_directional))
-        return Row(pose.name, tuple(figures))
+        return Row(under(pose.name, load.load, found.loads), tuple(figures))
 
     columns = ("AP_p", "best-fit frames", "RP_l", *(("less instrument",) if with_instrument else ()), *(("vAP_p",) if with_sides else ()))
-    note = "" if len(shown) == len(found.poses) else f"the first {len(shown)} of {len(found.poses)} poses; "
+    count, all_poses = len({pose.name for _, pose in shown}), len({pose.name for load in found.loads for pose in load.poses})
+    note = "" if count == all_poses else f"the first {count} of {all_poses} poses; "
     note += "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"
     if with_instrument:
-        note += f". The instrument alone would show an RP_l of {length(found.floor)}; it is taken off in squares, zero where no more is left"
-    return Section("measured-poses", "Measured: poses", columns, tuple(row(pose) for pose in shown), note)
+        floor = max(load.floor for load in found.loads)
+        note += f". The instrument alone would show an RP_l of {length(floor)}; it is taken off in squares, zero where no more is left"
+    return Section("measured-poses", "Measured: poses", columns, tuple(row(*each) for each in shown), note)
 
 
 def _axes(found: Measured) -> Section:
     rows = []
-    for pose in found.poses[:_MOST_POSES]:
+    for load, pose in _in_order(found):
         for letter, average, scatter in zip(_LETTERS, pose.axes, pose.scatter, strict=True):
             if _known(scatter):
                 angle = letter in "abc"
-                rows.append(Row(f"{pose.name}-{letter}", (of(average, angle=angle), of(scatter, angle=angle))))
+                label = under(f"{pose.name}-{letter}", load.load, found.loads)
+                rows.append(Row(label, (of(average, angle=angle), of(scatter, angle=angle))))
     return Section("measured-axes", "Measured: by axis", ("AP", "± 3 s"), tuple(rows), "intervals by Student's law and by chi-square")
+
+
+def _paths(found: Measured) -> list[Section]:
+    rows = []
+    paths = [path for load in found.loads for path in load.paths]
+    for name in dict.fromkeys(path.name for path in paths):
+        for k, word in enumerate(PATH_FIGURES):
+            for load in found.loads:
+                for path in (path for path in load.paths if path.name == name and _known(path.figures[k])):
+                    counted = f"{path.cycles} cycles x {len(path.places)} planes"
+                    label = under(f"{word}, {name}", load.load, found.loads)
+                    rows.append(Row(label, (of(path.figures[k], counted, angle=word[-1] in "abc"), length(float(path.worst[k])))))
+    if not rows:
+        return []
+    note = (
+        "cycles are cut by planes across the commanded line, straight from reading to reading; each figure at its worst plane, with how far from the "
+        "path's start that stands. Intervals are of what many cycles would show, for a normal scatter; the worst of many planes reads high"
+    )
+    if found.visits.instrument:
+        note += f". The instrument alone would show an RT_p of at most {length(max(path.floor for path in paths))}"
+    read = tuple(
+        Row(
+            under(path.name, load.load, found.loads),
+            (
+                Figure(path.cycles, ""),
+                Figure(path.readings, ""),
+                Figure(len(path.places), ""),
+                Figure(float(path.places[0]) * 1e3, "mm"),
+                Figure(float(path.places[-1]) * 1e3, "mm"),
+                length(path.gap),
+                length(path.missed),
+            ),
+            f"of {path.length * 1e3:.1f} mm",
+        )
+        for load in found.loads
+        for path in load.paths
+    )
+    columns = ("cycles", "readings", "planes", "first", "last", "gap", "missed")
+    between = (
+        "first, last: where all cycles were read, and planes stand. Gap: largest distance of neighbouring readings along the path. Missed: by how "
+    )
+    between += "much the straight line between its neighbours passes a reading by, root mean square; where it nears RT_p, read the path more densely"
+    return [
+        Section("measured-path", "Measured: path AT_p, RT_p", ("value", "worst at"), tuple(rows), note),
+        Section("measured-path-data", "Measured: how the path was read", columns, read, between),
+    ]
 
 
 def _data(found: Measured) -> Section:
     visits = found.visits
-    rows = [
-        Row("visits", (Figure(len(visits.pose), ""),), visits.source),
+    along = sum(map(bool, visits.path))
+    rows = [Row("visits", (Figure(len(visits.path) - along, ""),), visits.source)]
+    if along:
+        rows.append(Row("readings along paths", (Figure(along, ""),)))
+    if visits.load_stated:
+        counted = ((load.load, int((visits.load == load.load).sum())) for load in found.loads)
+        rows += [Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted]
+    rows += [
         Row("exact duplicates left out", (Figure(visits.duplicates, ""),), "rows that repeat another one in every cell" if visits.duplicates else ""),
-        Row("poses", (Figure(len(found.poses), ""),)),
+        Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
     ]
     if visits.instrument:
         rows.append(Row("instrument", (length(visits.instrument),), "standard deviation of one reading of a coordinate, as stated"))
-    return Section("measured-data", "Measured: the data", ("value",), tuple(rows))
+    note = "" if visits.load_stated else "the load is not stated: taken as the full payload"
+    return Section("measured-data", "Measured: the data", ("value",), tuple(rows), note)
 
 
 def compared_section(compared: list[Compared]) -> list[Section]:
-    """Give predicted and measured side by side."""
+    """Give predicted and measured side by side, one load below the other."""
     rows = []
+    loads = {each.load for each in compared}
+    order = {key: k for k, key in enumerate(dict.fromkeys((each.name, each.pose) for each in compared))}
     for name in SHOWN:
-        for each in (each for each in compared if each.name == name):
+        for each in sorted((each for each in compared if each.name == name), key=lambda each: (order[each.name, each.pose], -each.load)):
             spread = each.predicted
             figures = (
                 of(spread.low, angle=each.angle),
@@ -142,31 +233,36 @@ def compared_section(compared: list[Compared]) -> list[Section]:
                 of(each.measured, angle=each.angle),
             )
             plain = tuple(Figure(figure.value, figure.unit) for figure in figures[:2])
-            rows.append(Row(f"{name}, {each.pose}", (*plain, figures[2]), "within" if each.within else "outside"))
+            label = under(f"{name}, {each.pose}", each.load, loads)
+            rows.append(Row(label, (*plain, figures[2]), "within" if each.within else "outside"))
     if not rows:
         return []
+    carried = " and ".join(f"{100 * load:g} %" for load in sorted(loads, reverse=True))
     note = (
-        "over robots built, full payload, visited as often, read with the instrument stated; within: between what 5 % and 95 % of them stay below. "
-        "Of a robot like them one figure in ten is not"
+        f"over robots built, at {carried} of the payload, visited and run as often, read with the instrument stated; within: between what 5 % and "
+        "95 % of them stay below. Of a robot like them one figure in ten is not"
     )
     return [Section("compared", "Predicted and measured", ("5 % below", "95 % below", "measured"), tuple(rows), note)]
 
 
 def measured_facts(found: Measured, compared: list[Compared]) -> dict[str, Any]:
     """Give what result.json tells of the measurement besides."""
+    visits = found.visits
     return {
         "measured": {
-            "source": found.visits.source,
-            "visits": len(found.visits.pose),
-            "duplicates": found.visits.duplicates,
-            "instrument_m": found.visits.instrument,
-            "base_fit": None if found.fit is None else found.fit.base.tolist(),
-            "tool_fit_m": None if found.fit is None else found.fit.tool.tolist(),
+            "source": visits.source,
+            "visits": len(visits.path) - sum(map(bool, visits.path)),
+            "readings_along_paths": sum(map(bool, visits.path)),
+            "duplicates": visits.duplicates,
+            "instrument_m": visits.instrument,
+            "load_stated": visits.load_stated,
+            "loads": [_load_facts(load) for load in found.loads],
         },
         "compared": [
             {
                 "figure": each.name,
                 "pose": each.pose,
+                "load": each.load,
                 "unit": "rad" if each.angle else "m",
                 "predicted_5": each.predicted.low.value,
                 "predicted_mean": each.predicted.mean.value,
@@ -177,3 +273,32 @@ def measured_facts(found: Measured, compared: list[Compared]) -> dict[str, Any]:
             for each in compared
         ],
     }
+
+
+def _load_facts(load: MeasuredLoad) -> dict[str, Any]:
+    return {
+        "load": load.load,
+        "base_fit": None if load.fit is None else load.fit.base.tolist(),
+        "tool_fit_m": None if load.fit is None else load.fit.tool.tolist(),
+        "paths": [
+            {
+                "path": path.name,
+                "ends_m": path.ends.tolist(),
+                "cycles": path.cycles,
+                "readings": path.readings,
+                "largest_gap_m": path.gap,
+                "missed_between_m": path.missed,
+                "planes_m": path.places.tolist(),
+                **{
+                    word: {"value": each.value, "interval": _ends(each), "worst_at_m": float(at)}
+                    for word, each, at in zip(PATH_FIGURES, path.figures, path.worst, strict=True)
+                    if _known(each)
+                },
+            }
+            for path in load.paths
+        ],
+    }
+
+
+def _ends(value: Estimate) -> list[float] | None:
+    return [value.low, value.high] if math.isfinite(value.low) else None

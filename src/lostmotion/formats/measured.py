@@ -1,198 +1,159 @@
-"""Measured visits as CSV: one row per visit, a header that names each column with its unit.
+"""Measured visits and paths as CSV: one row per reading, a header that names each column with its unit.
 
-    pose, cycle, x [mm], y [mm], z [mm], a [deg], b [deg], c [deg], xc [mm], yc [mm], zc [mm], ac [deg], bc [deg], cc [deg]
-    P1,   1,     600.02, 0.01,  399.95, ...
+    pose, path,  cycle, load [%], x [mm], y [mm], z [mm], a [deg], b [deg], c [deg], xc [mm], yc [mm], zc [mm], ac [deg], bc [deg], cc [deg]
+    P1,   ,      1,     100,      600.02, 0.01,  399.95, ...
+    ,     P2-P4, 1,     100,      452.11, ...
 
 x, y, z are attained positions of the tool point in the base frame, xc, yc, zc commanded ones; dx, dy, dz, instead of the former, attained less
 commanded. a, b, c and ac, bc, cc are turns about the fixed x, y, z axes, in that order. `side` names from where a pose was approached, for vAP; it is
-empty in the standard's cycle. Only positions are needed. Without `pose`, rows with one commanded position are one pose. Lines that begin with # are
-for the reader. Columns of other names are mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
+empty in the standard's cycle. `load` is a share of the payload; without it, and without one named for the whole file, it is the full one. Only
+positions are needed. Without `pose`, rows with one commanded position are one pose. A cycle visits a pose once. Lines that begin with # are for the
+reader. Columns of other names are mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
+
+A row with `path`, the names of the poses that a straight line joins, is a reading along it: in the order read, cycle by cycle; `pose` is then empty,
+commands and turns may be.
 """
 
 from __future__ import annotations
 
-import csv
 import math
-import re
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import Problem, shown
-from lostmotion.formats.bounds import cut, listed, nearest, refuse_all
-from lostmotion.formats.text import numbers, read_text, refuse
+from lostmotion.errors import Problem, refuse_argument, shown
+from lostmotion.formats.bounds import cut, refuse_all
+from lostmotion.formats.measured_columns import (
+    ATTAINED,
+    COMMANDED,
+    COMMANDED_TURN,
+    LONGEST,
+    MOST_MISTAKES,
+    OFF,
+    TURNED,
+    WORDS,
+    column_names,
+    find_columns,
+    read_table,
+)
+from lostmotion.formats.text import numbers, refuse
 from lostmotion.spatial import pose_of
-from lostmotion.studies.iso9283.measured import Visits
-from lostmotion.units import UnitError, read_quantity
+from lostmotion.studies.iso9283.visits import ARRAYS, TUPLES, Visits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lostmotion.formats.measured_columns import Column
     from lostmotion.spatial import Floats
 
-MEGABYTES: Final = 50
-_MOST_ROWS: Final = 200_000
-_MOST_COLUMNS: Final = 200
-_MOST_MISTAKES: Final = 20
-_LONGEST: Final = 60
-_HEADING: Final = re.compile(r"^\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
-_MAP: Final = re.compile(r"^\s*(?P<role>[a-z]{1,5})\s*=\s*(?P<sign>[+-]?)\s*(?P<column>[^\[\]]{1,100}?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
-_ATTAINED: Final = ("x", "y", "z")
-_OFF: Final = ("dx", "dy", "dz")
-_COMMANDED: Final = ("xc", "yc", "zc")
-_TURNED: Final = ("a", "b", "c")
-_COMMANDED_TURN: Final = ("ac", "bc", "cc")
-_WORDS: Final = ("pose", "side", "cycle")
-_LENGTHS: Final = (*_ATTAINED, *_OFF, *_COMMANDED)
-_ROLES: Final = (*_WORDS, *_LENGTHS, *_TURNED, *_COMMANDED_TURN)
-_HEADER: Final = "pose, cycle, x [mm], y [mm], z [mm], xc [mm], yc [mm], zc [mm]"
-
-
-@dataclass(frozen=True)
-class _Column:
-    """Where a role stands in the file: its index, and what its numbers are multiplied with to be in SI."""
-
-    index: int
-    factor: float = 1.0
+# Share of the payload: more is a slip of the unit. And how many loads one robot is measured under.
+HEAVIEST: Final = 2.0
+MOST_LOADS: Final = 5
+_MOST_FILES: Final = 20
+# Loads that differ by less, of the payload, are one.
+_DECIMALS: Final = 6
+# What may be left out of a reading along a path, all three at once.
+_SPARED: Final = (COMMANDED, TURNED, COMMANDED_TURN)
 
 
 def read_measured(
-    path: str | Path,
+    path: str | Path | Sequence[str | Path],
     mapping: Sequence[str] = (),
     commands: str | Path | None = None,
-    known: Mapping[str, Floats] | None = None,
     instrument: float = 0.0,
+    loads: Sequence[float] = (),
 ) -> Visits:
-    """Which visits does this CSV hold? Rows that repeat another one exactly are left out and counted.
+    """Which visits, and which readings along paths, do these CSVs hold? Rows that repeat another one exactly are left out and counted.
 
+    path        one file, or several of one robot
     mapping     "role = column [unit]", several in one text with commas between them or in several; roles as in the first lines of this file
-    commands    a second CSV with a pose's name and its commanded position (and turns) in x, y, z (a, b, c)
-    known       commanded poses (4, 4) by name, m, for where the files name none: the test cube's
+    commands    a CSV with a pose's name and its commanded position (and turns) in x, y, z (a, b, c), for where the files state none
     instrument  standard deviation of one reading of a coordinate, m
+    loads       share of the payload, one for each file, for those without a `load` column
     Raises InputError with the first 20 mistakes and their lines.
     """
-    file = str(path)
-    header, rows, lines = _table(Path(path))
-    columns = _columns(file, header, mapping)
+    files = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
+    if not 1 <= len(files) <= _MOST_FILES:
+        raise refuse_argument("measured", f"{len(files)} files", f"1 to {_MOST_FILES}", '--measured "visits.csv"')
+    if len(loads) not in {0, len(files)}:
+        raise refuse_argument("load", f"{len(loads)} for {len(files)} measured files", "one for each file, in their order", '--load "100 %"')
+    if not all(0 <= load <= HEAVIEST for load in loads):
+        raise refuse_argument("load", tuple(loads), f"shares of the payload, from 0 to {HEAVIEST:g}", '--load "10 %"')
+    tables = [read_table(each) for each in files]
+    names = {name for header, _, _ in tables for name in column_names(header)} if len(files) > 1 else set()
+    named: Sequence[float | None] = loads or [None] * len(files)
+    parts = [_rows_of(str(each), table, mapping, names, load) for each, table, load in zip(files, tables, named, strict=True)]
+    found = parts[0] if len(parts) == 1 else together(parts)
+    if len(kinds := dict.fromkeys(found.load.tolist())) > MOST_LOADS:
+        refuse(str(files[0]), "load", f"{len(kinds)} loads", f"at most {MOST_LOADS}", "10 % and 100 % of the payload")
+    _refuse_two_commands(found)
+    stated = {name: k for k, name in reversed(list(enumerate(found.pose))) if name and np.isfinite(found.command[k]).all()}
+    known = {name: _pose_at(found, k) for name, k in stated.items()}
+    if commands is not None:
+        known = _commands(Path(commands)) | known
+    found = found.commanded(known)
+    return replace(found, cycle=_counted(found), instrument=instrument)
+
+
+def _rows_of(
+    file: str, table: tuple[list[str], list[list[str]], list[int]], mapping: Sequence[str], elsewhere: set[str], load: float | None
+) -> Visits:
+    """Give the rows of one file."""
+    header, rows, lines = table
+    columns = find_columns(file, header, mapping, elsewhere)
     cells, duplicates, lines = _without_repeats(rows, lines)
     words, values = _values(file, header, cells, lines, columns)
     count = len(cells)
-    commanded = _stacked(values, _COMMANDED)
-    command_turn = _stacked(values, _COMMANDED_TURN)
-    pose = words.get("pose") or _by_command(commanded, count)
-    if commanded is None:
-        stated = dict(known or {}) if commands is None else _commands(Path(commands))
-        found = [stated.get(name) for name in pose]
-        commanded = np.array([np.full(3, math.nan) if at is None else at[:3, 3] for at in found]).reshape(-1, 3)
-        rotation = np.array([at[:3, :3] for at in found if at is not None]) if found and all(at is not None for at in found) else None
-    else:
-        _refuse_two_commands(file, pose, commanded, lines)
-        rotation = None if command_turn is None else _rotations(command_turn)
-    off = _stacked(values, _OFF)
-    attained = _stacked(values, _ATTAINED) if off is None else commanded + off
-    assert attained is not None  # noqa: S101 - `_columns` has seen to it
-    turned = _stacked(values, _TURNED)
-    turn = None if turned is None or rotation is None else _between(rotation, _rotations(turned))
-    side = words.get("side") or [""] * count
-    cycle = np.array([float(word) for word in words["cycle"]]) if "cycle" in words else _counted(pose, side)
-    return Visits(tuple(pose), cycle, tuple(side), attained, commanded, turn, rotation, duplicates, instrument, Path(file).name)
+    nothing = np.full((count, 3), math.nan)
+    path = words.get("path", [""] * count)
+    command = _stacked(values, COMMANDED, nothing)
+    pose = words.get("pose") or _by_command(command, path)
+    shares = _loads(file, lines, values.get("load"), load, count)
+    return Visits(
+        pose=tuple(pose),
+        path=tuple(path),
+        cycle=np.array([float(word) for word in words["cycle"]]) if "cycle" in words else np.full(count, math.nan),
+        side=tuple(words.get("side", [""] * count)),
+        load=np.round(shares, _DECIMALS),
+        attained=command + _stacked(values, OFF, nothing) if OFF[0] in values else _stacked(values, ATTAINED, nothing),
+        command=command,
+        orientation=_rotations(_stacked(values, TURNED, nothing)),
+        rotation=_rotations(_stacked(values, COMMANDED_TURN, nothing)),
+        where=tuple((file, line) for line in lines),
+        duplicates=duplicates,
+        instrument=0.0,
+        source=Path(file).name,
+        load_stated=load is not None or "load" in values,
+    )
 
 
-def _table(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
-    """Read header, rows and the line that each row stands in."""
-    file = str(path)
-    text = read_text(path, MEGABYTES).splitlines()
-    kept = [(number, line) for number, line in enumerate(text, 1) if line.strip() and not line.lstrip().startswith("#")]
-    if len(kept) < 2:  # noqa: PLR2004 - a header and a row
-        refuse(file, "", "no visit", "a header and at least one row", _HEADER)
-    if len(kept) > _MOST_ROWS:
-        refuse(file, "", f"{len(kept)} rows", f"at most {_MOST_ROWS}", "one test per file")
-    separator = ";" if kept[0][1].count(";") > kept[0][1].count(",") else ","
-    try:
-        rows = [[cell.strip() for cell in row] for row in csv.reader([line for _, line in kept], delimiter=separator)]
-    except csv.Error as error:
-        refuse(file, "", str(error), "comma-separated values", _HEADER)
-    if len(rows) != len(kept):
-        refuse(file, "", "a quoted cell over several lines", "one row per line", _HEADER)
-    if len(rows[0]) > _MOST_COLUMNS:
-        refuse(file, "line 1", f"{len(rows[0])} columns", f"at most {_MOST_COLUMNS}", _HEADER)
-    return rows[0], rows[1:], [number for number, _ in kept[1:]]
+def together(parts: Sequence[Visits]) -> Visits:
+    """What do the rows of several files of one robot say as those of one? The instrument is that of the first."""
+    rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
+    rows |= {name: tuple(each for part in parts for each in getattr(part, name)) for name in TUPLES}
+    told: dict[str, Any] = {"duplicates": sum(part.duplicates for part in parts), "source": ", ".join(part.source for part in parts)}
+    return replace(parts[0], load_stated=all(part.load_stated for part in parts), **rows, **told)
 
 
-def _columns(file: str, header: list[str], mapping: Sequence[str]) -> dict[str, _Column]:
-    """Find the column of every role, by the header's own names or as mapped."""
-    mistakes: list[Problem] = []
-    found: dict[str, _Column] = {}
-    plain: dict[str, int] = {}
-    units: dict[str, str] = {}
-    for index, heading in enumerate(header):
-        match = _HEADING.match(heading[:_MOST_COLUMNS])
-        name = match["name"] if match else heading
-        if name in plain:
-            mistakes.append(Problem(file, f"line 1, column {index + 1}", f"{shown(name)} once more", "each name once", _HEADER))
-        plain[name], units[name] = index, (match["unit"] if match else "") or ""
-    asked = [(role, name, "", "") for name in plain for role in [name] if role in _ROLES]
-    for text in [part for entry in mapping for part in entry.split(",") if part.strip()]:
-        match = _MAP.match(text)
-        if match is None or match["role"] not in _ROLES:
-            near = nearest(match["role"], _ROLES) if match else ""
-            mistakes.append(Problem("", "--map", shown(text), f"ROLE = COLUMN [unit], where ROLE is one of {listed(_ROLES)}", "xc = x_t [mm]", near))
-            continue
-        if match["column"] not in plain:
-            near = nearest(match["column"], plain)
-            mistakes.append(
-                Problem("", "--map", shown(match["column"]), f"a column of {cut(file, _LONGEST)}: {listed(plain)}", "xc = x_t [mm]", near)
-            )
-            continue
-        asked = [each for each in asked if each[0] != match["role"]]
-        asked.append((match["role"], match["column"], match["unit"] or "", match["sign"]))
-    for role, name, unit, sign in asked:
-        factor = 1.0
-        if role not in _WORDS:
-            si, example = ("m", "mm") if role in _LENGTHS else ("rad", "deg")
-            try:
-                factor = read_quantity(f"1 {unit or units[name]}", si).nominal * (-1 if sign == "-" else 1)
-            except UnitError as error:
-                mistakes.append(Problem(file, f"line 1, {cut(name, _LONGEST)}", str(error), "a unit in brackets", f"{role} [{example}]"))
-        found[role] = _Column(plain[name], factor)
-    mistakes += _missing(file, found)
+def _loads(file: str, lines: Sequence[int], stated: Floats | None, named: float | None, count: int) -> Floats:
+    """Give each row's share of the payload: its own, the file's, or the full one."""
+    if stated is None:
+        return np.full(count, 1.0 if named is None else named)
+    mistakes = []
+    for load, line in zip(stated.tolist(), lines, strict=True):
+        if not 0 <= load <= HEAVIEST:
+            expected = f"a share of the payload, from 0 to {100 * HEAVIEST:.0f} %"
+            mistakes.append(Problem(file, f"line {line}, load", f"{100 * load:g} %", expected, "100, under the heading load [%]"))
+        elif named is not None and abs(load - named) > 10**-_DECIMALS:
+            found = f"{100 * load:g} % of the payload, where {100 * named:g} % is named for the whole file"
+            mistakes.append(Problem(file, f"line {line}, load", found, "one load, or none named", "--load left out: the column tells it"))
+        if len(mistakes) > MOST_MISTAKES:
+            break
     if mistakes:
-        refuse_all(mistakes, _MOST_MISTAKES)
-    return found
-
-
-def _missing(file: str, found: Mapping[str, _Column]) -> list[Problem]:
-    out = []
-    whole = {group: [role for role in group if role in found] for group in (_ATTAINED, _OFF, _COMMANDED, _TURNED, _COMMANDED_TURN)}
-    for group, there in whole.items():
-        if there and len(there) < len(group):
-            missing = [role for role in group if role not in found]
-            out.append(
-                Problem(file, "line 1", f"{listed(there)} without {listed(missing)}", "all three, or none", ", ".join(f"{r} [mm]" for r in group))
-            )
-    if not whole[_ATTAINED] and not whole[_OFF]:
-        out.append(
-            Problem(file, "line 1", "no attained positions", "columns x, y, z, or dx, dy, dz beside xc, yc, zc; name others by --map", _HEADER)
-        )
-    if whole[_ATTAINED] and whole[_OFF]:
-        out.append(Problem(file, "line 1", "both x, y, z and dx, dy, dz", "one of the two", _HEADER))
-    if whole[_OFF] and not whole[_COMMANDED]:
-        out.append(
-            Problem(
-                file,
-                "line 1",
-                "dx, dy, dz without xc, yc, zc",
-                "the commanded positions beside them",
-                "dx [mm], dy [mm], dz [mm], xc [mm], yc [mm], zc [mm]",
-            )
-        )
-    if not whole[_COMMANDED] and "pose" not in found:
-        out.append(Problem(file, "line 1", "neither pose nor xc, yc, zc", "what tells poses apart", _HEADER))
-    if whole[_COMMANDED_TURN] and not whole[_COMMANDED]:
-        out.append(Problem(file, "line 1", "ac, bc, cc without xc, yc, zc", "the whole commanded pose", _HEADER))
-    return out
+        refuse_all(mistakes, MOST_MISTAKES)
+    return stated
 
 
 def _without_repeats(rows: list[list[str]], lines: list[int]) -> tuple[list[list[str]], int, list[int]]:
@@ -203,35 +164,56 @@ def _without_repeats(rows: list[list[str]], lines: list[int]) -> tuple[list[list
 
 
 def _values(
-    file: str, header: list[str], rows: list[list[str]], lines: list[int], columns: Mapping[str, _Column]
+    file: str, header: list[str], rows: list[list[str]], lines: list[int], columns: Mapping[str, Column]
 ) -> tuple[dict[str, list[str]], dict[str, Floats]]:
     """Give the words and the numbers (in SI) of each role; all bad rows at once."""
     mistakes: list[Problem] = []
-    words: dict[str, list[str]] = {role: [] for role in columns if role in _WORDS}
-    values: dict[str, list[float]] = {role: [] for role in columns if role not in _WORDS}
+    words: dict[str, list[str]] = {role: [] for role in columns if role in WORDS}
+    values: dict[str, list[float]] = {role: [] for role in columns if role not in WORDS}
     for row, line in zip(rows, lines, strict=True):
         if len(row) != len(header):
             mistakes.append(
                 Problem(file, f"line {line}", f"{len(row)} cells", f"{len(header)} cells, one per column of the header", ",".join("0" * len(header)))
             )
         else:
+            cells = {role: row[column.index] for role, column in columns.items()}
+            mistakes += _named(file, line, cells)
+            spared = _spared(cells)
             for role, column in columns.items():
-                cell = row[column.index]
+                cell = cells[role]
                 if role in values or role == "cycle":
-                    number = _number(cell)
-                    if not math.isfinite(number):
-                        mistakes.append(Problem(file, f"line {line}, {cut(header[column.index], _LONGEST)}", shown(cell), "a finite number", "12.5"))
+                    number = math.nan if role in spared else _number(cell)
+                    if not math.isfinite(number) and role not in spared:
+                        mistakes.append(Problem(file, f"line {line}, {cut(header[column.index], LONGEST)}", shown(cell), "a finite number", "12.5"))
                     if role in values:
                         values[role].append(number * column.factor)
                         continue
-                elif role == "pose" and not cell:
-                    mistakes.append(Problem(file, f"line {line}, {cut(header[column.index], _LONGEST)}", "nothing", "the name of the pose", "P1"))
-                words[role].append(cut(cell, _LONGEST))
-        if len(mistakes) > _MOST_MISTAKES:
+                words[role].append(cut(cell, LONGEST))
+        if len(mistakes) > MOST_MISTAKES:
             break
     if mistakes:
-        refuse_all(mistakes, _MOST_MISTAKES)
+        refuse_all(mistakes, MOST_MISTAKES)
     return words, {role: np.array(found) for role, found in values.items()}
+
+
+def _named(file: str, line: int, cells: Mapping[str, str]) -> list[Problem]:
+    """A row is a visit to a pose, or a reading along a path."""
+    pose, path = cells.get("pose", ""), cells.get("path", "")
+    if path and (besides := [role for role in ("pose", "side") if cells.get(role)]):
+        found = f"path {shown(path)} and {besides[0]} {shown(cells[besides[0]])}"
+        return [Problem(file, f"line {line}", found, "a visit to a pose, or a reading along a path", ",P2-P4,1")]
+    if not path and not pose and ("pose" in cells or COMMANDED[0] not in cells):
+        expected = "the name of the pose, or of the path" if "path" in cells else "the name of the pose"
+        return [Problem(file, f"line {line}, {'pose' if 'pose' in cells else 'path'}", "nothing", expected, "P1")]
+    return []
+
+
+def _spared(cells: Mapping[str, str]) -> set[str]:
+    """Which cells of a reading along a path are left out?"""
+    if not cells.get("path"):
+        return set()
+    groups = [group for group in _SPARED if not any(cells.get(role) for role in group)]
+    return {role for group in groups for role in group if not (group is COMMANDED and OFF[0] in cells)}
 
 
 def _number(cell: str) -> float:
@@ -241,38 +223,41 @@ def _number(cell: str) -> float:
         return math.nan
 
 
-def _stacked(values: Mapping[str, Floats], roles: tuple[str, ...]) -> Floats | None:
-    return np.stack([values[role] for role in roles], axis=-1) if roles[0] in values else None
+def _stacked(values: Mapping[str, Floats], roles: tuple[str, ...], otherwise: Floats) -> Floats:
+    return np.stack([values[role] for role in roles], axis=-1) if roles[0] in values else otherwise
 
 
-def _by_command(commanded: Floats | None, count: int) -> list[str]:
+def _pose_at(visits: Visits, k: int) -> Floats:
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = visits.rotation[k], visits.command[k]
+    return out
+
+
+def _by_command(commanded: Floats, path: Sequence[str]) -> list[str]:
     """Name poses by number where rows share a commanded position."""
-    if commanded is None:
-        return ["1"] * count
     numbered: dict[bytes, str] = {}
-    return [numbered.setdefault(row.tobytes(), str(len(numbered) + 1)) for row in np.ascontiguousarray(commanded)]
+    return [
+        "" if along else numbered.setdefault(row.tobytes(), str(len(numbered) + 1))
+        for row, along in zip(np.ascontiguousarray(commanded), path, strict=True)
+    ]
 
 
-def _refuse_two_commands(file: str, pose: Sequence[str], commanded: Floats, lines: Sequence[int]) -> None:
+def _refuse_two_commands(visits: Visits) -> None:
     """One pose has one command."""
     first: dict[str, int] = {}
     mistakes = []
-    for k, name in enumerate(pose):
+    for k, name in enumerate(visits.pose):
+        if not name or not np.isfinite(visits.command[k]).all():
+            continue
         at = first.setdefault(name, k)
-        if np.abs(commanded[k] - commanded[at]).max() > _ROUNDING:
-            mistakes.append(
-                Problem(
-                    file,
-                    f"line {lines[k]}",
-                    f"another commanded position of pose {name} than in line {lines[at]}",
-                    "one command per pose",
-                    "P1b as its name",
-                )
-            )
-            if len(mistakes) > _MOST_MISTAKES:
+        if np.abs(visits.command[k] - visits.command[at]).max() > _ROUNDING:
+            (file, line), (other, before) = visits.where[k], visits.where[at]
+            found = f"another commanded position of pose {name} than in {'' if file == other else other + ', '}line {before}"
+            mistakes.append(Problem(file, f"line {line}", found, "one command per pose", "P1b as its name"))
+            if len(mistakes) > MOST_MISTAKES:
                 break
     if mistakes:
-        refuse_all(mistakes, _MOST_MISTAKES)
+        refuse_all(mistakes, MOST_MISTAKES)
 
 
 # m: commanded positions of one pose that differ by less are rounding in the file.
@@ -281,39 +266,39 @@ _ROUNDING: Final = 1e-6
 
 def _commands(path: Path) -> dict[str, Floats]:
     """Read the commanded pose (4, 4) of every name."""
-    header, rows, lines = _table(path)
-    columns = _columns(str(path), header, ())
+    header, rows, lines = read_table(path)
+    columns = find_columns(str(path), header, ())
     for role in ("pose", "x"):
         if role not in columns:
             refuse(str(path), "line 1", f"no column {role}", "the commanded poses: pose, x [mm], y [mm], z [mm]", "pose, x [mm], y [mm], z [mm]")
     words, values = _values(str(path), header, rows, lines, columns)
-    at, turns = _stacked(values, _ATTAINED), _stacked(values, _TURNED)
+    nothing = np.full((len(rows), 3), math.nan)
+    at, rotation = _stacked(values, ATTAINED, nothing), _rotations(_stacked(values, TURNED, nothing))
     out: dict[str, Floats] = {}
     for k, name in enumerate(words["pose"]):
-        assert at is not None  # noqa: S101 - looked at above
         if name in out:
             refuse(str(path), f"line {lines[k]}", f"pose {name} once more", "each pose once", "P1, 600, 0, 400")
-        out[name] = pose_of(at[k], (0, 0, 0) if turns is None else turns[k])
+        out[name] = pose_of(at[k])
+        out[name][:3, :3] = rotation[k]  # NaN where the file tells no turns
     return out
 
 
 def _rotations(turns: Floats) -> Floats:
+    """Give rotations (row, 3, 3) of turns (row, 3) about the fixed axes, NaN where there are none."""
     from scipy.spatial.transform import Rotation
 
-    return np.asarray(Rotation.from_euler("xyz", turns).as_matrix()).reshape(-1, 3, 3)
+    out = np.full((len(turns), 3, 3), math.nan)
+    if (known := np.isfinite(turns).all(axis=1)).any():
+        out[known] = Rotation.from_euler("xyz", turns[known]).as_matrix()
+    return out
 
 
-def _between(command: Floats, attained: Floats) -> Floats:
-    """Give the rotation vector (visit, 3), base axes, from commanded orientations to attained ones."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(attained @ np.swapaxes(command, 1, 2)).as_rotvec()).reshape(-1, 3)
-
-
-def _counted(pose: Sequence[str], side: Sequence[str]) -> Floats:
-    seen: dict[tuple[str, str], int] = {}
-    out = []
-    for each in zip(pose, side, strict=True):
+def _counted(visits: Visits) -> Floats:
+    """Give cycle numbers, counted up within pose, side and load where none are stated."""
+    seen: dict[tuple[str, str, float], int] = {}
+    out = visits.cycle.copy()
+    for k in np.flatnonzero(np.isnan(out)).tolist():
+        each = visits.pose[k], visits.side[k], float(visits.load[k])
         seen[each] = seen.get(each, 0) + 1
-        out.append(seen[each])
-    return np.array(out, dtype=float)
+        out[k] = seen[each]
+    return out

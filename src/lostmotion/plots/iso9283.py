@@ -9,8 +9,9 @@ import numpy as np
 
 from lostmotion.arm import tool_points
 from lostmotion.figures import length
-from lostmotion.figures.iso9283_measured import SHOWN
-from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, named, styled
+from lostmotion.figures.iso9283 import under
+from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, styled
+from lostmotion.plots.iso9283_measured import measured_accuracy, measured_path, side_by_side
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.poses import sample_poses
@@ -60,21 +61,34 @@ def iso_plots(predicted: Predicted | None, drifted: Drift | None, measured: Meas
     if compared:
         drawn.append(Plot("compared", "compared", side_by_side(compared), "Bars from 5 to 95 % of the robots predicted, with the measured values."))
     if measured is not None:
-        several = [pose for pose in measured.poses if pose.visits > 1][:_PANELS]
-        if several:
-            about = [pose.errors - pose.errors.mean(axis=0) for pose in several]
-            drawn.append(
-                Plot(
-                    "measured-visits",
-                    "measured-poses",
-                    visits([about], [pose.name for pose in several], ["measured"]),
-                    "Measured visits about their barycentres.",
-                )
+        drawn += _measured(measured)
+    return drawn
+
+
+def _measured(measured: Measured) -> list[Plot]:
+    """Draw what a measured robot shows, all its loads in one plot where that can be read."""
+    drawn = []
+    several = list(dict.fromkeys(pose.name for load in measured.loads for pose in load.poses if pose.visits > 1))[:_PANELS]
+    if several:
+        about = [
+            [pose.errors - pose.errors.mean(axis=0) for name in several for pose in load.poses if pose.name == name]
+            for load in measured.loads
+            if set(several) <= {pose.name for pose in load.poses}
+        ]
+        names = [under("measured", load.load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
+        if about:
+            drawn.append(Plot("measured-visits", "measured-poses", visits(about, several, names), "Measured visits about their barycentres."))
+    for load in measured.loads:
+        if load.fit is not None:
+            key = "measured-accuracy" if load is measured.loads[0] else f"measured-accuracy-{100 * load.load:g}"
+            title = under("Measured AP_p", load.load, measured.loads)
+            drawn.append(Plot(key, key, measured_accuracy(load, title), "AP_p of all poses, as it is and with best-fit frames."))
+    if any(load.paths for load in measured.loads):
+        drawn.append(
+            Plot(
+                "measured-path", "measured-path", measured_path(measured), "Measured path accuracy and repeatability along the line, plane by plane."
             )
-        if measured.fit is not None:
-            drawn.append(
-                Plot("measured-accuracy", "measured-accuracy", measured_accuracy(measured), "AP_p of all poses, as it is and with best-fit frames.")
-            )
+        )
     return drawn
 
 
@@ -195,21 +209,27 @@ def path(found: Predicted) -> go.Figure:
 
     a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
     along = np.linspace(0, float(np.linalg.norm(b - a)) * 1e3, found.path_points)
-    figure = styled(make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.09), "Along the path", height=420)
-    for row, (word, profile) in enumerate(zip(("AT", "RT"), found.path_profile, strict=True), 1):
-        unit = length(float(profile.max())).unit
-        for values, name, colour, dash in ((profile[:, 0], "mean over robots", BLUE, "solid"), (profile[:, 1], "95 % of robots below", RED, "dot")):
-            trace = go.Scatter(
-                x=along,
-                y=values * PER_UNIT[unit],
-                name=name,
-                legendgroup=name,
-                showlegend=row == 1,
-                mode="lines",
-                line={"color": colour, "dash": dash, "width": 2},
-                hovertemplate=f"%{{x:.0f}} mm: {word} %{{y:.4~g}} {unit}<extra></extra>",
-            )
-            figure.add_trace(trace, row=row, col=1)
+    figure = styled(make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.09), "Along the path", height=440)
+    for row, word in enumerate(("AT", "RT"), 1):
+        unit = length(max(float(sheet.path_profile[row - 1].max()) for sheet in found.loads)).unit
+        for sheet, colours in zip(found.loads, ((BLUE, RED), ("#86bfe0", "#e8a77f")), strict=False):
+            profile = sheet.path_profile[row - 1]
+            for values, name, colour, dash in (
+                (profile[:, 0], "mean", colours[0], "solid"),
+                (profile[:, 1], "95 % of robots below", colours[1], "dot"),
+            ):
+                text = under(name, sheet.load, found.loads)
+                trace = go.Scatter(
+                    x=along,
+                    y=values * PER_UNIT[unit],
+                    name=text,
+                    legendgroup=text,
+                    showlegend=row == 1,
+                    mode="lines",
+                    line={"color": colour, "dash": dash, "width": 2},
+                    hovertemplate=f"%{{x:.0f}} mm: {word} %{{y:.4~g}} {unit}<extra></extra>",
+                )
+                figure.add_trace(trace, row=row, col=1)
         figure.update_yaxes(title_text=f"{word} [{unit}]", rangemode="tozero", row=row, col=1)
     ends = " to ".join(NAMES[k] for k in found.path_ends)
     figure.update_xaxes(title_text=f"way from {ends} [mm]", row=2, col=1)
@@ -245,84 +265,4 @@ def drift(found: Drift) -> go.Figure:
     figure.update_xaxes(title_text="time since the start, cold [h]")
     figure.update_yaxes(title_text=f"AP_p [{unit}]", rangemode="tozero")
     figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
-
-
-def side_by_side(compared: list[Compared]) -> go.Figure:
-    """Does the measured robot lie among those predicted? Lengths: from what 5 % to what 95 % of robots stay below, the measured value over it."""
-    import plotly.graph_objects as go
-
-    shown = [each for name in SHOWN for each in compared if each.name == name and not each.angle and each.name != "AD_p" and each.measured.value > 0]
-    shown = [each for each in shown if each.predicted.high.value > _SMALLEST]
-    places = list(range(len(shown)))
-    low = np.array([max(each.predicted.low.value, _SMALLEST) for each in shown]) * 1e6
-    high = np.array([each.predicted.high.value for each in shown]) * 1e6
-    mean = [each.predicted.mean.value * 1e6 for each in shown]
-    value = np.array([each.measured.value for each in shown]) * 1e6
-    ends = [
-        [abs(end * 1e6 - v) if math.isfinite(end) else 0.0 for end in (each.measured.low, each.measured.high)]
-        for each, v in zip(shown, value, strict=True)
-    ]
-    colours = [GREEN if each.within else RED for each in shown]
-    # Bars as thick lines: on a logarithmic axis a bar would begin at its base.
-    bars = go.Scatter(
-        x=[x for pair in zip(low, high, [None] * len(low), strict=True) for x in pair],
-        y=[y for place in places for y in (place, place, None)],
-        mode="lines",
-        line={"color": "#9ec9e2", "width": 13},
-        name="5 to 95 % of robots predicted",
-        hoverinfo="skip",
-    )
-    ticks = go.Scatter(
-        x=mean,
-        y=places,
-        mode="markers",
-        name="mean over robots",
-        marker={"symbol": "line-ns", "size": 13, "line": {"color": BLUE, "width": 2}},
-        hovertemplate="mean %{x:.4~g} µm<extra></extra>",
-    )
-    points = go.Scatter(
-        x=value,
-        y=places,
-        mode="markers",
-        name="measured (red: outside)",
-        marker={"color": colours, "size": 9, "symbol": "diamond"},
-        error_x={
-            "type": "data",
-            "symmetric": False,
-            "array": [end[1] for end in ends],
-            "arrayminus": [end[0] for end in ends],
-            "thickness": 1.3,
-            "color": INK,
-        },
-        hovertemplate="measured %{x:.4~g} µm<extra></extra>",
-    )
-    figure = framed("Predicted and measured", bars, ticks, points, height=170 + 26 * len(shown))
-    figure.update_xaxes(title_text="µm, logarithmic", type="log", dtick=1)
-    figure.update_yaxes(**named([f"{each.name}, {label(each.pose)}" for each in shown]))
-    figure.update_layout(legend=LEGEND, margin_t=96)
-    return figure
-
-
-def measured_accuracy(found: Measured) -> go.Figure:
-    """How are measured AP_p spread over the poses, as they are and with best-fit frames?"""
-    import plotly.graph_objects as go
-
-    raw = np.array([pose.accuracy.value for pose in found.poses])
-    fitted = np.array([pose.fitted for pose in found.poses])
-    unit = length(float(raw.max())).unit
-    factor = PER_UNIT[unit]
-    traces: list[Any] = []
-    many = len(raw) > 20  # noqa: PLR2004 - more than one can read the names of
-    for values, name, colour in ((raw, "as it is", BLUE), (fitted, "best-fit frames", GREEN)):
-        if many:
-            bins = {"start": 0.0, "end": float(raw.max()) * factor, "size": float(raw.max()) * factor / 40}
-            traces.append(go.Histogram(x=values * factor, name=name, marker={"color": colour}, opacity=0.65, xbins=bins))
-        else:
-            names = [label(pose.name) for pose in found.poses]
-            traces.append(go.Bar(x=names, y=values * factor, name=name, marker={"color": colour}, hovertemplate=f"%{{y:.4~g}} {unit}<extra></extra>"))
-    figure = framed("Measured AP_p", *traces, height=340)
-    figure.update_xaxes(title_text=f"AP_p [{unit}]" if many else "pose", showgrid=many)
-    figure.update_yaxes(title_text="poses [1]" if many else f"AP_p [{unit}]", rangemode="tozero")
-    figure.update_layout(barmode="overlay" if many else "group", legend=LEGEND, margin_t=80)
     return figure

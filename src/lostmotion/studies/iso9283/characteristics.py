@@ -1,4 +1,4 @@
-"""ISO 9283:1998 by its definitions: accuracy and repeatability of poses, distances and paths, predicted or measured; never 'certified'.
+"""ISO 9283:1998 by its definitions: accuracy and repeatability of poses and distances, predicted or measured (paths: `paths.py`); never 'certified'.
 
 Positions in one unit, (..., visit, 3); leading axes are anything: poses, robots. Orientations are small rotation vectors about the base's x, y, z
 (a, b, c), attained against commanded, rad.
@@ -95,22 +95,3 @@ def distance_repeatability(first: Floats, second: Floats) -> Floats:
     if distance.shape[-1] < 2:  # noqa: PLR2004 - a scatter needs two
         raise ValueError(f"{distance.shape[-1]} visit; repeatability needs at least 2")
     return np.asarray(3 * distance.std(axis=-1, ddof=1))
-
-
-def across_path(errors: Floats, along: Floats) -> Floats:
-    """Which part of errors (..., 3) lies in the plane across a path's direction (..., 3)? There the standard looks at paths."""
-    along = np.asarray(along) / np.linalg.norm(along, axis=-1, keepdims=True)
-    return np.asarray(errors - (errors * along).sum(axis=-1, keepdims=True) * along)
-
-
-def path_accuracy(errors: Floats, along: Floats) -> Floats:
-    """How far does the average path lie off the commanded one, at the worst of its points? AT_p (...,) of errors (..., point, cycle, 3) (8.2).
-
-    `along` (3,) or (point, 1, 3) is the path's direction; what lies along it does not count.
-    """
-    return np.asarray(np.linalg.norm(across_path(errors, along).mean(axis=-2), axis=-1).max(axis=-1))
-
-
-def path_repeatability(errors: Floats, along: Floats) -> Floats:
-    """How far do the paths scatter about their average, at the worst of their points? RT_p (...,) of errors (..., point, cycle, 3) (8.3)."""
-    return np.asarray(pose_repeatability(across_path(errors, along)).max(axis=-1))

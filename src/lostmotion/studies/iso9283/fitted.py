@@ -28,12 +28,14 @@ class Fit:
     base (4, 4)   where the base frame really is, seen from the commanded one; m
     tool (3,)     by how much the tool point stands off, in the tool's axes, m; zero where the orientations were not given
     residual (pose, 3)  what no frame takes away, m, along the commanded base's axes
+    with_tool     whether a tool frame was looked for
     told          how many of the 6 or 9 numbers the poses tell; the others are zero
     """
 
     base: Floats
     tool: Floats
     residual: Floats
+    with_tool: bool
     told: int
 
 
@@ -64,7 +66,7 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
         if np.abs(step).max() < _CLOSE * max(size, 1.0) * 100:
             stands = command if rotation is None else command + rotation @ tool
             residual = attained - (stands @ base[:3, :3].T + base[:3, 3])
-            return Fit(base, tool, residual, int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_UNTOLD, hermitian=True)))
+            return Fit(base, tool, residual, rotation is not None, int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_UNTOLD, hermitian=True)))
     raise DidNotConvergeError("the best-fit frames were not found: are attained and commanded positions in the same order and unit?")
 
 

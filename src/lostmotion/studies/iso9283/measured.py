@@ -1,67 +1,42 @@
-"""What do measured visits say by ISO 9283, and how sure is each figure? One robot, as it stood before the instrument.
-
-Intervals hold for scatter that is normal, or nearly so: Student's for averages along an axis, chi-square's for 3 s; for the lengths AP_p and RP_l the
-same idea by sampling, since no closed form is known. AP_p's is of where many visits would put the average, RP_l's of what many visits would give, of
-which the n of the sample show a little less.
-"""
+"""What do measured visits say by ISO 9283, and how sure is each figure? One robot, as it stood before the instrument. Intervals: `confidence`."""
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import refuse_argument
-from lostmotion.studies.draws import key
-from lostmotion.studies.intervals import Estimate, student
-from lostmotion.studies.iso9283 import characteristics as iso
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
+from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.iso9283.confidence import (
+    FEWEST,
+    LEVEL,
+    NOTHING,
+    accuracy_interval,
+    generator,
+    length_interval,
+    repeatability_interval,
+    round_repeatability,
+    scatter_interval,
+    student_interval,
+)
 from lostmotion.studies.iso9283.fitted import Fit, best_fit, left_by_frames
+from lostmotion.studies.iso9283.measured_paths import MeasuredPath, judge_paths
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.spatial import Floats
+    from lostmotion.studies.iso9283.visits import Visits
 
-LEVEL: Final = 0.95
-_DRAWN: Final = 2000
 _AGAIN: Final = 400
-_HALVINGS: Final = 60
-_FEWEST: Final = 2
 _FRAME: Final = 3
 # Fewer poses than this, drawn again, say too little of others.
 _POOLED: Final = 20
-
-
-@dataclass(frozen=True)
-class Visits:
-    """Measured visits, in rows; m and rad, base frame.
-
-    pose (visit,)        label of the pose
-    cycle (visit,)       number of the cycle, counted up within a pose where the file names none
-    side (visit,)        from which side it was approached; empty for the standard's cycle
-    attained (visit, 3)  positions
-    command (visit, 3)   commanded positions, NaN where none are known
-    turn (visit, 3)      rotation vector from the commanded orientation to the attained one, base axes; None where orientations were not measured
-    rotation (visit, 3, 3)  of the commanded tool; None where not known
-    duplicates           rows left out because they repeat another one exactly
-    instrument           standard deviation of one reading of a coordinate, m; 0 where not stated
-    source               where they come from
-    """
-
-    pose: tuple[str, ...]
-    cycle: np.ndarray
-    side: tuple[str, ...]
-    attained: Floats
-    command: Floats
-    turn: Floats | None
-    rotation: Floats | None
-    duplicates: int
-    instrument: float
-    source: str
+_MOST_MISTAKES: Final = 20
 
 
 @dataclass(frozen=True)
@@ -91,33 +66,72 @@ class MeasuredPose:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """The sheet of one robot.
+class MeasuredLoad:
+    """The sheet of one robot under one load.
 
+    load        share of the payload
     poses       each pose, P2 before P10
     distance    AD_p and RD between P2 and P4; None without both
     pooled      mean, standard deviation, 95 % point and largest of AP_p over poses, as it is and with the best-fit frames; with intervals over poses
     fit         the frames; None for fewer than three poses or no commands
     floor       RP_l that the instrument alone would show, m
+    paths       each path
     """
 
-    visits: Visits
+    load: float
     poses: tuple[MeasuredPose, ...]
     distance: tuple[Estimate, Estimate] | None
     pooled: tuple[tuple[Estimate, ...], tuple[Estimate, ...]] | None
     fit: Fit | None
     floor: float
+    paths: tuple[MeasuredPath, ...]
 
 
-NOTHING: Final = Estimate(math.nan, math.nan, math.nan)
+@dataclass(frozen=True)
+class Measured:
+    """The sheet of one robot: a part for each load, the heaviest first."""
+
+    visits: Visits
+    loads: tuple[MeasuredLoad, ...]
 
 
 def judge(visits: Visits, level: float = LEVEL) -> Measured:
-    """What does ISO 9283 say of these visits? Intervals of this level; two visits at least for a scatter, three poses for frames.
+    """What does ISO 9283 say of these rows? Intervals of this level; two visits at least for a scatter, three poses for frames.
 
-    Raises InputError for poses that were visited from stated sides alone: their other figures are those of the standard's cycle.
+    Raises InputError for poses that were visited from stated sides alone: their other figures are those of the standard's cycle; for a cycle that
+    visits a pose twice; and for paths as `judge_paths`.
     """
+    of_path = np.array([bool(path) for path in visits.path])
+    _refuse_twice(visits)
+    loads = []
+    for load in sorted(dict.fromkeys(visits.load.tolist()), reverse=True):
+        there = visits.load == load
+        poses = _at_poses(visits.picked(there & ~of_path), level)
+        loads.append(MeasuredLoad(load=load, paths=judge_paths(visits.picked(there & of_path), visits, level), **poses))
+    return Measured(visits, tuple(loads))
+
+
+def _refuse_twice(visits: Visits) -> None:
+    """Raise InputError where a cycle visits one pose twice: which of the two stands beside the other poses of that cycle nobody knows."""
+    first: dict[tuple[str, str, float, float], int] = {}
+    mistakes: list[Problem] = []
+    for k, visit in enumerate(zip(visits.pose, visits.side, visits.load.tolist(), visits.cycle.tolist(), strict=True)):
+        if visit[0] and len(mistakes) < _MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
+            (file, line), (other, before) = visits.where[k], visits.where[at]
+            stands = f"line {before}" if file == other else f"{other}, line {before}"
+            found = f"pose {shown(visit[0])} of cycle {visit[3]:g} once more; it stands in {stands} with other readings"
+            mistakes.append(
+                Problem(file, f"line {line}", found, "one visit per pose, side, load and cycle", "strike the void one, or number it anew")
+            )
+    if mistakes:
+        raise InputError(mistakes)
+
+
+def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
+    """Give what a `MeasuredLoad` holds of poses."""
     names = sorted(dict.fromkeys(visits.pose), key=_counting)
+    if not names:
+        return {"poses": (), "distance": None, "pooled": None, "fit": None, "floor": 0.0}
     label = np.array(visits.pose)
     in_cycle = np.array([not side for side in visits.side])
     rows = {name: np.flatnonzero((label == name) & in_cycle) for name in names}
@@ -126,16 +140,18 @@ def judge(visits: Visits, level: float = LEVEL) -> Measured:
         raise refuse_argument("side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")
     command = np.array([visits.command[found[0]] for found in rows.values()]).reshape(-1, 3)
     barycentre = np.array([visits.attained[found].mean(axis=0) for found in rows.values()]).reshape(-1, 3)
-    rotation = None if visits.rotation is None else np.array([visits.rotation[found[0]] for found in rows.values()])
+    turned = np.array([visits.rotation[found[0]] for found in rows.values()])
+    rotation = turned if np.isfinite(turned).all() else None
     fit = best_fit(barycentre, command, rotation) if len(rows) >= _FRAME and np.isfinite(command).all() else None
     left = np.full(len(rows), math.nan) if fit is None else np.linalg.norm(fit.residual, axis=1)
-    poses = tuple(_pose(visits, name, found, float(left[k]), level) for k, (name, found) in enumerate(rows.items()))
+    turn = visits.turn
+    poses = tuple(_pose(visits, turn, name, found, float(left[k]), level) for k, (name, found) in enumerate(rows.items()))
     pooled = None
     if fit is not None:
         raw = barycentre - command
         pooled = _pooled(lambda chosen: raw[chosen], len(raw), level), _pooled(_refit(command, rotation, fit), len(raw), level)
-    floor = visits.instrument * _round_repeatability(min(len(found) for found in rows.values()))
-    return Measured(visits, poses, _distance(visits, rows, level), pooled, fit, floor)
+    floor = visits.instrument * round_repeatability(min(len(found) for found in rows.values()))
+    return {"poses": poses, "distance": _distance(visits, rows, level), "pooled": pooled, "fit": fit, "floor": floor}
 
 
 def _counting(name: str) -> tuple[str, int, str]:
@@ -144,99 +160,14 @@ def _counting(name: str) -> tuple[str, int, str]:
     return word, int(name[len(word) :][-9:] or 0), name
 
 
-def student_interval(values: Floats, level: float = LEVEL) -> Estimate:
-    """What is the mean of values (visit,), and between which does it lie? Student's interval."""
-    mean, count = float(values.mean()), len(values)
-    if count < _FEWEST:
-        return Estimate(mean, math.nan, math.nan)
-    half = student(count - 1, level) * float(values.std(ddof=1)) / math.sqrt(count)
-    return Estimate(mean, mean - half, mean + half)
-
-
-def scatter_interval(values: Floats, level: float = LEVEL) -> Estimate:
-    """What are 3 s of values (visit,), and between which do they lie? Chi-square's interval for a normal scatter."""
-    from scipy.special import chdtri
-
-    count = len(values)
-    if count < _FEWEST:
-        return NOTHING
-    spread = 3 * float(values.std(ddof=1))
-    low, high = (math.sqrt((count - 1) / float(chdtri(count - 1, tail))) for tail in ((1 - level) / 2, (1 + level) / 2))
-    return Estimate(spread, spread * low, spread * high)
-
-
-def accuracy_interval(errors: Floats, level: float = LEVEL) -> Estimate:
-    """What is AP_p of errors (visit, 3), and between which does it lie?
-
-    The square of the average's length is too large by the trace of its covariance C, and has the variance 4 b'Cb + 2 tr C^2 (normal scatter);
-    Student's share of its root to both sides, never below zero. Holds its level where AP_p is half of the scatter of a visit or more; above it below.
-    """
-    if len(errors) < _FEWEST:
-        return Estimate(float(np.linalg.norm(errors.mean(axis=0))), math.nan, math.nan)
-    return _length(errors.mean(axis=0), np.cov(errors.T) / len(errors), len(errors) - 1, level)
-
-
-def _length(mean: Floats, covariance: Floats, freedom: int, level: float) -> Estimate:
-    """Give the length of an average with this covariance, and its interval."""
-    value = float(np.linalg.norm(mean))
-    square = value**2 - float(np.trace(covariance))
-    half = student(freedom, level) * math.sqrt(float(4 * mean @ covariance @ mean + 2 * (covariance**2).sum()))
-    return Estimate(value, math.sqrt(max(square - half, 0.0)), math.sqrt(max(square + half, 0.0)))
-
-
-def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
-    """What is RP_l of errors (visit, 3), and between which does the RP_l of many visits lie?
-
-    Sets of as many visits are drawn from a normal scatter with the covariance found; how their RP_l stands to the limit is how this one is taken to.
-    The covariance is first made rounder by what a sample's is too unequal.
-    """
-    value, count = float(iso.pose_repeatability(errors)) if len(errors) >= _FEWEST else math.nan, len(errors)
-    if not value > 0 or count <= _FEWEST:
-        return Estimate(value, math.nan, math.nan)
-    covariance = _shrunk(np.cov(errors.T), count)
-    limit = float(iso.expected_repeatability(covariance[None] / np.trace(covariance))[0][0]) * math.sqrt(float(np.trace(covariance)))
-    sets = _generator("repeatability").standard_normal((_DRAWN, count, 3)) @ _root(covariance).T
-    low, high = np.quantile(iso.pose_repeatability(sets) / limit, [(1 - level) / 2, (1 + level) / 2])
-    return Estimate(value, value / float(high), value / float(low))
-
-
-@functools.cache
-def _round_repeatability(count: int) -> float:
-    """Give RP_l that so many visits show on the average, in deviations of a round normal scatter; zero for a single visit."""
-    return float(iso.expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= _FEWEST else 0.0
-
-
-def _shrunk(covariance: Floats, count: int) -> Floats:
-    """Draw a sample's covariance towards a round one, until its eigenvalues are as unequal as the true ones are on the average.
-
-    A sample's squares are too unequal by a known amount: E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = count - 1, of normal visits.
-    """
-    size, freedom = len(covariance), count - 1
-    round_one = float(np.trace(covariance)) ** 2 / size
-    found = float((covariance**2).sum()) - round_one
-    true = freedom**2 / ((freedom - 1) * (freedom + 2)) * (found + round_one - size * round_one / freedom) - round_one
-    share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
-    return np.asarray(share * covariance + (1 - share) * float(np.trace(covariance)) / size * np.eye(size))
-
-
-def _root(covariance: Floats) -> Floats:
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
-def _generator(name: str) -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(key=key(1, f"iso9283.{name}")))
-
-
-def _pose(visits: Visits, name: str, found: np.ndarray, fitted: float, level: float) -> MeasuredPose:
+def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: float, level: float) -> MeasuredPose:
     attained, command = visits.attained[found], visits.command[found[0]]
     known = bool(np.isfinite(command).all())
     errors = attained - (command if known else attained.mean(axis=0))
-    turns = np.full((len(found), 3), math.nan) if visits.turn is None else visits.turn[found]
-    each = np.column_stack([turns, errors])
-    measured = [visits.turn is not None] * 3 + [True] * 3
+    each = np.column_stack([turn[found], errors])
+    measured = [bool(np.isfinite(turn[found]).all())] * 3 + [True] * 3
     repeat = repeatability_interval(errors, level)
-    floor = visits.instrument * _round_repeatability(len(found))
+    floor = visits.instrument * round_repeatability(len(found))
     return MeasuredPose(
         name,
         len(found),
@@ -259,14 +190,14 @@ def _from_sides(visits: Visits, name: str, level: float) -> Estimate:
         if pose == name and side:
             sides.setdefault(side, []).append(k)
     sets = [visits.attained[found] for found in sides.values()]
-    if len(sets) < _FEWEST:
+    if len(sets) < FEWEST:
         return NOTHING
     pairs = [(one, other) for one, other in itertools.combinations(sets, 2)]
     one, other = max(pairs, key=lambda pair: float(np.linalg.norm(pair[0].mean(axis=0) - pair[1].mean(axis=0))))
     between, fewest = one.mean(axis=0) - other.mean(axis=0), min(len(one), len(other))
-    if fewest < _FEWEST:
+    if fewest < FEWEST:
         return Estimate(float(np.linalg.norm(between)), math.nan, math.nan)
-    return _length(between, np.cov(one.T) / len(one) + np.cov(other.T) / len(other), fewest - 1, level)
+    return length_interval(between, np.cov(one.T) / len(one) + np.cov(other.T) / len(other), fewest - 1, level)
 
 
 def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tuple[Estimate, Estimate] | None:
@@ -275,7 +206,7 @@ def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tupl
         return None
     cycles = [dict(zip(visits.cycle[rows[name]].tolist(), rows[name].tolist(), strict=True)) for name in ("P2", "P4")]
     both = sorted(set(cycles[0]) & set(cycles[1]))
-    if len(both) < _FEWEST:
+    if len(both) < FEWEST:
         return None
     ends = [visits.attained[[at[cycle] for cycle in both]] for at in cycles]
     far = np.linalg.norm(ends[1] - ends[0], axis=1)
@@ -303,7 +234,7 @@ def _pooled(left: Callable[[np.ndarray], np.ndarray], count: int, level: float) 
 
     low, high = np.full((2, 4), math.nan)
     if count >= _POOLED:
-        rng = _generator("poses")
+        rng = generator("poses")
         again = np.array([told(rng.integers(count, size=count)) for _ in range(_AGAIN)])
         low[:3], high[:3] = np.quantile(again[:, :3], [(1 - level) / 2, (1 + level) / 2], axis=0)
     return tuple(Estimate(float(value), float(a), float(b)) for value, a, b in zip(told(np.arange(count)), low, high, strict=True))

@@ -17,11 +17,12 @@ from lostmotion.studies.inverse import bring
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.fitted import left_by_frames
+from lostmotion.studies.iso9283.paths import PATH_FIGURES, at_plane
 from lostmotion.studies.montecarlo import exact
 from lostmotion.studies.screws import screws
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
@@ -36,6 +37,8 @@ ROBOTS: Final = 1000
 MOST_ROBOTS: Final = 20_000
 MOST_CYCLES: Final = 1000
 MOST_PATH_POINTS: Final = 200
+MOST_LOADS: Final = 6
+HEAVIEST: Final = 2.0
 PATH_POINTS: Final = 20
 # The standard looks at vAP at these, at distances and the path between the last two.
 FROM_THREE_SIDES: Final = (0, 1, 3)
@@ -52,8 +55,8 @@ _NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000}
 
 
 @dataclass(frozen=True)
-class PoseSheet:
-    """The five poses under one load, robot by robot, m and rad.
+class LoadSheet:
+    """What was found under one load, robot by robot, m and rad.
 
     load                  share of the payload
     barycentre, turn      (pose, robot, 3) the average error of a robot's visits, and its rotation: AP_x, AP_y, AP_z and AP_a, AP_b, AP_c
@@ -63,6 +66,10 @@ class PoseSheet:
     expected, deviation   (pose,) mean and standard deviation of RP_l if visits scattered normally with the terms' covariance: no samples
     from_any_side         (pose, robot) RP_l if every joint arrived from either side at random, so that nothing held the side of its play
     shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
+    multi_directional     (3, robot) vAP_p at P1, P2 and P4
+    distance              (2, robot) AD_p and RD between P2 and P4
+    path                  (8, robot) `PATH_FIGURES` along the line
+    path_profile          (8, point, 2) the same at each point: mean over robots, 95 % of robots below
     """
 
     load: float
@@ -75,6 +82,10 @@ class PoseSheet:
     deviation: Floats
     from_any_side: Floats
     shown: Floats
+    multi_directional: Floats
+    distance: Floats
+    path: Floats
+    path_profile: Floats
 
     @property
     def accuracy(self) -> Floats:
@@ -84,17 +95,14 @@ class PoseSheet:
 
 @dataclass(frozen=True)
 class Predicted:
-    """What was found for robots built to one design; see `PoseSheet` for the five poses.
+    """What was found for robots built to one design.
 
-    approach (5, joint)          sign with which each joint arrives in the cycle
-    still                        names of joints that do not move in the cycle
-    loads                        a sheet for each load, the full one first
-    multi_directional (3, robot) vAP_p at P1, P2 and P4, m
-    distance (2, robot)          AD_p and RD between P2 and P4, m
-    path (2, robot)              AT_p and RT_p along the line, m
-    path_ends, path_points       which poses the line joins, and how many points of it were looked at
-    path_profile (2, point, 2)   AT and RT at each point: mean over robots, 95 % of robots below
-    check                        how far the sum of small errors stands off their exact composition, on a sample at the five poses
+    approach (5, joint)  sign with which each joint arrives in the cycle
+    still                names of joints that do not move in the cycle
+    loads                a sheet for each load, the full one first
+    path_ends            which poses the path joins
+    path_points, path_cycles  how many points of it were looked at, and how often it was run
+    check                how far the sum of small errors stands off their exact composition, on a sample at the five poses
     """
 
     arm: Arm
@@ -104,13 +112,10 @@ class Predicted:
     seed: int
     approach: Floats
     still: tuple[str, ...]
-    loads: tuple[PoseSheet, ...]
-    multi_directional: Floats
-    distance: Floats
-    path: Floats
+    loads: tuple[LoadSheet, ...]
     path_ends: tuple[int, int]
     path_points: int
-    path_profile: Floats
+    path_cycles: int
     check: ExactCheck
 
 
@@ -123,6 +128,8 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
     seed: int = 1,
     path: tuple[int, int] = DISTANCE,
     path_points: int = PATH_POINTS,
+    path_cycles: int = PATH_CYCLES,
+    loads: Sequence[float] = LOADS,
     instrument: float = 0.0,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Predicted:
@@ -130,7 +137,8 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
 
     cycles   visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
     robots   how many are built
-    path     the poses that the line for AT and RT joins, 0 for P1; the line is run 10 times
+    path     the poses that the line for AT and RT joins, 0 for P1; it is run `path_cycles` times (the standard's 10), looked at in `path_points`
+    loads    shares of the payload
     instrument  standard deviation, m, of the readings of positions that are added: what the sheet would look like through it
     Raises InputError for numbers out of range, and for a path that the arm cannot follow.
     """
@@ -138,22 +146,28 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
         ("robots", robots, 2, MOST_ROBOTS),
         ("cycles", cycles, 2, MOST_CYCLES),
         ("path_points", path_points, 2, MOST_PATH_POINTS),
+        ("path_cycles", path_cycles, 2, MOST_CYCLES),
+        ("loads", len(loads), 1, MOST_LOADS),
     ):
         if not least <= value <= most:
             raise refuse_argument(name, value, f"from {least} to {most}", f"{name} = 30")
+    if not all(0 <= load <= HEAVIEST for load in loads):
+        raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {HEAVIEST:g}", f"loads = {LOADS}")
     told = progress or (lambda _what, _done, _of: None)
-    steps = len(LOADS) + 2
+    steps = 3 * len(loads)
     arrives, still = cycle_approach(cube.q)
     sheets = []
-    for number, load in enumerate(LOADS):
-        told("visiting the five poses", number, steps)
-        first = _NUMBERS["cycle"] + len(NAMES) * number
-        sheets.append(_pose_sheet(_loaded(arm, load), cube, arrives, load, seed, first, robots, cycles, instrument))
-    told("arriving from three sides", len(LOADS), steps)
-    sides = _from_sides(arm, cube, arrives, seed, robots, cycles, instrument)
-    told("following the path", len(LOADS) + 1, steps)
-    profile, at_rt = _along_path(arm, cube, arrives, path, path_points, seed, robots, instrument)
-    distance = sheets[0][1]
+    for number, load in enumerate(loads):
+        loaded = carrying(arm, load)
+        told("visiting the five poses", 3 * number, steps)
+        at_poses = _at_poses(loaded, cube, arrives, seed, _NUMBERS["cycle"] + len(NAMES) * number, robots, cycles, instrument)
+        told("arriving from three sides", 3 * number + 1, steps)
+        first = _NUMBERS["sides"] + 3 * len(FROM_THREE_SIDES) * number
+        sides = _from_sides(loaded, cube, arrives, seed, first, robots, cycles, instrument)
+        told("following the path", 3 * number + 2, steps)
+        first = _NUMBERS["path"] + MOST_PATH_POINTS * number
+        profile, along = _along_path(loaded, cube, arrives, path, path_points, seed, first, robots, path_cycles, instrument)
+        sheets.append(LoadSheet(load=load, multi_directional=sides, path=along, path_profile=profile, **at_poses))
     return Predicted(
         arm,
         cube,
@@ -162,13 +176,10 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
         seed,
         arrives,
         tuple(joint.name for joint, stands in zip(arm.moving, still, strict=True) if stands),
-        tuple(sheet for sheet, _ in sheets),
-        sides,
-        distance,
-        at_rt,
+        tuple(sheets),
         path,
         path_points,
-        profile,
+        path_cycles,
         exact.check(screws(arm, cube.q, approach=arrives), 0, np.arange(len(NAMES)), seed, min(robots, _CHECKED), min(cycles, _CHECKED)),
     )
 
@@ -187,8 +198,8 @@ def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
     return np.where(still, 1.0, signs), still
 
 
-def _loaded(arm: Arm, share: float) -> Arm:
-    """Give the arm with a share of its payload: of its mass and of the process force and moment."""
+def carrying(arm: Arm, share: float) -> Arm:
+    """How is the arm with a share of its payload? Of its mass and of the process force and moment."""
     payload = arm.payload
     lighter = payload.model_copy(
         update={
@@ -221,40 +232,43 @@ def visit_covariance(matrix: Screws) -> Floats:
     return np.asarray(shift @ np.swapaxes(shift, 1, 2))
 
 
-def _pose_sheet(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, arrives: Floats, load: float, seed: int, first: int, robots: int, cycles: int, instrument: float
-) -> tuple[PoseSheet, Floats]:
+def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
+    arm: Arm, cube: Cube, arrives: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+) -> dict[str, Floats]:
+    """Give what a `LoadSheet` holds of the five poses and of the distance between two of them."""
     matrix, loose = screws(arm, cube.q, approach=arrives), screws(arm, cube.q)
     errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles, instrument) for k in range(len(NAMES))])
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
     command = cube.poses[:, :3, 3]
     expected, deviation = iso.expected_repeatability(visit_covariance(matrix) + instrument**2 * np.eye(3), cycles)
-    sheet = PoseSheet(
-        load,
-        barycentre,
-        iso.axis_accuracy(turn),
-        iso.pose_repeatability(shift),
-        iso.axis_repeatability(errors),
-        np.linalg.norm(left_by_frames(barycentre, command), axis=-1),
-        expected,
-        deviation,
-        iso.pose_repeatability(np.stack([_errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:] for k in range(len(NAMES))])),
-        shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
-    )
     a, b = DISTANCE
     ends = command[a] + shift[a], command[b] + shift[b]
     far = float(np.linalg.norm(command[b] - command[a]))
-    return sheet, np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
+    either = np.stack([_errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:] for k in range(len(NAMES))])
+    return {
+        "barycentre": barycentre,
+        "turn": iso.axis_accuracy(turn),
+        "repeatability": iso.pose_repeatability(shift),
+        "scatter": iso.axis_repeatability(errors),
+        "fitted": np.linalg.norm(left_by_frames(barycentre, command), axis=-1),
+        "expected": expected,
+        "deviation": deviation,
+        "from_any_side": iso.pose_repeatability(either),
+        "shown": shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
+        "distance": np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)]),
+    }
 
 
-def _from_sides(arm: Arm, cube: Cube, arrives: Floats, seed: int, robots: int, cycles: int, instrument: float) -> Floats:
+def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers
+    arm: Arm, cube: Cube, arrives: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+) -> Floats:
     """Give vAP (pose, robot): each pose approached along the base's x, y and z."""
     out = np.empty((len(FROM_THREE_SIDES), robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
         q = np.tile(cube.q[pose], (3, 1))
         matrix = screws(arm, q, approach=side_approach(arm, cube, pose, arrives[pose]))
-        number = _NUMBERS["sides"] + 3 * row
+        number = first + 3 * row
         shift = np.stack([_errors(matrix, k, number + k, seed, robots, cycles, instrument)[..., 3:] for k in range(3)], axis=1)
         out[row] = iso.multi_directional_accuracy(shift)
     return out
@@ -300,18 +314,32 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
     return q
 
 
-def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, arrives: Floats, ends: tuple[int, int], points: int, seed: int, robots: int, instrument: float
-) -> tuple[Floats, Floats]:
-    """Give AT and RT at each point (2, point, 2), mean over robots and 95 % of them below, and of the whole path (2, robot)."""
-    q = path_poses(arm, cube, ends, points)
-    signs = np.sign(np.where(np.abs(np.diff(q, axis=0)) < _STILL, 0.0, np.diff(q, axis=0)))
+def path_approach(q: Floats, otherwise: Floats) -> Floats:
+    """With which sign does each joint arrive at the points q (point, joint) of a path? Those that stand still keep that of the cycle, `otherwise`."""
+    steps = np.diff(q, axis=0)
+    signs = np.where(np.abs(steps) < _STILL, 0.0, np.sign(steps))
     signs = np.vstack([signs[:1], signs])  # the run-up comes along the line too
-    matrix = screws(arm, q, approach=np.where(signs == 0, arrives[ends[0]], signs))
+    return np.asarray(np.where(signs == 0, otherwise, signs))
+
+
+def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
+    arm: Arm,
+    cube: Cube,
+    arrives: Floats,
+    ends: tuple[int, int],
+    points: int,
+    seed: int,
+    first: int,
+    robots: int,
+    cycles: int,
+    instrument: float,
+) -> tuple[Floats, Floats]:
+    """Give `PATH_FIGURES` at each point (8, point, 2), mean over robots and 95 % of them below, and of the whole path (8, robot)."""
+    q = path_poses(arm, cube, ends, points)
+    matrix = screws(arm, q, approach=path_approach(q, arrives[ends[0]]))
     along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
-    found = np.empty((2, points, robots))
+    found = np.empty((len(PATH_FIGURES), points, robots))
     for k in range(points):
-        errors = _errors(matrix, k, _NUMBERS["path"] + k, seed, robots, PATH_CYCLES, instrument)[..., 3:][:, None]
-        found[:, k] = iso.path_accuracy(errors, along), iso.path_repeatability(errors, along)
+        found[:, k] = at_plane(_errors(matrix, k, first + k, seed, robots, cycles, instrument), along)
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
     return profile, found.max(axis=1)

@@ -1,0 +1,180 @@
+"""Between which does a figure of measured visits lie? Intervals for scatter that is normal, or nearly so.
+
+Student's for averages along an axis, chi-square's for 3 s; for the lengths AP_p and RP_l the same idea by sampling, since no closed form is known.
+AP_p's is of where many visits would put the average, RP_l's of what many visits would give, of which the n of the sample show a little less.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.studies.draws import key
+from lostmotion.studies.intervals import Estimate, student
+from lostmotion.studies.iso9283 import characteristics as iso
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+LEVEL: Final = 0.95
+NOTHING: Final = Estimate(math.nan, math.nan, math.nan)
+FEWEST: Final = 2
+_DRAWN: Final = 2000
+_BATCH: Final = 100
+
+
+def student_interval(values: Floats, level: float = LEVEL) -> Estimate:
+    """What is the mean of values (visit,), and between which does it lie? Student's interval."""
+    mean, count = float(values.mean()), len(values)
+    if count < FEWEST:
+        return Estimate(mean, math.nan, math.nan)
+    half = student(count - 1, level) * float(values.std(ddof=1)) / math.sqrt(count)
+    return Estimate(mean, mean - half, mean + half)
+
+
+def scatter_interval(values: Floats, level: float = LEVEL) -> Estimate:
+    """What are 3 s of values (visit,), and between which do they lie? Chi-square's interval for a normal scatter."""
+    from scipy.special import chdtri
+
+    count = len(values)
+    if count < FEWEST:
+        return NOTHING
+    spread = 3 * float(values.std(ddof=1))
+    low, high = (math.sqrt((count - 1) / float(chdtri(count - 1, tail))) for tail in ((1 - level) / 2, (1 + level) / 2))
+    return Estimate(spread, spread * low, spread * high)
+
+
+def accuracy_interval(errors: Floats, level: float = LEVEL) -> Estimate:
+    """What is AP_p of errors (visit, 3), and between which does it lie?
+
+    The square of the average's length is too large by the trace of its covariance C, and has the variance 4 b'Cb + 2 tr C^2 (normal scatter);
+    Student's share of its root to both sides, never below zero. Holds its level where AP_p is half of the scatter of a visit or more; above it below.
+    """
+    if len(errors) < FEWEST:
+        return Estimate(float(np.linalg.norm(errors.mean(axis=0))), math.nan, math.nan)
+    return length_interval(errors.mean(axis=0), np.cov(errors.T) / len(errors), len(errors) - 1, level)
+
+
+def length_interval(mean: Floats, covariance: Floats, freedom: int, level: float) -> Estimate:
+    """Give the length of an average with this covariance, and its interval."""
+    value = float(np.linalg.norm(mean))
+    square = value**2 - float(np.trace(covariance))
+    half = student(freedom, level) * math.sqrt(float(4 * mean @ covariance @ mean + 2 * (covariance**2).sum()))
+    return Estimate(value, math.sqrt(max(square - half, 0.0)), math.sqrt(max(square + half, 0.0)))
+
+
+def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
+    """What is RP_l of errors (visit, 3), and between which does the RP_l of many visits lie?
+
+    Sets of as many visits are drawn from a normal scatter with the covariance found; how their RP_l stands to the limit is how this one is taken to.
+    The covariance is first made rounder by what a sample's is too unequal.
+    """
+    value, count = float(iso.pose_repeatability(errors)) if len(errors) >= FEWEST else math.nan, len(errors)
+    if not value > 0 or count <= FEWEST:
+        return Estimate(value, math.nan, math.nan)
+    covariance = _shrunk(np.cov(errors.T), count)
+    limit = float(iso.expected_repeatability(covariance[None] / np.trace(covariance))[0][0]) * math.sqrt(float(np.trace(covariance)))
+    sets = generator("repeatability").standard_normal((_DRAWN, count, 3)) @ _root(covariance).T
+    low, high = np.quantile(iso.pose_repeatability(sets) / limit, [(1 - level) / 2, (1 + level) / 2])
+    return Estimate(value, value / float(high), value / float(low))
+
+
+@functools.cache
+def round_repeatability(count: int) -> float:
+    """Give RP_l that so many visits show on the average, in deviations of a round normal scatter; zero for a single visit."""
+    return float(iso.expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= FEWEST else 0.0
+
+
+def _shrunk(covariance: Floats, count: int) -> Floats:
+    """Draw a sample's covariance towards a round one, until its eigenvalues are as unequal as the true ones are on the average.
+
+    A sample's squares are too unequal by a known amount: E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = count - 1, of normal visits.
+    """
+    size, freedom = len(covariance), count - 1
+    round_one = float(np.trace(covariance)) ** 2 / size
+    found = float((covariance**2).sum()) - round_one
+    true = freedom**2 / ((freedom - 1) * (freedom + 2)) * (found + round_one - size * round_one / freedom) - round_one
+    share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
+    return np.asarray(share * covariance + (1 - share) * float(np.trace(covariance)) / size * np.eye(size))
+
+
+def _root(covariance: Floats) -> Floats:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def generator(name: str) -> np.random.Generator:
+    """Give the stream of this name: the same numbers in every run."""
+    return np.random.Generator(np.random.Philox(key=key(1, f"iso9283.{name}")))
+
+
+def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
+    """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
+
+    The cycles are drawn again as wholes (normal, with the covariance found, by Student's law), so that what neighbouring planes have in common stays;
+    what the square of the largest length gains in that is taken off. Holds the true value of many cycles a little less often than its level says.
+    NaN for fewer than two cycles and for what is not finite.
+    """
+    count = vectors.shape[1]
+    if count < FEWEST or not np.isfinite(vectors).all():
+        return math.nan, math.nan
+    mean = vectors.mean(axis=1)
+    centred = np.swapaxes(vectors - mean[:, None], 0, 1).reshape(count, -1)
+    rng = generator("largest mean")
+    shares = rng.standard_normal((_DRAWN, count)) * np.sqrt((count - 1) / rng.chisquare(count - 1, (_DRAWN, 1)))
+    moved = mean + (shares @ centred).reshape(_DRAWN, *mean.shape) / math.sqrt(count * (count - 1))
+    square = float((mean**2).sum(axis=-1).max())
+    low, high = np.quantile((moved**2).sum(axis=-1).max(axis=-1) - square, [(1 - level) / 2, (1 + level) / 2])
+    return math.sqrt(max(square - float(high), 0.0)), math.sqrt(max(square - float(low), 0.0))
+
+
+def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
+    """Between which does the largest scatter of many cycles lie, of vectors (plane, cycle, k) whose planes were run through together?
+
+    The scatter is mean + 3 s of the distances from the average, or 3 s where vectors have one part. Sets of as many cycles are drawn from a normal
+    law with the covariance found, made as alike from plane to plane as the sample allows; how their largest stands to the limit of many cycles is
+    how this one is taken to. NaN for fewer than three cycles, no scatter, and what is not finite.
+    """
+    planes, count, size = vectors.shape
+    if count <= FEWEST or not np.isfinite(vectors).all():
+        return math.nan, math.nan
+    centred = vectors - vectors.mean(axis=1, keepdims=True)
+    value = float(_scatter(centred).max())
+    if not value > 0:
+        return math.nan, math.nan
+    centred = centred * _alike(centred)[:, None, None]
+    covariance = np.swapaxes(centred, 1, 2) @ centred / (count - 1)
+    trace = float(np.trace(covariance, axis1=1, axis2=2).max())
+    many = 3.0 if size == 1 else float(iso.expected_repeatability(covariance / trace)[0].max())
+    root = np.linalg.qr(np.swapaxes(centred, 0, 1).reshape(count, -1) / math.sqrt(count - 1), mode="r")
+    ratio, rng = np.empty(_DRAWN), generator("largest scatter")
+    for k in range(0, _DRAWN, _BATCH):
+        sets = (rng.standard_normal((_BATCH, count, len(root))) @ root).reshape(_BATCH, count, planes, size)
+        ratio[k : k + _BATCH] = _scatter(np.swapaxes(sets, 1, 2)).max(axis=-1) / (many * math.sqrt(trace))
+    low, high = np.quantile(ratio, [(1 - level) / 2, (1 + level) / 2])
+    return value / float(high), value / float(low)
+
+
+def _scatter(vectors: Floats) -> Floats:
+    """Give RP's mean + 3 s of vectors (..., visit, k), or 3 s where they have one part."""
+    return iso.axis_repeatability(vectors)[..., 0] if vectors.shape[-1] == 1 else iso.pose_repeatability(vectors)
+
+
+def _alike(centred: Floats) -> Floats:
+    """By what must each plane's deviations (plane, cycle, k) be stretched (plane,) so that variances differ by no more than the true ones?
+
+    The logarithm of a sample's variance varies by 2 tr C^2 / (tr C)^2 / (count - 1); as much is taken off what they differ by over planes.
+    """
+    covariance = np.swapaxes(centred, 1, 2) @ centred / (centred.shape[1] - 1)
+    variance = np.trace(covariance, axis1=1, axis2=2)
+    if len(variance) < FEWEST or not (variance > 0).all():
+        return np.ones(len(variance))
+    logarithm = np.log(variance)
+    seen = float(logarithm.var(ddof=1))
+    noise = float((2 * (covariance**2).sum(axis=(1, 2)) / variance**2).mean()) / (centred.shape[1] - 1)
+    share = math.sqrt(max(seen - noise, 0.0) / seen) if seen > 0 else 1.0
+    made = np.exp(share * (logarithm - logarithm.mean()))
+    return np.asarray(np.sqrt(made * variance.mean() / made.mean() / variance))

@@ -1,0 +1,245 @@
+"""How well did a measured robot follow a straight path? AT and RT (ISO 9283:1998, 8.2, 8.3) from readings taken along it, cycle by cycle.
+
+A tracker reads where it likes, never twice at one place. So each cycle's readings are joined by straight lines and cut by planes across the commanded
+path, evenly apart over the stretch that all cycles cover; what the cycles show in one plane belongs together.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import InputError, Problem, shown
+from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.iso9283 import characteristics as iso
+from lostmotion.studies.iso9283.confidence import FEWEST, NOTHING, generator, largest_mean, largest_scatter
+from lostmotion.studies.iso9283.paths import across_path, at_plane, crossings
+
+if TYPE_CHECKING:
+    from collections.abc import Container
+
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.iso9283.visits import Visits
+
+# Planes, as many as predicted paths are looked at in; a cycle of fewer readings tells no more places than it has.
+PLANES: Final = 20
+FEWEST_READINGS: Final = 5
+MOST_CYCLES: Final = 1000
+# Of the path: as far may a reading stand behind those before it (noise at rest, overshoot), and so much must all cycles cover.
+_BACK: Final = 0.01
+_COVERED: Final = 0.5
+# m and rad: commands that differ by less are rounding in the file, or off the straight line by no more than anyone would call straight.
+_SAME: Final = 1e-3
+_SHORTEST: Final = 1e-6
+_MOST_MISTAKES: Final = 20
+_SETS: Final = 400
+_NAMES: Final = re.compile(r"\s+to\s+|\s*[->]+\s*|\s+")
+_EXAMPLE: Final = "P2-P4, with P2 and P4 commanded in the same file or by --commands"
+
+
+@dataclass(frozen=True)
+class MeasuredPath:
+    """One path under one load: lengths in m, angles in rad.
+
+    name               its ends, "P2-P4"
+    ends (2, 3)        of the commanded line
+    cycles, readings   how often it was run, how many readings in all
+    places (plane,)    how far from the start each plane stands
+    figures (8)        `PATH_FIGURES`, NaN where orientations are not known
+    worst (8,)         how far from the start the worst plane for each stands
+    profile (8, plane) the same at each plane
+    floor              RT_p that the instrument alone would show
+    gap                how far neighbouring readings stand apart along the path, at most
+    missed             root mean square by which the straight line between its two neighbours misses a reading, across the path
+    """
+
+    name: str
+    ends: Floats
+    cycles: int
+    readings: int
+    places: Floats
+    figures: tuple[Estimate, ...]
+    worst: Floats
+    profile: Floats
+    floor: float
+    gap: float
+    missed: float
+
+    @property
+    def length(self) -> float:
+        """Give the length of the commanded line, m."""
+        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A commanded line: its label, where it starts, its unit direction and length, and the tool's rotation along it (NaN where not known)."""
+
+    name: str
+    start: Floats
+    along: Floats
+    length: float
+    rotation: Floats
+
+
+def judge_paths(readings: Visits, commanded: Visits, level: float) -> tuple[MeasuredPath, ...]:
+    """What do readings along paths, all under one load, say of each path? `commanded`: rows that tell where the ends named stand.
+
+    The command is the line between the two poses that a path is named after; where the file states commanded positions along it they must lie on a
+    straight line, and give it where the name does not. Raises InputError for a path whose command is not known, cycles with fewer than five readings
+    or out of order, fewer than two cycles, and readings along less than half of the path.
+    """
+    ends = {name: k for k, name in reversed(list(enumerate(commanded.pose))) if name and np.isfinite(commanded.command[k]).all()}
+    out: dict[str, MeasuredPath] = {}
+    mistakes: list[Problem] = []
+    for label in dict.fromkeys(readings.path):
+        rows = readings.picked(np.array([path == label for path in readings.path]))
+        try:
+            line = _line(label, rows, commanded, ends)
+            judged = _judged(line, rows, level)
+        except InputError as error:
+            mistakes += error.problems
+        else:
+            if out.setdefault(line.name, judged) is not judged:
+                mistakes.append(_problem(rows, 0, f"path {line.name} by another name", "one way of writing a path", line.name))
+    if mistakes:
+        raise InputError(mistakes[:_MOST_MISTAKES])
+    return tuple(out.values())
+
+
+def path_ends(label: str, known: Container[str]) -> tuple[str, str] | None:
+    """Which two of the known poses does a path's name join? "P2-P4", "P2 P4" and "P2 to P4" all do; None where it names no two."""
+    for found in _NAMES.finditer(label):
+        a, b = label[: found.start()].strip(), label[found.end() :].strip()
+        if a != b and a in known and b in known:
+            return a, b
+    return None
+
+
+def _problem(rows: Visits, k: int, found: str, expected: str, example: str) -> Problem:
+    file, line = rows.where[k]
+    return Problem(file, f"line {line}", found, expected, example)
+
+
+def _line(label: str, rows: Visits, commanded: Visits, ends: dict[str, int]) -> _Line:
+    """Find the commanded line of a path."""
+    stated = np.flatnonzero(np.isfinite(rows.command).all(axis=1))
+    named = path_ends(label, ends)
+    turned = rows.rotation[np.isfinite(rows.rotation).all(axis=(1, 2))]
+    if named is not None:
+        at = [ends[name] for name in named]
+        start, end = commanded.command[at[0]], commanded.command[at[1]]
+        name = "-".join(named)
+        turned = np.concatenate([turned, commanded.rotation[at]])
+    elif len(stated) > 1:
+        points = rows.command[stated]
+        start = points[0]
+        end = points[np.linalg.norm(points - start, axis=1).argmax()]
+        name = label
+    else:
+        found = f"path {shown(label)}, and no two poses of that name whose commanded positions are known"
+        raise InputError([_problem(rows, 0, found, "two poses with a known command, joined by -", _EXAMPLE)])
+    length = float(np.linalg.norm(end - start))
+    if length < _SHORTEST:
+        raise InputError([_problem(rows, 0, f"path {shown(label)} from a point to itself", "two places", _EXAMPLE)])
+    along = (end - start) / length
+    off = np.linalg.norm(across_path(rows.command[stated] - start, along), axis=1)
+    if (bent := stated[off > _SAME]).size:
+        found = f"a commanded position {off.max() * 1e3:.3f} mm off the line of path {shown(label)}"
+        raise InputError([_problem(rows, int(bent[0]), found, "a straight commanded path", "the commanded positions along P2-P4, or none")])
+    alike = len(turned) > 0 and bool(np.isfinite(turned).all()) and float(np.abs(turned - turned[0]).max()) < _SAME
+    return _Line(name, start, along, length, turned[0] if alike else np.full((3, 3), math.nan))
+
+
+def _judged(line: _Line, rows: Visits, level: float) -> MeasuredPath:
+    cycles = {cycle: np.flatnonzero(rows.cycle == cycle) for cycle in dict.fromkeys(rows.cycle.tolist())}
+    if not FEWEST <= len(cycles) <= MOST_CYCLES:
+        found = f"path {line.name} in {len(cycles)} cycle{'s' * (len(cycles) > 1)}"
+        expected = f"2 to {MOST_CYCLES} cycles; the standard asks for 10"
+        raise InputError([_problem(rows, 0, found, expected, "cycle 1 to 10, each along the whole path")])
+    way = (rows.attained - line.start) @ line.along
+    if mistakes := _out_of_order(line, rows, cycles, way):
+        raise InputError(mistakes)
+    first, last = max(way[at].min() for at in cycles.values()), min(way[at].max() for at in cycles.values())
+    first, last = max(first, 0.0), min(last, line.length)
+    if last - first < _COVERED * line.length:
+        late, early = (max(cycles, key=lambda c: way[cycles[c]].min()), min(cycles, key=lambda c: way[cycles[c]].max()))
+        found = (
+            f"path {line.name} of {line.length * 1e3:.1f} mm: cycle {late:g} begins {way[cycles[late]].min() * 1e3:.1f} mm along it, "
+            f"cycle {early:g} ends {way[cycles[early]].max() * 1e3:.1f} mm along it"
+        )
+        expected = "readings along at least half of the path in every cycle, in the base frame of its commands"
+        raise InputError([_problem(rows, int(cycles[late][0]), found, expected, "readings from P2 to P4")])
+    places = np.linspace(first, last, min(PLANES, *(len(at) for at in cycles.values())))
+    turned = rows if np.isfinite(rows.rotation).all() else replace(rows, rotation=np.broadcast_to(line.rotation, rows.rotation.shape))
+    read = np.concatenate([turned.turn, rows.attained], axis=1)
+    crossed = np.stack([crossings(way[at], read[at], places) for at in cycles.values()], axis=1)
+    errors = np.concatenate([crossed[..., :3], crossed[..., 3:] - (line.start + places[:, None] * line.along)[:, None]], axis=-1)
+    return _figured(line, errors, places, rows, level, _between([(way[at], rows.attained[at]) for at in cycles.values()], line.along))
+
+
+def _between(cycles: list[tuple[Floats, Floats]], along: Floats) -> tuple[float, float]:
+    """Give how far readings stand apart along the path at most, and by how much (root mean square) a reading left out would be missed."""
+    gap, missed = 0.0, []
+    for way, attained in cycles:
+        order = np.argsort(way, kind="stable")
+        ways, points = way[order], attained[order]
+        gap = max(gap, float(np.diff(ways).max()))
+        wide = np.maximum(ways[2:] - ways[:-2], np.finfo(float).tiny)
+        chord = points[:-2] + ((ways[1:-1] - ways[:-2]) / wide)[:, None] * (points[2:] - points[:-2])
+        missed.append(across_path(points[1:-1] - chord, along))
+    return gap, math.sqrt(float((np.concatenate(missed) ** 2).sum(axis=1).mean()))
+
+
+def _out_of_order(line: _Line, rows: Visits, cycles: dict[float, np.ndarray], way: Floats) -> list[Problem]:
+    """Find cycles of too few readings, and those that come back."""
+    out = []
+    for cycle, at in cycles.items():
+        if len(at) < FEWEST_READINGS:
+            found = f"{len(at)} readings along path {line.name} in cycle {cycle:g}"
+            out.append(_problem(rows, int(at[0]), found, f"at least {FEWEST_READINGS} in every cycle", "readings every 10 mm"))
+            continue
+        behind = np.maximum.accumulate(way[at]) - way[at]
+        if (back := np.flatnonzero(behind > _BACK * line.length)).size:
+            found = f"{behind[back[0]] * 1e3:.1f} mm back along path {line.name}, in cycle {cycle:g}"
+            expected = "readings in the order in which the path was run, from its first end to its second; the way back is a path of its own"
+            out.append(_problem(rows, int(at[back[0]]), found, expected, "path P2-P4 for the way there, P4-P2 for the way back"))
+    return out[:_MOST_MISTAKES]
+
+
+def _figured(line: _Line, errors: Floats, places: Floats, rows: Visits, level: float, between: tuple[float, float]) -> MeasuredPath:
+    """Give the figures of errors (plane, cycle, 6), with intervals."""
+    profile = np.stack([at_plane(each, line.along) for each in errors], axis=-1)
+    worst = profile.argmax(axis=1)
+    across, turn = across_path(errors[..., 3:], line.along), errors[..., :3]
+    figures = [
+        Estimate(float(profile[0].max()), *largest_mean(across, level)),
+        Estimate(float(profile[1].max()), *largest_scatter(across, level)),
+        *(Estimate(float(profile[2 + k].max()), *largest_mean(turn[..., k : k + 1], level)) for k in range(3)),
+        *(Estimate(float(profile[5 + k].max()), *largest_scatter(turn[..., k : k + 1], level)) for k in range(3)),
+    ]
+    known = np.array([bool(np.isfinite(each).all()) for each in profile])
+    return MeasuredPath(
+        line.name,
+        np.stack([line.start, line.start + line.length * line.along]),
+        errors.shape[1],
+        len(rows.path),
+        places,
+        tuple(each if ok else NOTHING for each, ok in zip(figures, known, strict=True)),
+        np.where(known, places[worst], math.nan),
+        profile,
+        rows.instrument * _noise(len(places), errors.shape[1]),
+        *between,
+    )
+
+
+@functools.cache
+def _noise(planes: int, cycles: int) -> float:
+    """Give RT_p that readings of standard deviation 1 in each coordinate would show alone, on the average, at the worst of so many planes."""
+    sets = generator("path noise").standard_normal((_SETS, planes, cycles, 2))
+    return float(iso.pose_repeatability(sets).max(axis=1).mean())
