@@ -114,3 +114,19 @@ def test_a_gearbox_takes_its_torque_either_way():
     assert said.study.torque == number.study.torque == 20
     with pytest.raises(lostmotion.InputError, match="torque"):
         lostmotion.gear(Z_ARM, "A", torque="20 N")
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: lostmotion.zones("z-arm.toml"),
+        lambda: lostmotion.target("z-arm.toml", error="1 mm"),
+        lambda: lostmotion.size("z-arm.toml"),
+        lambda: lostmotion.production_yield("z-arm.toml", "1 mm"),
+    ],
+)
+def test_a_path_is_no_arm(ask):
+    """Who forgets `lostmotion.read` is told so."""
+    with pytest.raises(lostmotion.InputError, match="arm") as caught:
+        ask()
+    assert caught.value.problems[0].found == "'z-arm.toml'"

@@ -82,5 +82,5 @@ class Gear(Shown):
 
         gearbox = self.study.gearbox
         if not isinstance(gearbox, CycloidalGearbox):
-            raise refuse_argument("dxf", f"a gearbox of kind '{gearbox.kind}'", "one by its drawing, of kind 'cycloidal'")
+            raise refuse_argument("dxf", f"a gearbox of kind '{gearbox.kind}'", "one by its drawing, of kind 'cycloidal'", "--dxf left out")
         return profile_dxf(gearbox, self.name)

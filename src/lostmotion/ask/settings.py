@@ -25,6 +25,15 @@ Zone: TypeAlias = "Ends | np.ndarray"
 _SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
 
 
+def an_arm(arm: object) -> Arm:
+    """Which arm is meant? Raises InputError for anything else, above all the path of one, which `lostmotion.read` reads."""
+    from lostmotion.arm import Arm
+
+    if not isinstance(arm, Arm):
+        raise refuse_argument("arm", arm, "an arm, as lostmotion.read gives it", 'lostmotion.read("z-arm.toml")')
+    return arm
+
+
 def sign_of(approach: str) -> float:
     """Which sign has every joint's last motion? Zero where it differs from visit to visit. Raises InputError for another word."""
     if approach not in _SIGNS:

@@ -54,19 +54,20 @@ def size(  # noqa: PLR0913 - a sizing is these
     import os
     from pathlib import Path
 
+    from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, an_arm
     from lostmotion.formats.sizing import read_asked
     from lostmotion.studies.poses import sample_poses
 
+    arm = an_arm(arm)
     in_words = {name: _worded(name, value) for name, value in asked.items()}
     said = read_asked(None if by is None else Path(by), in_words, arm, reducers)
     if said.plan.target is None:
         from lostmotion.studies.sizing.sizing import size_links
 
-        chosen = sample_poses(arm, poses or DEFAULT_SIZING_POSES, seed=seed)
+        chosen = sample_poses(arm, DEFAULT_SIZING_POSES if poses is None else poses, seed=seed)
         return Size(size_links(arm, said.wanted, said.plan.limits, chosen, tilt=said.plan.tilt, step=said.plan.step, also=also, progress=progress))
     if also is not None:
         raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace", "also left out")
-    from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS
     from lostmotion.studies.sizing.aimed import Counts, aim
 
     found = aim(
@@ -74,7 +75,7 @@ def size(  # noqa: PLR0913 - a sizing is these
         said.slots,
         said.worth,
         said.plan.target,
-        sample_poses(arm, poses or DEFAULT_SEARCH_POSES, seed=seed),
+        sample_poses(arm, DEFAULT_SEARCH_POSES if poses is None else poses, seed=seed),
         sample_poses(arm, DEFAULT_POSES, seed=seed),
         rules=said.rules,
         counts=Counts(DEFAULT_ROBOTS, DEFAULT_VISITS, seed, threads or os.cpu_count() or 1),

@@ -8,7 +8,7 @@ from numbers import Integral
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.ask.amounts import amounts
-from lostmotion.ask.settings import chosen_poses, sign_of, whole_seed, zone_of
+from lostmotion.ask.settings import an_arm, chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, refuse_argument
 from lostmotion.units import Quantity
@@ -63,7 +63,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
     from lostmotion.studies.targets.targets import targets
 
     kind, value, of = _asked(error, repeatability, share)
-    sign, seed = sign_of(approach), whole_seed(seed)
+    arm, sign, seed = an_arm(arm), sign_of(approach), whole_seed(seed)
     workers = threads or os.cpu_count() or 1
     name = ""
     if zone is None:
@@ -134,6 +134,7 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     Gives a `Yield`: `share`, `interval`, `curve()` of yield against target. Raises InputError for what cannot be asked.
     """
     from lostmotion.arm import Arm
+    from lostmotion.studies.answer import Answer
     from lostmotion.studies.targets.production import production_of
 
     read = amounts({"target": target, "share": share}, {"target": LENGTH, "share": SHARE})
@@ -142,6 +143,8 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
         seed = whole_seed(seed)
         chosen = chosen_poses(subject, poses, "sobol", seed)
         return production_of(subject, chosen, value, judged=judged, share=of, robots=robots, visits=visits, seed=seed)
+    if not isinstance(subject, Answer):
+        raise refuse_argument("subject", subject, "an arm, or a study of one", "lostmotion.production_yield(arm, target)")
     built = subject.sampled
     return production_of(
         subject.arm,

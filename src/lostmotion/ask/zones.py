@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.ask.amounts import Three, amounts
-from lostmotion.ask.settings import sign_of, whole_seed
+from lostmotion.ask.settings import an_arm, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.units import Quantity
@@ -64,7 +64,7 @@ def zones(
     from lostmotion.studies.zones.zones import Wish
     from lostmotion.studies.zones.zones import zones as look_over
 
-    sign, seed = sign_of(approach), whole_seed(seed)
+    arm, sign, seed = an_arm(arm), sign_of(approach), whole_seed(seed)
     known = Wish.__dataclass_fields__
     for name, value in asked.items():
         if name not in known:

@@ -37,7 +37,7 @@ def catalogue_sheet(wanted: Wanted, kind: Kind | None = None, name: str | None =
     if kind not in (None, "gearbox") and not wanted.anything:
         raise refuse_argument("kind", kind, "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes", "--kind gearbox")
     if name is not None and not replace(wanted, ratio=None).anything:
-        raise refuse_argument("NAME", name, "a name, or figures to search by, not both", "--min-torque")
+        raise refuse_argument("NAME", name, "a name, or figures to search by, not both", '--min-torque "300 N m"')
     if name is not None:
         return _one(name, wanted.ratio, kind, own)
     with_gearboxes = kind in (None, "gearbox")

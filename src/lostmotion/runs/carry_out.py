@@ -62,7 +62,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     arm, axes = read_sweep(path, sidecar, by, progress, look)
     Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
     if not 0 <= seed < 2**63:
-        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+        raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", "seed = 1")
     files = texts(path, sidecar, axes)
     given: str | None = None
     if isinstance(poses, int):

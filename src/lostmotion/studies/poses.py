@@ -36,7 +36,9 @@ class Poses:
     def __post_init__(self) -> None:
         """Refuse joint values that are no table of finite numbers, and sets that do not share the poses evenly."""
         if self.q.ndim != 2 or not len(self.q) or not np.isfinite(self.q).all():  # noqa: PLR2004 - pose and joint
-            raise refuse_argument("poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m")
+            raise refuse_argument(
+                "poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m", "poses = 2048"
+            )
         if self.replicates < 1 or len(self.q) % self.replicates:
             raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", "replicates = 1")
 

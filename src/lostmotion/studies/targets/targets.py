@@ -136,7 +136,8 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
     matrix = screws(arm, poses.q, approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
-        raise refuse_argument("poses", len(poses), f"at most {_MOST_CELLS // len(matrix.infos)} with the {len(matrix.infos)} terms of this arm")
+        most = _MOST_CELLS // len(matrix.infos)
+        raise refuse_argument("poses", len(poses), f"at most {most} with the {len(matrix.infos)} terms of this arm", f"poses = {most // 2}")
     return _Search(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).found(zone)
 
 
