@@ -8,6 +8,7 @@ import pytest
 
 import lostmotion
 from lostmotion.ask.amounts import Three, amount, amounts, three
+from lostmotion.ask.settings import pose_of, zone_of
 from lostmotion.ask.zones import AMOUNTS
 from lostmotion.units import Quantity
 
@@ -57,7 +58,7 @@ def test_three_amounts_are_a_sequence_or_one_text(value):
     assert three("box", value, Three(LENGTH, "1 x 1 x 1 m")) == pytest.approx((0.3, 0.2, 0.1))
 
 
-@pytest.mark.parametrize("value", [(1, 2), 5, "1 m, 2 m", "", "1, 2, 3", {"x": 1}, "1 m, 2 kg, 3 m", (1, "nan", 3), "x" * 10_000])
+@pytest.mark.parametrize("value", [(1, 2), 5, "1 m, 2 m", "", "1, 2, 3", {"x": 1}, "1 m, 2 kg, 3 m", (1, "nan", 3), "x" * 10_000, (1, None, 3)])
 def test_what_is_no_three_amounts_is_refused(value):
     """One message that names the argument."""
     with pytest.raises(lostmotion.InputError) as caught:
@@ -114,6 +115,33 @@ def test_a_gearbox_takes_its_torque_either_way():
     assert said.study.torque == number.study.torque == 20
     with pytest.raises(lostmotion.InputError, match="torque"):
         lostmotion.gear(Z_ARM, "A", torque="20 N")
+
+
+def test_ends_of_a_zone_and_joint_values_are_amounts(arm):
+    """Text, numbers in SI, and the command line's own words name the same zone and the same pose."""
+    zone = {"x": (0.2, 0.5), "z": (-0.1, 0.3)}
+    for each in (zone, {"x": ("200 mm", 0.5), "z": ["-10 cm", "300 mm"]}, "x 0.2..0.5 m, z -100..300 mm"):
+        assert {axis: pytest.approx(ends) for axis, ends in zone_of(each).items()} == zone
+    values = [math.radians(30), -0.1, 0.0, 0.2, 0.0]
+    for each in (values, ["30 deg", -0.1, "0 deg", 0.2, 0.0], "O=30deg A=-0.1rad B=0deg C=0.2rad roll=0deg"):
+        np.testing.assert_allclose(pose_of(arm, each), values)
+    assert pose_of(arm, 3) == pose_of(arm, "3") == 3
+
+
+@pytest.mark.parametrize("zone", [{"x": ("200 kg", 0.5)}, {"x": ("0.2", "0.5 m")}, {"x": ("0.5 m", "0.2 m")}, {"w": ("1 m", "2 m")}, {"x": "1 m"}, 5])
+def test_what_is_no_zone_is_refused(zone):
+    """Under its name."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        zone_of(zone)
+    assert {problem.key for problem in caught.value.problems} == {"zone"}
+
+
+@pytest.mark.parametrize("pose", [["30 deg"], ["30 mm", 0, 0, 0, 0], ["30", 0, 0, 0, 0], "A=30deg", ["30 deg", None, 0, 0, 0]])
+def test_what_is_no_pose_is_refused(arm, pose):
+    """Under its name."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        pose_of(arm, pose)
+    assert {problem.key for problem in caught.value.problems} == {"pose"}
 
 
 @pytest.mark.parametrize(

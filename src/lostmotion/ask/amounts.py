@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from numbers import Real
@@ -66,8 +67,14 @@ def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]
         parts = list(value) if hasattr(value, "__iter__") and hasattr(value, "__len__") else []
     if len(parts) != _AXES:
         raise InputError([Problem("", name, shown(value), wanted.expected, _assigned(name, wanted.example))])
-    read = amounts(dict(enumerate(parts)), dict.fromkeys(range(_AXES), wanted.each), lambda _: name)
-    return read[0], read[1], read[2]
+    x, y, z = each_of(name, parts, [wanted.each] * _AXES)
+    return x, y, z
+
+
+def each_of(name: str, values: Sequence[object], wanted: Sequence[Quantity]) -> list[float]:
+    """How much are these, in SI, as many as are wanted? Raises InputError with every mistake, all under one name."""
+    read = amounts({k: math.nan if value is None else value for k, value in enumerate(values)}, dict(enumerate(wanted)), lambda _: name)
+    return list(read.values())
 
 
 def amounts(asked: Mapping[Any, object], wanted: Mapping[Any, Quantity | Three], named: Any = str) -> dict[Any, Any]:  # noqa: ANN401 - from key to name

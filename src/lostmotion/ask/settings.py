@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, overload
 
 import numpy as np
 
+from lostmotion.ask.amounts import amounts, each_of
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
+    from lostmotion.ask.amounts import Amount
     from lostmotion.spatial import Floats
 
 DEFAULT_POSES = 2048
@@ -20,8 +23,11 @@ DEFAULT_ROBOTS = 1000
 DEFAULT_VISITS = 30
 Approach = Literal["random", "up", "down"]
 # A zone of the workspace: as on the command line, ends along the base's axes in m, or which poses are in it.
-Ends: TypeAlias = "str | Mapping[str, tuple[float, float]]"
+Ends: TypeAlias = "str | Mapping[str, tuple[Amount, Amount]]"
 Zone: TypeAlias = "Ends | np.ndarray"
+_END: Final = Quantity("m", "200 mm")
+_TURNS: Final = Quantity("rad", "30 deg")
+_SLIDES: Final = Quantity("m", "200 mm")
 _SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
 
 
@@ -78,7 +84,7 @@ def zone_of(zone: Any, *, of_poses: int | None = None) -> dict[str, tuple[float,
     if isinstance(zone, str):
         return read_zone(zone, "zone")
     if isinstance(zone, Mapping):
-        return checked_ends(zone)
+        return checked_ends(_read_ends(zone))
     expected = 'text, "x 0.2..0.5 m, z 0..300 mm", or ends along the base\'s axes in m, {"x": (0.2, 0.5), "z": (0, 0.3)}'
     if of_poses is not None:
         mask = np.asarray(zone)
@@ -86,3 +92,28 @@ def zone_of(zone: Any, *, of_poses: int | None = None) -> dict[str, tuple[float,
             return mask
         expected += f", or a truth value for each of the {of_poses} poses"
     raise refuse_argument("zone", zone, expected, 'zone = "x 0.2..0.5 m"')
+
+
+def _read_ends(zone: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Read the ends that are text, in m; whatever is none of text and numbers is left for `checked_ends` to refuse."""
+    pairs = {axis: pair for axis, pair in zone.items() if isinstance(pair, tuple | list)}
+    texts = {(axis, k): end for axis, pair in pairs.items() for k, end in enumerate(pair) if isinstance(end, str)}
+    read = amounts(texts, dict.fromkeys(texts, _END), lambda _: "zone")
+    return {**zone, **{axis: tuple(read.get((axis, k), end) for k, end in enumerate(pair)) for axis, pair in pairs.items()}}
+
+
+def pose_of(arm: Arm, pose: Any) -> Any:  # noqa: ANN401 - whatever a user names it by
+    """Which pose is meant: by text as on the command line, "A=30deg B=-10deg", or by joint values of which some are text, "30 deg"?
+
+    Gives its number, or joint values in rad and m; anything else as it is. Raises InputError with every mistake.
+    """
+    from lostmotion.formats.places import read_pose
+
+    if isinstance(pose, str):
+        return read_pose(pose, arm, "pose")
+    if isinstance(pose, tuple | list) and any(isinstance(value, str) for value in pose):
+        fields = [_SLIDES if joint.type == "prismatic" else _TURNS for joint in arm.moving]
+        if len(pose) != len(fields):
+            raise refuse_argument("pose", pose, f"{len(fields)} joint values, or a number", 'pose = "A=30deg B=-10deg"')
+        return np.array(each_of("pose", pose, fields))
+    return pose
