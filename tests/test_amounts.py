@@ -8,7 +8,7 @@ import pytest
 
 import lostmotion
 from lostmotion.ask.amounts import Three, amount, amounts, three
-from lostmotion.ask.settings import pose_of, zone_of
+from lostmotion.ask.settings import chosen_poses, pose_of, zone_of
 from lostmotion.ask.zones import AMOUNTS
 from lostmotion.units import Quantity
 
@@ -158,3 +158,19 @@ def test_a_path_is_no_arm(ask):
     with pytest.raises(lostmotion.InputError, match="arm") as caught:
         ask()
     assert caught.value.problems[0].found == "'z-arm.toml'"
+
+
+@pytest.mark.parametrize("ask", [lostmotion.read, lostmotion.gear, lostmotion.replay, lostmotion.sweep])
+@pytest.mark.parametrize("given", [None, 5])
+def test_what_is_no_path_is_refused(ask, given):
+    """A message under the argument's name, and no TypeError from within."""
+    with pytest.raises(lostmotion.InputError) as caught:
+        ask(given)
+    assert caught.value.problems[0].key in {"path", "folder"}
+
+
+@pytest.mark.parametrize("poses", ["x", None, [[0.0]], [["a"] * 5], object(), [[math.nan] * 5]])
+def test_what_are_no_poses_is_refused(arm, poses):
+    """Neither a count nor joint values: one message that says which shape is expected."""
+    with pytest.raises(lostmotion.InputError, match="poses"):
+        chosen_poses(arm, poses, "sobol", 1)

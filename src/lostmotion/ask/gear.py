@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.ask.amounts import amount
+from lostmotion.ask.settings import a_path
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.units import Quantity
@@ -36,7 +37,7 @@ def gear(path: str | Path, joint: str | None = None, torque: Amount | None = Non
     from lostmotion.formats.part_file import read_gearbox
     from lostmotion.studies.gearbox.gear import gear as look_at
 
-    found = read_gearbox(path, joint)
+    found = read_gearbox(a_path("path", path), joint)
     asked = None if torque is None else amount("torque", torque, torque_of(found.part))
     return Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
 

@@ -15,6 +15,7 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
 
     `sidecar` is the TOML that says what a URDF cannot (gearboxes, bearings, sections, tolerances). Raises InputError with every mistake in the file.
     """
+    from lostmotion.ask.settings import a_path
     from lostmotion.formats import read as read_file
 
-    return read_file(path, sidecar)
+    return read_file(a_path("path", path), None if sidecar is None else a_path("sidecar", sidecar))

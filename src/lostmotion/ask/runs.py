@@ -9,7 +9,7 @@ from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, sign_of
+from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, a_path, sign_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, shown
 
@@ -73,8 +73,8 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
     path = Path(path)
     asked = order(
         path,
-        None if sidecar is None else Path(sidecar),
-        None if by is None else Path(by),
+        None if sidecar is None else a_path("sidecar", sidecar),
+        None if by is None else a_path("by", by),
         poses=Path(poses) if isinstance(poses, str | Path) else index(poses),
         robots=index(robots),
         visits=index(visits),
@@ -106,7 +106,7 @@ def replay(
     from lostmotion.runs.replay import replays
     from lostmotion.runs.store import Store
 
-    store = Store.open(Path(folder))
+    store = Store.open(a_path("folder", folder))
     return [Replayed(store.order.read(each.found.design).name, store, each) for each in replays(store, design, worst, progress)]
 
 

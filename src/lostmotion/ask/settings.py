@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from numbers import Integral
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, overload
 
 import numpy as np
 
 from lostmotion.ask.amounts import amounts, each_of
-from lostmotion.errors import refuse_argument
+from lostmotion.errors import InputError, Problem, refuse_argument
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 from lostmotion.units import Quantity
 
@@ -40,6 +42,13 @@ def an_arm(arm: object) -> Arm:
     return arm
 
 
+def a_path(name: str, path: object) -> Path:
+    """Which file or folder is meant? Raises InputError for what is neither text nor a path."""
+    if not isinstance(path, str | os.PathLike):
+        raise refuse_argument(name, path, "the path of it, as text or pathlib.Path", f'{name} = "z-arm.toml"')
+    return Path(path)
+
+
 def sign_of(approach: str) -> float:
     """Which sign has every joint's last motion? Zero where it differs from visit to visit. Raises InputError for another word."""
     if approach not in _SIGNS:
@@ -62,7 +71,13 @@ def chosen_poses(arm: Arm, poses: int | Floats | Poses, law: PoseLaw, seed: int)
         return poses
     from lostmotion.arm import as_poses
 
-    return Poses(as_poses(arm, np.asarray(poses)), "given")
+    try:
+        return Poses(as_poses(arm, np.asarray(poses, dtype=float)), "given")
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        expected = f"how many, or joint values q (pose, {len(arm.moving)}) in rad and m"
+        raise InputError([Problem("", "poses", str(error), expected, "poses = 2048")]) from None
 
 
 @overload

@@ -52,15 +52,14 @@ def size(  # noqa: PLR0913 - a sizing is these
     Raises InputError with every mistake in file and keys.
     """
     import os
-    from pathlib import Path
 
-    from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, an_arm
+    from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, a_path, an_arm
     from lostmotion.formats.sizing import read_asked
     from lostmotion.studies.poses import sample_poses
 
     arm = an_arm(arm)
     in_words = {name: _worded(name, value) for name, value in asked.items()}
-    said = read_asked(None if by is None else Path(by), in_words, arm, reducers)
+    said = read_asked(None if by is None else a_path("by", by), in_words, arm, reducers)
     if said.plan.target is None:
         from lostmotion.studies.sizing.sizing import size_links
 
