@@ -14,7 +14,7 @@ from lostmotion.plots.iso9283 import iso_plots
 from lostmotion.studies.iso9283.warm_up import WarmUp
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-Z_ARM, VISITS = EXAMPLES / "z-arm.toml", EXAMPLES / "measured" / "z-arm.csv"
+Z_ARM, VISITS, LOADS = EXAMPLES / "z-arm.toml", EXAMPLES / "measured" / "z-arm.csv", EXAMPLES / "measured" / "z-arm-loads.csv"
 
 
 def ran(*words, cwd):
@@ -74,6 +74,79 @@ def test_a_measured_robot_alone():
     assert find_row(found.sheet.sections, "measured-poses", "P4").figures[0].value == pytest.approx(0.717, abs=1e-3)
 
 
+@pytest.fixture(scope="module")
+def loads():
+    """Judge the robot measured at both loads and along the path beside those predicted, once."""
+    return lostmotion.iso9283(lostmotion.read(Z_ARM), LOADS, robots=60, instrument=5e-6)
+
+
+def test_both_loads_and_the_path_are_on_the_sheet(loads):
+    """Each figure stands under each load, in the measured part and beside the robots that carry it; plots and result.json have them too."""
+    sections, said = loads.sheet.sections, loads.result()
+    heavy, light = loads.measured.loads
+    for load, each in (("100%", heavy), ("10%", light)):
+        row = find_row(sections, "measured-path", f"AT_p, P2-P4, {load}")
+        assert row.figures[0].value == pytest.approx(each.paths[0].figures[0].value * 1e3)
+        assert row.figures[0].low < row.figures[0].value < row.figures[0].high
+        assert row.figures[0].samples == "10 cycles x 20 planes"
+        assert row.figures[1].value == pytest.approx(each.paths[0].worst[0] * 1e3)
+        assert find_row(sections, "compared", f"AT_p, P2-P4, {load}").note == "within"
+        assert find_row(sections, "compared", f"RP_l, P3, {load}").figures[2].value == pytest.approx(each.poses[2].repeatability.value * 1e6)
+        assert find_row(sections, "measured-poses", f"P4, {load}").figures[0].value == pytest.approx(each.poses[3].accuracy.value * 1e3)
+        assert find_row(sections, "path", f"AT_p, {load}").figures[0].low > 0
+    assert {(each["figure"], each["load"]) for each in said["compared"]} >= {(name, load) for name in ("AT_p", "RT_p", "AP_p") for load in (1, 0.1)}
+    assert said["measured"]["readings_along_paths"] == 400
+    assert said["measured"]["loads"][1]["paths"][0]["RT_p"]["value"] == pytest.approx(light.paths[0].figures[1].value)
+    assert find_row(sections, "measured-data", "rows at 10 % load").figures[0].value == 350
+    keys = {section.key for section in sections}
+    drawn = iso_plots(loads.predicted, loads.drift, loads.measured, list(loads.compared))
+    assert {plot.section for plot in drawn} <= keys
+    assert "measured-path" in {plot.key for plot in drawn}
+    assert len({plot.key for plot in drawn}) == len(drawn)
+    json.dumps(said, allow_nan=False)
+    assert "along P2-P4" in loads.sheet.verdict
+
+
+def test_a_load_that_no_column_names_is_named_for_the_file():
+    """Another load than the two predicted is predicted as well, to stand beside it; without an arm the sheet stands alone."""
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, load="50 %")
+    assert {each.load for each in found.compared} == {0.5}
+    assert [sheet.load for sheet in found.predicted.loads] == [1.0, 0.1]
+    assert lostmotion.iso9283(measured=[VISITS], load=[0.5]).measured.loads[0].load == 0.5
+    with pytest.raises(lostmotion.InputError, match="a measured file that it belongs to"):
+        lostmotion.iso9283(lostmotion.read(Z_ARM), load=0.5)
+
+
+def test_the_measured_path_is_the_one_predicted(tmp_path):
+    """Where --path is left out, robots follow the line that was measured."""
+    text = LOADS.read_text(encoding="utf-8")
+    path = tmp_path / "other.csv"
+    path.write_text("\n".join(line for line in text.splitlines() if ",P2-P4," not in line) + "\n" + other_path(text), encoding="utf-8")
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), path, robots=3)
+    assert found.predicted.path_ends == (4, 2)
+    assert {each.pose for each in found.compared if each.name == "AT_p"} == {"P5-P3"}
+    assert lostmotion.iso9283(lostmotion.read(Z_ARM), path, robots=3, path=("P2", "P4")).predicted.path_ends == (1, 3)
+
+
+def other_path(text):
+    """Give readings along P5 to P3: those along P2 to P4 with z upside down about the middle of the cube, backwards in x."""
+    rows = [line.split(",") for line in text.splitlines() if ",P2-P4," in line]
+    return "\n".join(
+        ",".join(["", "P5-P3", row[2], row[3], row[4], f"{-float(row[5]):.4f}", f"{2100 - float(row[6]):.4f}", "", "", ""]) for row in rows
+    )
+
+
+def test_the_measured_file_is_read_once(monkeypatch):
+    """Where its commands tell the cube, too."""
+    from lostmotion.formats import measured
+
+    seen = []
+    kept = measured.read_measured
+    monkeypatch.setattr(measured, "read_measured", lambda *words: seen.append(words) or kept(*words))
+    lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2, cycles=2)
+    assert len(seen) == 1
+
+
 def test_other_poses_are_not_compared():
     """Measured poses that are no test cube are told beside the prediction, not compared with it, and that is said."""
     found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, cycles=3, cube=0.3, centre=(0.52, 0.0, 1.0))
@@ -111,6 +184,8 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
         (("--centre", "1 mm, 2 mm"), "three amounts"),
         (("--cube", "3 m", "--centre", "500 mm, 0 mm, 500 mm"), "all of which the tool reaches"),
         (("--measured", "nowhere.csv"), "no such file"),
+        (("--measured", LOADS, "--load", "100 %"), "10 % of the payload, where 100 % is named"),
+        (("--measured", VISITS, "--load", "100"), "at most 2"),
         ((), "neither"),
     ],
 )

@@ -71,6 +71,89 @@ def test_commands_in_a_second_file_or_known(tmp_path):
     assert read(tmp_path, text).commanded({"B": pose_of((1, 2, 3))}).command[1] == pytest.approx([1, 2, 3])
 
 
+PATH = "pose,path,cycle,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n"
+
+
+def test_paths_and_loads_stand_beside_poses(tmp_path):
+    """A row with a path is a reading along it, without commands of its own; the load is a share of the payload; poses keep theirs."""
+    found = read(tmp_path, PATH + "P2,,1,100,1,2,3,1,2,3\n,P2-P4,1,10,4,5,6,,,\n,P2-P4,1,10,5,5,6,,,\n")
+    assert found.pose == ("P2", "", "")
+    assert found.path == ("", "P2-P4", "P2-P4")
+    assert found.load.tolist() == [1.0, 0.1, 0.1]
+    assert found.load_stated
+    assert np.isfinite(found.command).all(axis=1).tolist() == [True, False, False]
+    assert found.where[2][1] == 4
+
+
+def test_several_files_are_one_robot(tmp_path):
+    """Each file has a load named for it; columns mapped may stand in one file alone; repeats are counted over all."""
+    text = "{},cycle,x [mm],y [mm],z [mm]\n{},1,1,2,3\n{},1,1,2,3\n{},2,1,2,4\n"
+    for name, label in (("full", "P1"), ("light", "P1")):
+        (tmp_path / f"{name}.csv").write_text(text.format("place" if name == "light" else "pose", label, label, label), encoding="utf-8")
+    found = read_measured([tmp_path / "full.csv", tmp_path / "light.csv"], ["pose = place"], loads=[1.0, 0.1])
+    assert found.load.tolist() == [1, 1, 0.1, 0.1]
+    assert found.duplicates == 2
+    assert found.source == "full.csv, light.csv"
+    with pytest.raises(lostmotion.InputError, match="1 for 2 measured files"):
+        read_measured([tmp_path / "full.csv", tmp_path / "full.csv"], loads=[1.0])
+    with pytest.raises(lostmotion.InputError, match="from 0 to 2"):
+        read_measured(tmp_path / "full.csv", loads=[100.0])
+
+
+def test_a_load_not_stated_is_the_full_one(tmp_path):
+    """Without a column and without one named: the full payload, and that it was not stated is kept."""
+    found = read(tmp_path, "pose,x [mm],y [mm],z [mm]\nA,1,2,3\n")
+    assert found.load.tolist() == [1.0]
+    assert not found.load_stated
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("P2,,1,100,1,2,3,1,2,3\nP2,,2,10,1,2,4,1,2,3\n", r"line 3, load(.|\n)*10 % of the payload, where 100 % is named"),
+        ("P2,,1,-5,1,2,3,1,2,3\n", r"line 2, load(.|\n)*-5 %"),
+        ("P2,,1,10000,1,2,3,1,2,3\n", r"line 2, load(.|\n)*10000 %"),
+        ("P2,,1,,1,2,3,1,2,3\n", r"line 2, load(.|\n)*a finite number"),
+        ("P2,P2-P4,1,100,1,2,3,,,\n", "path 'P2-P4' and pose 'P2'"),
+        (",,1,100,1,2,3,1,2,3\n", "the name of the pose, or of the path"),
+        (",P2-P4,1,100,1,2,3,1,,3\n", r"line 2, yc(.|\n)*a finite number"),
+        ("P2,,1,100,1,2,3,,,\n", r"line 2, xc"),
+        (",P2-P4,,100,1,2,3,,,\n", r"line 2, cycle"),
+        (",P2-P4,1,100,,2,3,,,\n", r"line 2, x "),
+    ],
+)
+def test_rows_of_loads_and_paths_that_do_not_fit_are_refused(tmp_path, text, said):
+    """Two loads where one was named, loads that are no share, rows that are both or neither, commands told by halves."""
+    with pytest.raises(lostmotion.InputError, match=said):
+        read(tmp_path, PATH + text, loads=[1.0])
+
+
+def test_more_loads_than_a_test_has_are_refused(tmp_path):
+    """Loads of every row another are a column that was mapped wrongly."""
+    rows = "".join(f"P2,,{k},{k},1,2,3,1,2,3\n" for k in range(1, 8))
+    with pytest.raises(lostmotion.InputError, match="7 loads"):
+        read(tmp_path, PATH + rows)
+
+
+def test_a_cycle_that_visits_a_pose_twice_is_refused(tmp_path):
+    """Two different readings of one pose in one cycle, side and load: both lines are named; sides and loads of their own are no repeat."""
+    from lostmotion.studies.iso9283.measured import judge
+
+    header = "pose,side,cycle,load [%],x [mm],y [mm],z [mm]\n"
+    again = "P2,,1,100,1,2,3\nP4,,1,100,9,2,3\nP4,,1,100,9,2,4\nP4,x,1,100,9,2,4\nP4,,1,10,9,2,4\n"
+    with pytest.raises(lostmotion.InputError, match=r"line 4(.|\n)*pose 'P4' of cycle 1 once more; it stands in line 3") as caught:
+        judge(read(tmp_path, header + again))
+    assert len(caught.value.problems) == 1
+
+
+def test_commands_without_turns_tell_none(tmp_path):
+    """A file of commands without orientations leaves them unknown: they are not taken as zero."""
+    path = tmp_path / "commands.csv"
+    path.write_text("pose,x [mm],y [mm],z [mm]\nA,1,2,3\n", encoding="utf-8")
+    found = read(tmp_path, "pose,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg]\nA,1,2,4,180,0,0\n", commands=path)
+    assert np.isnan(found.turn).all()
+
+
 def test_bad_rows_are_told_all_at_once(tmp_path):
     """Cells that are no number, rows too short, and a pose with two commands: each with its line."""
     text = "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,x,0,0,0\n\nA,1,2,3,0,0,0\nA,1,nan,3,0,0,0\nA,1,2\n,1,2,3,0,0,0\n"
@@ -91,6 +174,9 @@ def test_bad_rows_are_told_all_at_once(tmp_path):
         ("x [mm],y [mm],z [mm]", (), "neither pose nor"),
         ("pose,dx [mm],dy [mm],dz [mm]", (), "dx, dy, dz without xc"),
         ("pose,x [mm],x [mm],y [mm],z [mm]", (), "once more"),
+        ("path,x [mm],y [mm],z [mm]", (), "path without cycle"),
+        ("pose,load,x [mm],y [mm],z [mm]", (), "no unit"),
+        ("pose,load [kg],x [mm],y [mm],z [mm]", (), "load"),
         ("pose,x [mm],y [mm],z [mm]", ("q = x",), "ROLE = COLUMN"),
         ("pose,x [mm],y [mm],z [mm]", ("xc = xx [mm]",), "a column of"),
         ("pose,x [mm],y [mm],z [mm]", ("nonsense",), "ROLE = COLUMN"),

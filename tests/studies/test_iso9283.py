@@ -188,6 +188,8 @@ def test_a_lighter_load_sags_less():
     assert (full.load, light.load) == (1.0, 0.1)
     assert (light.accuracy.mean(axis=1) < full.accuracy.mean(axis=1)).all()
     assert (full.fitted.mean(axis=1) < full.accuracy.mean(axis=1)).all()
+    assert light.path[0].mean() < full.path[0].mean()
+    assert light.distance[0].mean() != full.distance[0].mean()
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,11 @@ from lostmotion.studies.iso9283.compared import commanded_cube, compare
 from lostmotion.studies.iso9283.confidence import accuracy_interval, repeatability_interval, scatter_interval, student_interval
 from lostmotion.studies.iso9283.cube import five_points, given_cube
 from lostmotion.studies.iso9283.measured import judge
-from lostmotion.studies.iso9283.predicted import predict
+from lostmotion.studies.iso9283.predicted import DISTANCE, LOADS, carrying, path_approach, path_poses, predict
 from lostmotion.studies.iso9283.visits import Visits
 from lostmotion.studies.iso9283.warm_up import WarmUp, drift, growth
+from lostmotion.studies.montecarlo.exact import draws_of
+from lostmotion.studies.screws import screws
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -140,6 +142,55 @@ def test_robots_predicted_look_like_themselves():
     assert sum(each.within for each in rows) >= 16
     off = replace(found, attained=found.attained + 0.01)
     assert not any(each.within for each in compare(predicted, judge(off)) if each.name == "AP_p")
+
+
+def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
+    """One of the robots predicted, written down along the path at both loads and read again: its own AT_p and RT_p, within their intervals."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    cube = given_cube(arm, np.array([0.52, 0.0, 1.05]), 0.5)
+    found = predict(arm, cube, robots=3, cycles=2)
+    q = path_poses(arm, cube, DISTANCE, found.path_points)
+    line = cube.poses[list(DISTANCE), :3, 3]
+    places = line[0] + np.linspace(0, 1, found.path_points)[:, None] * (line[1] - line[0])
+    rows = [f"{name},,1,100,{','.join(f'{1e3 * x:.9f}' for x in (*at, *at))}" for name, at in zip(("P2", "P4"), line, strict=True)]
+    for number, load in enumerate(LOADS):
+        matrix = screws(carrying(arm, load), q, approach=path_approach(q, found.approach[DISTANCE[0]]))
+        for cycle in range(found.path_cycles):
+            for k, place in enumerate(places):
+                draws = draws_of(matrix, found.seed, 2000 + 200 * number + k, np.array([1]), np.array([cycle]))
+                attained = place + (matrix.tool[k, 3:] @ draws)[:, 0]
+                rows.append(f",P2-P4,{cycle + 1},{100 * load:g},{','.join(f'{1e3 * x:.9f}' for x in attained)},,,")
+    path = tmp_path / "path.csv"
+    path.write_text("pose,path,cycle,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n" + "\n".join(rows), encoding="utf-8")
+    measured = judge(read_measured(path)).loads
+    assert [each.load for each in measured] == list(LOADS)
+    for each, sheet in zip(measured, found.loads, strict=True):
+        accuracy, repeat = each.paths[0].figures[:2]
+        assert accuracy.value == pytest.approx(sheet.path[0, 1], rel=2e-3)  # planes begin where all cycles were read, 0.2 mm in
+        assert accuracy.low <= sheet.path[0, 1] <= accuracy.high or sheet.path[0, 1] == pytest.approx(accuracy.value, rel=2e-3)
+        assert repeat.value == pytest.approx(sheet.path[1, 1], rel=0.02)
+        assert repeat.low < sheet.path[1].mean() < repeat.high * 1.2
+
+
+def test_loads_and_paths_are_compared_with_their_own():
+    """Rows at 100 % and at 10 % and the path of both stand beside robots with that load; a path that was not predicted stands beside nothing."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    found = read_measured(EXAMPLES / "measured" / "z-arm-loads.csv", instrument=5e-6)
+    centre, side, _ = commanded_cube(found)
+    cube = given_cube(arm, centre, side)
+    predicted, measured = predict(arm, cube, robots=300, instrument=5e-6), judge(found)
+    rows = compare(predicted, measured)
+    for load in LOADS:
+        names = {each.name for each in rows if each.load == load}
+        assert {"AP_p", "RP_l", "AD_p", "RD", "AT_p", "RT_p"} <= names
+    shown = [each for each in rows if each.name in {"AP_p", "AP_p fitted", "RP_l", "AD_p", "RD", "AT_p", "RT_p"}]
+    assert len(shown) == 38
+    assert sum(each.within for each in shown) >= 32
+    heavy, light = (next(each for each in rows if (each.name, each.load) == ("AT_p", load)) for load in LOADS)
+    assert heavy.measured.value > 1.2 * light.measured.value
+    assert not light.predicted.low.value <= heavy.measured.value <= light.predicted.high.value
+    other = compare(predict(arm, cube, robots=2, path=(2, 4)), measured)
+    assert not [each for each in other if each.name in {"AT_p", "RT_p"}]
 
 
 def test_a_link_that_warms_moves_the_tool_by_its_growth():

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lostmotion.ask.amounts import amount
 from lostmotion.ask.settings import whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.arm import Arm
+    from lostmotion.ask.amounts import Amount
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.iso9283.compared import Compared
@@ -41,7 +43,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     floor: float | None = 0.0,
     path: tuple[str, str] | None = None,
     warm_up: WarmUp | None = None,
-    load: float | Sequence[float] = (),
+    load: Amount | Sequence[Amount] = (),
     mapping: Sequence[str] = (),
     commands: str | Path | None = None,
     instrument: float = 0.0,
@@ -52,7 +54,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     arm         the design; left out: the measured robot alone
     measured    CSV of measured visits and paths (`formats.measured`), or several of one robot, with `mapping` of their columns, `commands` in a
                 file of their own, and the standard deviation of one reading of the `instrument`, m
-    load        share of the payload that each file was measured under; left out: what its column says, else the full one
+    load        share of the payload that each file was measured under, "10 %" or 0.1; left out: what its column says, else the full one
     cycles      visits to each of the five poses
     cube        side of the test cube, m, with its `centre`, m; left out: where P1 to P5 were commanded in the measured file, else the largest found
     tool_rpy    how the tool is held in the cube, rad about the fixed x, y, z; left out: what allows the largest cube
@@ -65,8 +67,11 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     from lostmotion.formats.measured import read_measured
     from lostmotion.studies.iso9283.cube import NAMES
     from lostmotion.studies.iso9283.measured import judge
+    from lostmotion.studies.iso9283.predicted import HEAVIEST
+    from lostmotion.units import Quantity
 
-    shares = tuple([load] if isinstance(load, int | float) else load)
+    share = Quantity("", "10 %", low=0.0, high=HEAVIEST)
+    shares = tuple(amount("load", each, share) for each in ([load] if isinstance(load, int | float | str) else load))
     if arm is None and measured is None:
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
     if shares and measured is None:

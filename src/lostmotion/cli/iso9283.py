@@ -50,6 +50,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.ask.read import read
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
+    from lostmotion.studies.iso9283.predicted import HEAVIEST
     from lostmotion.studies.iso9283.warm_up import WarmUp
 
     stem = (file or next(iter(measured or ()), Path("robot"))).stem
@@ -61,7 +62,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     reading = amount("--instrument", instrument, "m", "10 µm") or 0.0
     middle, held = _three("--centre", centre, "m", "600 mm, 0 mm, 400 mm"), _three("--tool-rpy", tool_rpy, "rad", "180 deg, 0 deg, 0 deg")
     lowest = None if floor.strip().lower() == "none" else amount("--floor", floor, "m", "0 mm", above=-1e9)
-    shares = [amount("--load", each, "1", "10 %", low=0.0, high=2.0) or 0.0 for each in load or ()]
+    shares = [amount("--load", each, "", "10 %", low=0.0, high=HEAVIEST) or 0.0 for each in load or ()]
     arm = None if file is None else read(file, sidecar)
     with ProgressBar() as bar:
         answer = ask(

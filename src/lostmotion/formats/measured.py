@@ -40,6 +40,7 @@ from lostmotion.formats.measured_columns import (
 )
 from lostmotion.formats.text import numbers, refuse
 from lostmotion.spatial import pose_of
+from lostmotion.studies.iso9283.predicted import HEAVIEST
 from lostmotion.studies.iso9283.visits import ARRAYS, TUPLES, Visits
 
 if TYPE_CHECKING:
@@ -48,8 +49,7 @@ if TYPE_CHECKING:
     from lostmotion.formats.measured_columns import Column
     from lostmotion.spatial import Floats
 
-# Share of the payload: more is a slip of the unit. And how many loads one robot is measured under.
-HEAVIEST: Final = 2.0
+# How many loads one robot is measured under.
 MOST_LOADS: Final = 5
 _MOST_FILES: Final = 20
 # Loads that differ by less, of the payload, are one.

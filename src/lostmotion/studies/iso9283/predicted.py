@@ -37,7 +37,8 @@ ROBOTS: Final = 1000
 MOST_ROBOTS: Final = 20_000
 MOST_CYCLES: Final = 1000
 MOST_PATH_POINTS: Final = 200
-MOST_LOADS: Final = 6
+MOST_LOADS: Final = 8
+# Share of the payload; more is a slip of the unit.
 HEAVIEST: Final = 2.0
 PATH_POINTS: Final = 20
 # The standard looks at vAP at these, at distances and the path between the last two.

@@ -1,0 +1,243 @@
+"""Paths by ISO 9283: closed forms, a second way of counting, what does not matter, and what is refused."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import lostmotion
+from lostmotion.studies.iso9283.confidence import largest_mean, largest_scatter
+from lostmotion.studies.iso9283.measured import judge
+from lostmotion.studies.iso9283.paths import PATH_FIGURES, across_path, along_path, crossings
+from lostmotion.studies.iso9283.visits import Visits
+
+START, END = np.array([0.4, -0.2, 0.3]), np.array([0.7, 0.2, 0.8])
+
+
+def readings(attained, *, orientation=None, name="P2-P4", load=1.0):
+    """Give the rows of a path read at attained (cycle, reading, 3), and of two visits that tell its ends."""
+    cycles, count = attained.shape[:2]
+    rows = cycles * count
+    turned = np.eye(3) if orientation is None else orientation
+    return Visits(
+        pose=("",) * rows + ("P2", "P4"),
+        path=(name,) * rows + ("", ""),
+        cycle=np.concatenate([np.repeat(np.arange(1.0, cycles + 1), count), [1.0, 1.0]]),
+        side=("",) * (rows + 2),
+        load=np.full(rows + 2, load),
+        attained=np.vstack([attained.reshape(-1, 3), START, END]),
+        command=np.vstack([np.full((rows, 3), np.nan), START, END]),
+        orientation=np.concatenate([np.broadcast_to(turned, (rows, 3, 3)), np.broadcast_to(np.eye(3), (2, 3, 3))]),
+        rotation=np.concatenate([np.full((rows, 3, 3), np.nan), np.broadcast_to(np.eye(3), (2, 3, 3))]),
+        where=tuple(("path.csv", k + 2) for k in range(rows + 2)),
+        duplicates=0,
+        instrument=0.0,
+        source="path.csv",
+        load_stated=True,
+    )
+
+
+def line(cycles=10, count=40, rng=None):
+    """Give points (cycle, reading, 3) along the line, evenly or at random in order."""
+    share = np.tile(np.linspace(0, 1, count), (cycles, 1)) if rng is None else np.sort(rng.uniform(0, 1, (cycles, count)), axis=1)
+    share[:, 0], share[:, -1] = 0, 1
+    return START + share[..., None] * (END - START)
+
+
+def path_of(visits):
+    """Judge the only path."""
+    return judge(visits).loads[0].paths[0]
+
+
+def across_two():
+    """Give two unit vectors across the line."""
+    along = (END - START) / np.linalg.norm(END - START)
+    one = np.cross(along, [0, 0, 1])
+    one /= np.linalg.norm(one)
+    return one, np.cross(along, one)
+
+
+def test_a_constant_offset_is_all_accuracy():
+    """The line moved across itself by 0.3 mm and along by any 2 mm: AT = 0.3 mm, RT = 0, wherever readings stand; turned by 1 mrad about z: AT_c."""
+    one, _ = across_two()
+    along = (END - START) / np.linalg.norm(END - START)
+    rng = np.random.default_rng(1)
+    moved = line(rng=rng) + 3e-4 * one + rng.uniform(-2e-3, 2e-3, (10, 1, 1)) * along
+    found = path_of(readings(moved, orientation=Rotation.from_rotvec([0, 0, 1e-3]).as_matrix()))
+    value = dict(zip(PATH_FIGURES, (each.value for each in found.figures), strict=True))
+    assert value["AT_p"] == pytest.approx(3e-4, rel=1e-9)
+    assert value["RT_p"] == pytest.approx(0, abs=1e-15)
+    assert [value[f"AT_{letter}"] for letter in "abc"] == pytest.approx([0, 0, 1e-3], abs=1e-12)
+    assert [value[f"RT_{letter}"] for letter in "abc"] == pytest.approx([0, 0, 0], abs=1e-12)
+    assert found.figures[0].low == pytest.approx(3e-4)
+    assert found.figures[0].high == pytest.approx(3e-4)
+    assert (found.cycles, found.readings, len(found.places)) == (10, 400, 20)
+
+
+def test_a_known_spread_is_mean_and_three_s():
+    """Five cycles at 1, 2, 3, 4, 5 to one side and their mirror images: RT = 3 + 3 sqrt(20 / 9) of the unit, AT = 0."""
+    one, _ = across_two()
+    away = np.array([1, 2, 3, 4, 5, -1, -2, -3, -4, -5]) * 1e-4
+    found = path_of(readings(line() + away[:, None, None] * one))
+    assert found.figures[1].value == pytest.approx((3 + 3 * math.sqrt(20 / 9)) * 1e-4, rel=1e-9)
+    assert found.figures[0].value == pytest.approx(0, abs=1e-15)
+    assert found.figures[0].low == 0
+
+
+def test_the_spread_of_many_cycles_tends_to_its_constant():
+    """Cycles that scatter by sigma in both directions across the line: RT of many tends to 3.21872 sigma, as in a plane."""
+    one, other = across_two()
+    rng = np.random.default_rng(2)
+    shift = 1e-4 * (rng.normal(size=(1000, 1, 1)) * one + rng.normal(size=(1000, 1, 1)) * other)
+    found = path_of(readings(line(1000, 5) + shift))
+    assert found.figures[1].value == pytest.approx(3.21872e-4, rel=0.05)
+    assert found.figures[1].low < 3.21872e-4 < found.figures[1].high
+
+
+def test_the_worst_plane_is_named():
+    """A bump in one cycle's way at 30 % of the path, an offset that grows to the end: each figure stands at its own place."""
+    one, other = across_two()
+    share = np.linspace(0, 1, 61)
+    away = 1e-3 * share[None, :, None] * one + np.zeros((10, 1, 1))
+    away[3] += 1e-4 * np.exp(-(((share - 0.3) / 0.1) ** 2))[:, None] * other
+    found = path_of(readings(line(count=61) + away))
+    assert found.worst[0] == pytest.approx(found.length, rel=1e-9)
+    assert found.worst[1] == pytest.approx(0.3 * found.length, abs=found.length / 38)
+    assert found.length == pytest.approx(np.linalg.norm(END - START))
+
+
+def by_hand(attained, planes):
+    """Give AT and RT once more, in plain loops: for each plane, each cycle's two readings beside it, the point between them, and the definitions."""
+    along = (END - START) / math.dist(START, END)
+    ways = [[sum((p - s) * a for p, s, a in zip(point, START, along, strict=True)) for point in cycle] for cycle in attained]
+    first, last = max(0.0, *(min(way) for way in ways)), min(math.dist(START, END), *(max(way) for way in ways))
+    accuracy = repeat = 0.0
+    for plane in range(planes):
+        place = first + (last - first) * plane / (planes - 1)
+        points = []
+        for cycle, way in zip(attained, ways, strict=True):
+            for k in range(len(way) - 1):
+                if way[k] - 1e-12 <= place <= way[k + 1] + 1e-12:
+                    share = (place - way[k]) / (way[k + 1] - way[k])
+                    points.append([cycle[k][axis] + share * (cycle[k + 1][axis] - cycle[k][axis]) for axis in range(3)])
+                    break
+        centre = [sum(point[axis] for point in points) / len(points) for axis in range(3)]
+        lengths = [math.dist(point, centre) for point in points]
+        mean = sum(lengths) / len(lengths)
+        s = math.sqrt(sum((each - mean) ** 2 for each in lengths) / (len(lengths) - 1))
+        accuracy = max(accuracy, math.dist(centre, [START[axis] + place * along[axis] for axis in range(3)]))
+        repeat = max(repeat, mean + 3 * s)
+    return accuracy, repeat
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10_000), cycles=st.integers(2, 12), count=st.integers(6, 40))
+def test_loops_by_the_definitions_say_the_same(seed, cycles, count):
+    """AT and RT of made-up cycles with errors in all directions, read at random, are those of plain loops over planes and cycles."""
+    rng = np.random.default_rng(seed)
+    attained = line(cycles, count, rng) + rng.normal(0, 1e-5, (cycles, 1, 3)) + rng.normal(0, 3e-4, 3)
+    found = path_of(readings(attained))
+    accuracy, repeat = by_hand(attained, len(found.places))
+    assert found.figures[0].value == pytest.approx(accuracy, rel=1e-9)
+    assert found.figures[1].value == pytest.approx(repeat, rel=1e-9)
+
+
+def test_a_turned_frame_changes_nothing():
+    """Commands and readings turned and moved together: the same figures, AT_a to RT_c apart, which belong to the base's axes."""
+    rng = np.random.default_rng(3)
+    visits = readings(line(rng=rng) + rng.normal(0, 1e-4, (10, 40, 3)))
+    turn = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
+    moved = replace(visits, attained=visits.attained @ turn.T + [1, 2, 3], command=visits.command @ turn.T + [1, 2, 3])
+    one, other = path_of(visits), path_of(moved)
+    for k in range(2):
+        assert other.figures[k].value == pytest.approx(one.figures[k].value, rel=1e-9)
+        assert other.worst[k] == pytest.approx(one.worst[k], rel=1e-9)
+
+
+def test_the_order_within_noise_and_the_way_back():
+    """Readings at rest step back by noise and change nothing; readings that come back are refused with their line."""
+    rng = np.random.default_rng(4)
+    rest = np.repeat(line()[:, :1], 5, axis=1)
+    along = (END - START) / np.linalg.norm(END - START)
+    standing = np.concatenate([rest + rng.normal(0, 1e-6, (10, 5, 1)) * along, line()[:, 1:]], axis=1)
+    assert path_of(readings(standing)).figures[0].value == pytest.approx(0, abs=1e-12)
+    there_and_back = np.concatenate([line(), line()[:, ::-1]], axis=1)
+    with pytest.raises(lostmotion.InputError, match=r"line 43(.|\n)*mm back along path P2-P4, in cycle 1"):
+        judge(readings(there_and_back))
+
+
+def test_cycles_that_tell_no_path_are_refused():
+    """Too few readings, one cycle, half of the way, no such poses, and one path by two names: each said with its line."""
+    for attained, said in (
+        (line(count=4), r"line 2(.|\n)*4 readings along path P2-P4 in cycle 1"),
+        (line(cycles=1), "1 cycle"),
+        (line()[:, :15], "at least half of the path"),
+    ):
+        with pytest.raises(lostmotion.InputError, match=said):
+            judge(readings(attained))
+    with pytest.raises(lostmotion.InputError, match="no two poses of that name"):
+        judge(readings(line(), name="E1-E2"))
+    twice = readings(line())
+    twice = replace(twice, path=tuple("P2 to P4" if k < 200 else name for k, name in enumerate(twice.path)))
+    with pytest.raises(lostmotion.InputError, match="by another name"):
+        judge(twice)
+
+
+def test_stated_commands_give_the_line_and_must_be_straight():
+    """Commanded positions along an unnamed path give it; one that lies 2 mm beside the line is refused."""
+    visits = readings(line(), name="weld")
+    stated = replace(visits, command=visits.attained.copy())
+    assert path_of(stated).length == pytest.approx(np.linalg.norm(END - START))
+    one, _ = across_two()
+    bent = stated.command.copy()
+    bent[17] += 2e-3 * one
+    with pytest.raises(lostmotion.InputError, match=r"line 19(.|\n)*2.000 mm off the line"):
+        judge(replace(stated, command=bent))
+
+
+def test_what_readings_leave_between_them_is_told():
+    """A path that bends between readings: the straight line between the neighbours of each misses it by d²/8 f'', d their distance."""
+    one, _ = across_two()
+    share = np.linspace(0, 1, 41)
+    found = path_of(readings(line(count=41) + 4e-3 * (share * (1 - share))[None, :, None] * one))
+    assert found.gap == pytest.approx(found.length / 40)
+    assert found.missed == pytest.approx(8e-3 * (2 / 40) ** 2 / 8, rel=1e-6)
+
+
+def test_planes_and_definitions_by_hand():
+    """Two planes, two cycles along x, worked out on paper; crossings lie straight between readings."""
+    errors = np.zeros((2, 2, 6))
+    errors[0, :, 3:], errors[1, :, 3:] = [[9.0, 1, 0], [7, 3, 0]], [[0, 0, 1], [0, 0, 1]]
+    errors[1, :, 0] = 1.0, -3.0
+    found = dict(zip(PATH_FIGURES, along_path(errors, np.array([2.0, 0, 0])), strict=True))
+    assert found["AT_p"] == pytest.approx(2)
+    assert found["RT_p"] == pytest.approx(1)
+    assert found["AT_a"] == pytest.approx(1)
+    assert found["RT_a"] == pytest.approx(3 * math.sqrt(8))
+    assert across_path(np.array([[3.0, 4, 5]]), np.array([0, 0, 7.0])).tolist() == [[3, 4, 0]]
+    assert crossings(np.array([2.0, 0, 1]), np.array([[20.0], [0], [30]]), np.array([0.5, 1.5])).tolist() == [[15], [25]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("alike", "uneven"), [(0.0, False), (0.15, True), (3.0, False)])
+def test_intervals_of_paths_cover(alike, uneven):
+    """Over 150 made-up tests of ten cycles, 90 % intervals of AT_p and RT_p hold what many cycles show in 80 % or more.
+
+    Planes err each for itself, like their neighbours, or all alike; as much everywhere, or more in one place.
+    """
+    rng, planes = np.random.default_rng(5), np.linspace(0, 1, 20)
+    kernel = np.exp(-0.5 * ((planes[:, None] - planes) / alike) ** 2) if alike else np.eye(20)
+    root = np.linalg.cholesky(kernel + 1e-9 * np.eye(20))
+    size = 1 + 1.5 * np.exp(-(((planes - 0.3) / 0.2) ** 2)) if uneven else np.ones(20)
+    off = np.stack([1 + 2 * planes, np.zeros(20), np.zeros(20)], axis=-1)
+    limit = 3.21872 * size.max()
+    hits = np.zeros(2)
+    for _ in range(150):
+        errors = np.einsum("pq,qni->pni", root, rng.standard_normal((20, 10, 3)) * [1, 1, 0]) * size[:, None, None] + off[:, None]
+        intervals = largest_mean(errors, 0.9), largest_scatter(errors, 0.9)
+        hits += [low <= truth <= high for (low, high), truth in zip(intervals, (3.0, limit), strict=True)]
+    assert (hits / 150 >= 0.8).all(), hits / 150
