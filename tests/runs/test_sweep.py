@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.figures.runs import design_said, short_keys
+from lostmotion.figures.runs import design_said, short_keys, short_labels
 from lostmotion.formats.designs import read_design, read_sweep
 from lostmotion.formats.sweep import Axis, changes, designs
 from lostmotion.plots.runs import sweep_plots
@@ -321,7 +321,10 @@ def test_designs_have_short_names_that_tell_them_apart(tmp_path):
     names = [design_said(order, design) for design in range(designs(axes))]
     assert len(set(names)) == designs(axes) == 48
     order.axes = axes = axes[:3]
-    assert design_said(order, 1) == "A link length 0.3 m, B link length 0.3 m"
+    assert design_said(order, 1) == "A length 0.3 m, B length 0.3 m"
+    assert short_keys([Axis(key=key, values=(1,)) for key in ("a.b.x", "b.a.x", "x", "c.x")]) == ["b x", "a x", "x", "c x"]
+    assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 5 µm"))) == ["1 mm", "2 mm"]
+    assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "1 mm"))) == ["1 mm ± 5 µm", "1 mm"]
     path.write_text(ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]\n"gearboxes.small.ratio" = [50]', encoding="utf-8")
     found = lostmotion.sweep(path, poses=8, robots=4, visits=2, out=tmp_path / "run")
     table = next(section for section in found.sheet.sections if section.key == "designs")

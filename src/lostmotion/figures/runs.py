@@ -42,18 +42,31 @@ _WORDS: Final = (
 
 
 def short_keys(axes: Sequence[Axis]) -> list[str]:
-    """Name each key swept by as few of its last steps as tell it from the others."""
+    """Name each key swept by its last step, with the nearest one before it that tells it from the others where that is needed.
+
+    "A length" for `joints.A.link.length` beside `joints.B.link.length`; where one step more does not tell keys apart, as many last ones as do.
+    """
     paths = [axis.key.split(".") for axis in axes]
     out = []
     for k, path in enumerate(paths):
-        steps = next(n for n in range(1, len(path) + 1) if n == len(path) or all(path[-n:] != other[-n:] for j, other in enumerate(paths) if j != k))
-        out.append(" ".join(path[-steps:]).replace("_", " "))
+        others = [other for j, other in enumerate(paths) if j != k]
+        alike = [other for other in others if other[-1] == path[-1]]
+        telling = [step for at, step in enumerate(path[:-1]) if all(step not in other[:-1] for other in alike)]
+        if not alike:
+            steps = path[-1:]
+        elif telling:
+            steps = [telling[-1], path[-1]]
+        else:
+            steps = path[-next((n for n in range(1, len(path)) if all(path[-n:] != other[-n:] for other in others)), len(path)) :]
+        out.append(" ".join(steps).replace("_", " "))
     return out if len(set(out)) == len(out) else [axis.key for axis in axes]
 
 
 def short_labels(axis: Axis) -> list[str]:
-    """Give each value of a key in a few characters; those that would read alike by their place in the list."""
-    short = [text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL - 1]}…" for text in axis.labels]
+    """Give each value of a key in a few characters: without tolerances where the rest tells them apart; those that read alike by their place."""
+    bare = [text.partition("±")[0].strip() for text in axis.labels]
+    whole = bare if len(set(bare)) == len(set(axis.labels)) else axis.labels
+    short = [text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL - 1]}…" for text in whole]
     return [text if short.count(text) == 1 else f"no. {k}" for k, text in enumerate(short, start=1)]
 
 
@@ -105,7 +118,9 @@ def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome
     told = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
     swept = f"; swept: {', '.join(told)}" if told else ""
     left = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
-    return Section("designs", "Position error", ("95 % within", "mean"), rows, _RESOLUTION + swept + left)
+    cut = any(short != text for axis in order.axes for short, text in zip(short_labels(axis), axis.labels, strict=True))
+    whole = "; names are cut short, result.json has every value whole" if cut else ""
+    return Section("designs", "Position error", ("95 % within", "mean"), rows, _RESOLUTION + swept + whole + left)
 
 
 def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]:
