@@ -222,9 +222,9 @@ def test_a_study_without_sampling_says_it_too(arm, study):
 
 
 def test_a_zone_has_one_name_in_every_verb(study):
-    """By the command line's text, or by its ends in m."""
+    """By the command line's text, or by its ends, in m or with their unit."""
     text, ends = "z 0..500 mm, x -1..1 m", {"z": (0.0, 0.5), "x": (-1, 1)}
-    assert study.costs(zone=text) == study.costs(zone=ends)
+    assert study.costs(zone=text) == study.costs(zone=ends) == study.costs(zone={"z": (0, "500 mm"), "x": ("-1 m", 1.0)})
     assert study.blaming(zone=text).budgets == study.blaming(zone=ends).budgets
     ideal = lostmotion.Arm(name="ideal", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 0.5}},))
     one, other = (lostmotion.target(ideal, error="1 µm", poses=16, zone=zone, robots=30, visits=2) for zone in ("x 0.3..1 m", {"x": (0.3, 1.0)}))
@@ -238,7 +238,8 @@ def test_a_zone_has_one_name_in_every_verb(study):
         ("x 1..2", r"lower one first(.|\n)*example   zone = "),
         ("x 3..4 m", "none of the 524288 poses is in it"),
         ({"x": 3}, "x: 3"),
-        ({"x": ("0.2 m", 0.5)}, "ends along x, y or z in m"),
+        ({"x": ("0.2", 0.5)}, "unit"),
+        ({"x": (0.2, "far")}, "zone"),
         ({"w": (0, 1), "x": (1, 0)}, "2 mistakes"),
         ({}, "no ends"),
         (3, "or ends along the base's axes in m"),
