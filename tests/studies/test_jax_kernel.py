@@ -1,6 +1,7 @@
 """The kernel on JAX against the compiled ones; JAX itself runs on the processor here."""
 
 import importlib.util
+import logging
 import subprocess
 import sys
 from dataclasses import replace
@@ -66,6 +67,21 @@ def test_without_a_gpu_nothing_runs_elsewhere_unasked(arm):
         pytest.skip("there is a GPU")
     with pytest.raises(LostmotionError, match="finds no GPU"):
         run(arm, sample_poses(arm, 8), 10, 2, 1, device="gpu")
+
+
+@needs_jax
+def test_why_there_is_no_gpu_is_told_in_one_line(arm, monkeypatch, capsys):
+    """A driver that does not load is logged by JAX over a dozen lines: the user reads its reason, and no traceback."""
+    import jax
+
+    def broken():
+        logging.getLogger("jax._src.xla_bridge").error("plugin", exc_info=RuntimeError("cuInit failed\nand so on"))
+        return "cpu"
+
+    monkeypatch.setattr(jax, "default_backend", broken)
+    with pytest.raises(LostmotionError, match=r"(?m)^  JAX says: cuInit failed$"):
+        run(arm, sample_poses(arm, 8), 10, 2, 1, device="gpu")
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_an_unknown_device_is_refused(arm):
