@@ -330,6 +330,9 @@ def test_designs_have_short_names_that_tell_them_apart(tmp_path):
     table = next(section for section in found.sheet.sections if section.key == "designs")
     assert [row.label for row in table.rows] == ["mass 1 kg", "mass 3 kg"]
     assert "gearboxes.small.ratio = 50 in all" in table.note
+    plots = sweep_plots(found.store.order, found.outcomes)
+    assert [plot.key for plot in plots] == ["designs", "iso9283", "spread"]
+    assert plots[0].figure.layout.xaxis.title.text == "mass [kg]"
     told = found.result()["designs"]
     assert [each["name"] for each in told] == ["mass 1 kg", "mass 3 kg"]
     assert told[1]["stated"] == {"payload.mass": "3 kg", "gearboxes.small.ratio": 50}

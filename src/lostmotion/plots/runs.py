@@ -32,7 +32,8 @@ _MOST_WRITTEN: Final = 6
 
 
 def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
-    """Which plots does a sweep have? In reading order."""
+    """Which plots does a sweep have? In reading order; over the keys that differ between designs."""
+    order = order.model_copy(update={"axes": tuple(axis for axis in order.axes if len(axis.values) > 1) or order.axes})
     out = []
     if len(order.axes) == 1:
         out.append(Plot("designs", "designs", over_one(order, outcomes), "Curves of 95 % error and mean error over the key swept."))
