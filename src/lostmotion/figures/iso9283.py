@@ -90,8 +90,8 @@ def iso_sheet(
         verdict.append(measured_verdict(measured, compared))
         facts |= measured_facts(measured, compared)
         if measured.visits.duplicates:
-            repeated = f"{measured.visits.duplicates} rows of the measurement repeat another one in every cell and were left out"
-            notes = (*notes, f"{repeated}: a column 'cycle' keeps visits that only read alike")
+            repeated = f"rows of the measurement that repeat another one in every cell, left out: {measured.visits.duplicates}"
+            notes = (*notes, f"{repeated}; a column 'cycle' keeps visits that only read alike")
         counted.append(visited(measured))
     return Sheet(
         name=name,

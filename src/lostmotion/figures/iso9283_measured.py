@@ -176,24 +176,23 @@ def _paths(found: Measured) -> list[Section]:
         Row(
             under(path.name, load.load, found.loads),
             (
-                Figure(path.cycles, ""),
                 Figure(path.readings, ""),
-                Figure(len(path.places), ""),
-                Figure(float(path.places[0]) * 1e3, "mm"),
-                Figure(float(path.places[-1]) * 1e3, "mm"),
+                length(float(path.places[0])),
+                length(float(path.places[-1])),
+                length(path.length),
                 length(path.gap),
                 length(path.missed),
             ),
-            f"of {path.length * 1e3:.1f} mm",
         )
         for load in found.loads
         for path in load.paths
     )
-    columns = ("cycles", "readings", "planes", "first", "last", "gap", "missed")
+    columns = ("readings", "from", "to", "of", "gap", "missed")
     between = (
-        "first, last: where all cycles were read, and planes stand. Gap: largest distance of neighbouring readings along the path. Missed: by how "
+        "from, to: where all cycles were read, of the path's length. Gap: largest distance of neighbouring readings along the path. Missed: by how "
+        "much the straight line between its neighbours passes a reading by, root mean square: noise, and some four times what is lost between "
+        "readings where the way bends. Where it exceeds RT_p, read the path more densely"
     )
-    between += "much the straight line between its neighbours passes a reading by, root mean square; where it nears RT_p, read the path more densely"
     return [
         Section("measured-path", "Measured: path AT_p, RT_p", ("value", "worst at"), tuple(rows), note),
         Section("measured-path-data", "Measured: how the path was read", columns, read, between),

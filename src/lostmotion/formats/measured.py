@@ -177,7 +177,9 @@ def _values(
             )
         else:
             cells = {role: row[column.index] for role, column in columns.items()}
-            mistakes += _named(file, line, cells)
+            if nameless := _named(file, line, cells):
+                mistakes += nameless
+                continue
             spared = _spared(cells)
             for role, column in columns.items():
                 cell = cells[role]
@@ -203,7 +205,7 @@ def _named(file: str, line: int, cells: Mapping[str, str]) -> list[Problem]:
         found = f"path {shown(path)} and {besides[0]} {shown(cells[besides[0]])}"
         return [Problem(file, f"line {line}", found, "a visit to a pose, or a reading along a path", ",P2-P4,1")]
     if not path and not pose and ("pose" in cells or COMMANDED[0] not in cells):
-        expected = "the name of the pose, or of the path" if "path" in cells else "the name of the pose"
+        expected = "the name of the pose, or of the path" if "path" in cells else "the name of the pose; or that of a path, in a column path"
         return [Problem(file, f"line {line}, {'pose' if 'pose' in cells else 'path'}", "nothing", expected, "P1")]
     return []
 
