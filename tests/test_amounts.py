@@ -128,6 +128,19 @@ def test_ends_of_a_zone_and_joint_values_are_amounts(arm):
     assert pose_of(arm, 3) == pose_of(arm, "3") == 3
 
 
+def test_a_study_says_who_is_to_blame_at_a_pose_in_words(arm):
+    """Text, amounts and numbers of the same pose and the same zone cost the same."""
+    study = lostmotion.study(arm, 8, 4, 2)
+    words = ("O=30deg A=0deg B=0deg C=0.2rad roll=0deg", ["30 deg", 0, 0, 0.2, 0], np.array([math.radians(30), 0, 0, 0.2, 0]))
+    shares = [[cost.share for cost in study.costs(pose=each)] for each in words]
+    assert shares[0] == pytest.approx(shares[2])
+    assert shares[1] == pytest.approx(shares[2])
+    zones = [study.costs(zone=zone)[0].share for zone in ("z 0..3 m", {"z": ("0 mm", 3)}, {"z": (0, 3)})]
+    assert zones[0] == zones[1] == zones[2]
+    with pytest.raises(lostmotion.InputError, match="pose"):
+        study.costs(pose="O=30deg")
+
+
 @pytest.mark.parametrize("zone", [{"x": ("200 kg", 0.5)}, {"x": ("0.2", "0.5 m")}, {"x": ("0.5 m", "0.2 m")}, {"w": ("1 m", "2 m")}, {"x": "1 m"}, 5])
 def test_what_is_no_zone_is_refused(zone):
     """Under its name."""
@@ -147,6 +160,7 @@ def test_what_is_no_pose_is_refused(arm, pose):
 @pytest.mark.parametrize(
     "ask",
     [
+        lambda: lostmotion.study("z-arm.toml"),
         lambda: lostmotion.zones("z-arm.toml"),
         lambda: lostmotion.target("z-arm.toml", error="1 mm"),
         lambda: lostmotion.size("z-arm.toml"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, overload
 import numpy as np
 
 from lostmotion.arm import tool_points
-from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, chosen_poses, sign_of, whole_seed, zone_of
+from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, an_arm, chosen_poses, pose_of, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
     from lostmotion.arm import Arm
+    from lostmotion.ask.amounts import Amounts
     from lostmotion.ask.settings import Approach, Zone
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
@@ -130,7 +131,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     Raises InputError (a ValueError) for counts out of range, an unknown law, approach or device, a zone that no pose reaches, and for q of another
     shape or not finite; LostmotionError for a GPU where JAX or the GPU is missing.
     """
-    sign, seed = sign_of(approach), whole_seed(seed)
+    arm, sign, seed = an_arm(arm), sign_of(approach), whole_seed(seed)
     if method not in METHODS:
         raise refuse_argument("method", method, "one of " + ", ".join(METHODS), 'method = "both"')
     tolerance = None if until is None else Tolerance.of(until)
@@ -201,28 +202,28 @@ class Study(Answer, Shown):
 
         return sheet(self)
 
-    def costs(self, by: By = "part", *, pose: int | Floats | None = None, zone: Zone | None = None) -> list[Cost]:
+    def costs(self, by: By = "part", *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> list[Cost]:
         """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.
 
-        pose  its number in the study, or joint values (joint,) in rad and m
-        zone  "x 0.2..0.5 m" in the base's axes, ends in m, {"x": (0.2, 0.5)}, or which poses are in it (pose,)
+        pose  its number in the study, "A=30deg B=-10deg", or joint values (joint,), text with a unit or rad and m
+        zone  "x 0.2..0.5 m" in the base's axes, ends as amounts, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)
 
         Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
         """
         q, _ = self._where(pose, zone)
         return costs(tally(self.arm, q, by, approach=self.approach))
 
-    def blaming(self, *, pose: int | Floats | None = None, zone: Zone | None = None) -> Study:
+    def blaming(self, *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> Study:
         """Give the same study that also says who is to blame at a pose or in a zone; arguments and errors as `costs`."""
         q, where = self._where(pose, zone)
         found = budget(self.arm, q, where, approach=self.approach)
         return replace(self, budgets=(*self.budgets, found))
 
-    def _where(self, pose: int | Floats | None, zone: Zone | None) -> tuple[Floats, str]:
+    def _where(self, pose: int | str | Floats | Amounts | None, zone: Zone | None) -> tuple[Floats, str]:
         if pose is not None and zone is not None:
             raise refuse_argument("pose, zone", "both", "one of them, or none for all poses", "pose = 0")
         if pose is not None:
-            q, name = one_pose(self.poses.q, pose)
+            q, name = one_pose(self.poses.q, pose_of(self.arm, pose))
             from lostmotion.figures.error import joint_values
 
             return q, f"{name}, {joint_values(self, q[0])}"
