@@ -47,7 +47,7 @@ a{color:#0b5394}
 .verdict{font-size:17px}
 nav{font-size:13.5px;margin:0 0 20px;color:#666}
 nav a{margin-right:14px;white-space:nowrap}
-.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(170px,1fr));gap:12px;margin:18px 0 16px;padding:0}
+.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(158px,1fr));gap:12px;margin:18px 0 16px;padding:0}
 .cards div{border:1px solid #ccc;border-radius:4px;padding:10px 12px;margin:0}
 .cards dt{font-size:12.5px;color:#444}
 .cards dd{margin:0}
