@@ -8,6 +8,7 @@ import pytest
 
 import lostmotion
 from lostmotion.ask.amounts import Three, amount, amounts, three
+from lostmotion.ask.iso9283 import AMOUNTS as ISO_AMOUNTS
 from lostmotion.ask.settings import chosen_poses, pose_of, zone_of
 from lostmotion.ask.zones import AMOUNTS
 from lostmotion.units import Quantity
@@ -89,7 +90,24 @@ def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
         assert getattr(seen[0], name) == pytest.approx(getattr(seen[1], name)), name
 
 
+def test_an_iso_sheet_takes_every_amount_either_way(arm, monkeypatch):
+    """The cube, how the tool is held, the floor and the warming reach the study in SI."""
+    from lostmotion.ask import iso9283 as room
+
+    seen = []
+    monkeypatch.setattr(room, "_cube", lambda _arm, *place: seen.append(place[:4]))
+    monkeypatch.setattr(room, "_sheet_of", lambda *said: seen.append(said[-2]))
+    said = {"cube": "40 cm", "centre": "600, 0, 400 mm", "tool_rpy": ("180 deg", 0, 0), "floor": "-10 mm", "warm_up": "25 K"}
+    in_si = {"cube": 0.4, "centre": (0.6, 0, 0.4), "tool_rpy": (math.pi, 0, 0), "floor": -0.01, "warm_up": lostmotion.WarmUp(25.0)}
+    for each in (said, in_si):
+        lostmotion.iso9283(arm, **each)
+    assert seen[1] == seen[3] == lostmotion.WarmUp(25.0)
+    for one, other in zip(seen[0], seen[2], strict=True):
+        assert one == pytest.approx(other)
+
+
 WRONG = [
+    *((lostmotion.iso9283, {name: "5 kg"}, name) for name in ISO_AMOUNTS),
     *((lostmotion.zones, {name: "5 kg"}, name) for name in AMOUNTS),
     (lostmotion.target, {"error": "5 deg"}, "error"),
     (lostmotion.target, {"repeatability": 0}, "repeatability"),

@@ -181,7 +181,7 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--centre", "1 mm, 2 mm"), "three amounts"),
+        (("--centre", "1 mm, 2 mm"), "three lengths"),
         (("--cube", "3 m", "--centre", "500 mm, 0 mm, 500 mm"), "all of which the tool reaches"),
         (("--measured", "nowhere.csv"), "no such file"),
         (("--measured", LOADS, "--load", "100 %"), "10 % of the payload, where 100 % is named"),
@@ -201,6 +201,6 @@ def test_mistakes_are_one_message(tmp_path, words, said):
     "wrong", [{"cube": 0.2, "centre": (0.5, 0.0)}, {"cube": 0.2, "centre": (0.5, 0.0, np.nan)}, {"tool_rpy": (0.0, np.inf, 0.0)}]
 )
 def test_places_and_turns_are_three_finite_numbers(wrong):
-    """From Python, too, a centre or a turn that is none is one clear message."""
-    with pytest.raises(lostmotion.InputError, match="three finite numbers"):
+    """From Python, too, a centre or a turn that is none is one clear message under its name."""
+    with pytest.raises(lostmotion.InputError, match=r"three lengths|three angles|not a finite number"):
         lostmotion.iso9283(lostmotion.read(Z_ARM), **wrong)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.ask.amounts import amount
+from lostmotion.ask.amounts import Three, amount, amounts
 from lostmotion.ask.settings import whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from lostmotion.arm import Arm
-    from lostmotion.ask.amounts import Amount
+    from lostmotion.ask.amounts import Amount, Amounts
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.iso9283.compared import Compared
@@ -27,6 +27,16 @@ if TYPE_CHECKING:
     from lostmotion.studies.iso9283.warm_up import Drift, WarmUp
 
 DEFAULT_ISO_ROBOTS = 1000
+# An arm and its test cube are no larger than this, m.
+_MOST: Final = 1000.0
+AMOUNTS: Final[dict[str, Quantity | Three]] = {
+    "cube": Quantity("m", "400 mm", above=0, high=_MOST),
+    "centre": Three(Quantity("m", "600 mm", low=-_MOST, high=_MOST), "600 mm, 0 mm, 400 mm"),
+    "tool_rpy": Three(Quantity("rad", "180 deg"), "180 deg, 0 deg, 0 deg"),
+    "floor": Quantity("m", "0 mm", low=-_MOST, high=_MOST),
+    "instrument": Quantity("m", "10 µm", low=0, high=1),
+    "warm_up": Quantity("K", "25 K", low=-1000, high=1000),
+}
 _STATED = "with centre=(0.6, 0, 0.4), m"
 
 
@@ -37,67 +47,72 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     cycles: int = 30,
     robots: int = DEFAULT_ISO_ROBOTS,
     seed: int = 1,
-    cube: float | None = None,
-    centre: Sequence[float] | None = None,
-    tool_rpy: Sequence[float] | None = None,
-    floor: float | None = 0.0,
+    cube: Amount | None = None,
+    centre: Amounts | str | None = None,
+    tool_rpy: Amounts | str | None = None,
+    floor: Amount | None = 0.0,
     path: tuple[str, str] | None = None,
-    warm_up: WarmUp | None = None,
+    warm_up: WarmUp | Amount | None = None,
     load: Amount | Sequence[Amount] = (),
     mapping: Sequence[str] = (),
     commands: str | Path | None = None,
-    instrument: float = 0.0,
+    instrument: Amount = 0.0,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Iso9283:
     """What would ISO 9283 say of robots built to this design, what does it say of a measured one, and do the two agree? Never 'certified'.
 
     arm         the design; left out: the measured robot alone
     measured    CSV of measured visits and paths (`formats.measured`), or several of one robot, with `mapping` of their columns, `commands` in a
-                file of their own, and the standard deviation of one reading of the `instrument`, m
+                file of their own, and the standard deviation of one reading of the `instrument`, "10 µm"
     load        share of the payload that each file was measured under, "10 %" or 0.1; left out: what its column says, else the full one
     cycles      visits to each of the five poses
-    cube        side of the test cube, m, with its `centre`, m; left out: where P1 to P5 were commanded in the measured file, else the largest found
-    tool_rpy    how the tool is held in the cube, rad about the fixed x, y, z; left out: what allows the largest cube
-    floor       m: height below which the cube must not reach; None: no floor
+    cube        side of the test cube, "400 mm", with its `centre`, ("600 mm", 0, "400 mm"); left out: where P1 to P5 were commanded in the measured
+                file, else the largest found
+    tool_rpy    how the tool is held in the cube, ("180 deg", 0, 0) about the fixed x, y, z; left out: what allows the largest cube
+    floor       height below which the cube must not reach, "0 mm"; None: no floor
     path        the poses whose joining line is followed for AT and RT; left out: the one measured, else P2 and P4
-    warm_up     by how much the links warm, for the drift; left out: no drift
+    warm_up     by how much the links warm, "25 K" within the hour or a `WarmUp`, for the drift; left out: no drift
 
+    Lengths, angles and the rise are amounts: text with a unit, or numbers in SI.
     Raises InputError for what cannot be asked, with every mistake in the measured file.
     """
     from lostmotion.formats.measured import read_measured
     from lostmotion.studies.iso9283.cube import NAMES
     from lostmotion.studies.iso9283.measured import judge
     from lostmotion.studies.iso9283.predicted import HEAVIEST
-    from lostmotion.units import Quantity
+    from lostmotion.studies.iso9283.warm_up import WarmUp
 
+    asked = {"cube": cube, "centre": centre, "tool_rpy": tool_rpy, "floor": floor, "instrument": instrument}
+    if not isinstance(warm_up, WarmUp):
+        asked["warm_up"] = warm_up
+    read = amounts(asked, AMOUNTS)
+    side, middle, held = read.get("cube"), read.get("centre"), read.get("tool_rpy")
+    warmth = warm_up if isinstance(warm_up, WarmUp) else WarmUp(read["warm_up"]) if warm_up is not None else None
     share = Quantity("", "10 %", low=0.0, high=HEAVIEST)
     shares = tuple(amount("load", each, share) for each in ([load] if isinstance(load, int | float | str) else load))
     if arm is None and measured is None:
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
     if shares and measured is None:
         raise refuse_argument("load", shares, "a measured file that it belongs to", 'lostmotion.iso9283(measured="visits.csv", load=0.1)')
-    _refuse_places(cube, centre, tool_rpy, path)
-    visits = None if measured is None else read_measured(measured, mapping, commands, instrument, shares)
+    _refuse_places(side, middle, path)
+    visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
     chosen = None
     if arm is not None:
-        chosen = _cube(arm, cube, centre, tool_rpy, floor, visits, progress)
+        chosen = _cube(arm, side, middle, held, read.get("floor"), visits, progress)
         if visits is not None:
             visits = visits.commanded(dict(zip(NAMES, chosen.poses, strict=True)))
             if chosen.rotation is None:  # orientations come as they come
                 visits = visits.unturned()
     judged = None if visits is None else judge(visits)
-    return _sheet_of(arm, chosen, judged, cycles, robots, whole_seed(seed), _ends(path, judged), warm_up, progress)
+    return _sheet_of(arm, chosen, judged, cycles, robots, whole_seed(seed), _ends(path, judged), warmth, progress)
 
 
-def _refuse_places(cube: float | None, centre: Sequence[float] | None, tool_rpy: Sequence[float] | None, path: tuple[str, str] | None) -> None:
+def _refuse_places(cube: float | None, centre: Sequence[float] | None, path: tuple[str, str] | None) -> None:
     """Refuse places that are none before anything long begins."""
     from lostmotion.studies.iso9283.cube import NAMES
 
     if (cube is None) != (centre is None):
         raise refuse_argument("cube, centre", "one without the other", "both, or neither", f"cube=0.4 {_STATED}")
-    for name, three in (("centre", centre), ("tool_rpy", tool_rpy)):
-        if three is not None and (len(three) != 3 or not all(map(math.isfinite, three))):  # noqa: PLR2004 - along or about x, y and z
-            raise refuse_argument(name, tuple(three), "three finite numbers, along or about x, y and z", f"{name} = (0.6, 0.0, 0.4)")
     if path is not None and (len(path) != 2 or not set(path) <= set(NAMES)):  # noqa: PLR2004 - from one to another
         raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
 

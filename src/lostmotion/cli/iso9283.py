@@ -46,6 +46,8 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
 
     In the CSV, each row is a visit to a pose, or, with a path such as P2-P4 instead of a pose, one reading along it, in the order read.
     """
+    from lostmotion.ask.amounts import amounts
+    from lostmotion.ask.iso9283 import AMOUNTS
     from lostmotion.ask.iso9283 import iso9283 as ask
     from lostmotion.ask.read import read
     from lostmotion.report.folder import refuse_existing
@@ -58,10 +60,9 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     refuse_existing(folder, force=force)
     rise = amount("--warm-up", warm_up, "K", "25 K")
     constant = amount("--warm-up-time", warm_up_time, "s", "1 h") or 0.0
-    side = amount("--cube", cube, "m", "400 mm")
-    reading = amount("--instrument", instrument, "m", "10 µm") or 0.0
-    middle, held = _three("--centre", centre, "m", "600 mm, 0 mm, 400 mm"), _three("--tool-rpy", tool_rpy, "rad", "180 deg, 0 deg, 0 deg")
-    lowest = None if floor.strip().lower() == "none" else amount("--floor", floor, "m", "0 mm", above=-1e9)
+    lowest = None if floor.strip().lower() == "none" else floor
+    words = {"cube": cube, "centre": centre, "tool_rpy": tool_rpy, "floor": lowest, "instrument": instrument}
+    read_words = amounts(words, AMOUNTS, lambda name: f"--{name.replace('_', '-')}")
     shares = [amount("--load", each, "", "10 %", low=0.0, high=HEAVIEST) or 0.0 for each in load or ()]
     arm = None if file is None else read(file, sidecar)
     with ProgressBar() as bar:
@@ -71,16 +72,16 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
             cycles=cycles,
             robots=robots,
             seed=seed,
-            cube=side,
-            centre=middle,
-            tool_rpy=held,
-            floor=lowest,
+            cube=read_words.get("cube"),
+            centre=read_words.get("centre"),
+            tool_rpy=read_words.get("tool_rpy"),
+            floor=read_words.get("floor"),
             path=None if path is None else _ends(path),
             warm_up=None if rise is None else WarmUp(rise, constant, expansion),
             load=shares,
             mapping=mapping or (),
             commands=commands,
-            instrument=reading,
+            instrument=read_words.get("instrument", 0.0),
             progress=bar,
         )
     if stopped:
@@ -88,19 +89,6 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     written = answer.report(folder, force=force)
     answer.summary()
     typer.echo(f"\nReport: {written / 'report.html'}")
-
-
-def _three(option: str, text: str | None, si: str, example: str) -> tuple[float, float, float] | None:
-    """Read three amounts with commas between them, in SI; raises InputError for fewer or more, and as `amount`."""
-    from lostmotion.errors import InputError, Problem, shown
-
-    if text is None:
-        return None
-    parts = text.split(",")
-    if len(parts) != 3:  # noqa: PLR2004 - along or about x, y, z
-        raise InputError([Problem("", option, shown(text), "three amounts with commas between them", f'{option} "{example}"')])
-    x, y, z = (amount(option, part.strip(), si, example.split(",", maxsplit=1)[0], above=-1e9) or 0.0 for part in parts)
-    return x, y, z
 
 
 def _ends(text: str) -> tuple[str, str]:
