@@ -100,6 +100,12 @@ def test_several_files_are_one_robot(tmp_path):
         read_measured(tmp_path / "full.csv", loads=[100.0])
 
 
+def test_cycles_may_be_any_number(tmp_path):
+    """Counted, stamped with the date, or written with many digits."""
+    found = read(tmp_path, f"pose,cycle,x [mm],y [mm],z [mm]\nA,20261121,1,2,3\nA,2.{'0' * 80},1,2,3\n")
+    assert found.cycle.tolist() == [20261121, 2]
+
+
 def test_a_load_not_stated_is_the_full_one(tmp_path):
     """Without a column and without one named: the full payload, and that it was not stated is kept."""
     found = read(tmp_path, "pose,x [mm],y [mm],z [mm]\nA,1,2,3\n")
@@ -120,6 +126,7 @@ def test_a_load_not_stated_is_the_full_one(tmp_path):
         ("P2,,1,100,1,2,3,,,\n", r"line 2, xc"),
         (",P2-P4,,100,1,2,3,,,\n", r"line 2, cycle"),
         (",P2-P4,1,100,,2,3,,,\n", r"line 2, x "),
+        (",P2-P4,1,100,1e20,2,3,,,\n", r"line 2, x (.|\n)*at most 10 km"),
     ],
 )
 def test_rows_of_loads_and_paths_that_do_not_fit_are_refused(tmp_path, text, said):
@@ -204,6 +211,42 @@ def test_hostile_text_is_read_or_refused(tmp_path_factory, text, mapping):
         read(tmp_path_factory.mktemp("hostile"), "pose,x [mm],y [mm],z [mm]\n" + text, mapping)
     except lostmotion.InputError as error:
         assert error.problems  # noqa: PT017 - refused is as good as read
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.sampled_from(["P2-P4", "", "P2"]), st.sampled_from(["P2", "P4", ""]), st.integers(0, 2), st.floats(-1e300, 1e300), st.floats(-9, 9)
+        ),
+        max_size=30,
+    )
+)
+def test_hostile_paths_are_judged_or_refused(tmp_path_factory, rows):
+    """Whatever is said of a path, there are figures or a list of mistakes; no warning, no NaN beside a name that is known."""
+    from lostmotion.studies.iso9283.measured import judge
+
+    text = "P2,,1,100,0,0,0,0,0,0\nP4,,1,100,9,0,0,9,0,0\n"
+    text += "".join(f"{pose},{path},{cycle},100,{x},{y},0,,,\n" for path, pose, cycle, x, y in rows)
+    try:
+        for path in judge(read(tmp_path_factory.mktemp("hostile"), PATH + text)).loads[0].paths:
+            assert np.isfinite([each.value for each in path.figures[:2]]).all()
+    except lostmotion.InputError as error:
+        assert error.problems  # noqa: PT017 - refused is as good as read
+
+
+def test_ends_of_a_path_may_be_known_from_commands_alone(tmp_path):
+    """A file of readings along a path, its ends in the file of commands: no visit to them is needed."""
+    from lostmotion.studies.iso9283.measured import judge
+
+    commands = tmp_path / "commands.csv"
+    commands.write_text("pose,x [mm],y [mm],z [mm]\nE1,0,0,0\nE2,100,0,0\n", encoding="utf-8")
+    rows = "".join(f"E1 to E2,{cycle},{x},{cycle},0\n" for cycle in (1, 2, 3) for x in range(0, 101, 10))
+    found = judge(read(tmp_path, "path,cycle,x [mm],y [mm],z [mm]\n" + rows, commands=commands)).loads[0]
+    assert found.poses == ()
+    assert found.paths[0].name == "E1-E2"
+    assert found.paths[0].figures[0].value == pytest.approx(2e-3)
+    assert found.paths[0].figures[1].value == pytest.approx((2 / 3 + 3 * np.sqrt(1 / 3)) * 1e-3)
 
 
 def test_the_tracker_data_is_read_as_published():

@@ -40,6 +40,7 @@ def visits_of(errors, command, sides=None, instrument=0.0):
         duplicates=0,
         instrument=instrument,
         source="made up",
+        known={},
         load_stated=False,
     )
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import lostmotion
+from lostmotion.spatial import pose_of
 from lostmotion.studies.iso9283.confidence import largest_mean, largest_scatter
 from lostmotion.studies.iso9283.measured import judge
 from lostmotion.studies.iso9283.paths import PATH_FIGURES, across_path, along_path, crossings
@@ -37,6 +38,7 @@ def readings(attained, *, orientation=None, name="P2-P4", load=1.0):
         duplicates=0,
         instrument=0.0,
         source="path.csv",
+        known={name: pose_of(at) for name, at in (("P2", START), ("P4", END))},
         load_stated=True,
     )
 
@@ -151,7 +153,8 @@ def test_a_turned_frame_changes_nothing():
     rng = np.random.default_rng(3)
     visits = readings(line(rng=rng) + rng.normal(0, 1e-4, (10, 40, 3)))
     turn = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
-    moved = replace(visits, attained=visits.attained @ turn.T + [1, 2, 3], command=visits.command @ turn.T + [1, 2, 3])
+    known = {name: pose_of(turn @ at[:3, 3] + [1, 2, 3]) for name, at in visits.known.items()}
+    moved = replace(visits, attained=visits.attained @ turn.T + [1, 2, 3], command=visits.command @ turn.T + [1, 2, 3], known=known)
     one, other = path_of(visits), path_of(moved)
     for k in range(2):
         assert other.figures[k].value == pytest.approx(one.figures[k].value, rel=1e-9)

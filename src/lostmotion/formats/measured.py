@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from lostmotion.formats.measured_columns import Column
     from lostmotion.spatial import Floats
 
+# m, rad: coordinates beyond it are slips, and their squares no numbers.
+_FARTHEST: Final = 1e4
 # How many loads one robot is measured under.
 MOST_LOADS: Final = 5
 _MOST_FILES: Final = 20
@@ -125,6 +127,7 @@ def _rows_of(
         duplicates=duplicates,
         instrument=0.0,
         source=Path(file).name,
+        known={},
         load_stated=load is not None or "load" in values,
     )
 
@@ -182,15 +185,17 @@ def _values(
                 continue
             spared = _spared(cells)
             for role, column in columns.items():
-                cell = cells[role]
-                if role in values or role == "cycle":
-                    number = math.nan if role in spared else _number(cell)
-                    if not math.isfinite(number) and role not in spared:
-                        mistakes.append(Problem(file, f"line {line}, {cut(header[column.index], LONGEST)}", shown(cell), "a finite number", "12.5"))
-                    if role in values:
-                        values[role].append(number * column.factor)
-                        continue
-                words[role].append(cut(cell, LONGEST))
+                if role in values:
+                    values[role].append(math.nan if role in spared else _number(cells[role]) * column.factor)
+                else:
+                    words[role].append(str(_number(cells[role])) if role == "cycle" else cut(cells[role], LONGEST))
+                if (
+                    (role in values or role == "cycle")
+                    and role not in spared
+                    and (wrong := _no_number(cells[role], column.factor if role in values else 0.0))
+                ):
+                    found, expected = wrong
+                    mistakes.append(Problem(file, f"line {line}, {cut(header[column.index], LONGEST)}", found, expected, "12.5"))
         if len(mistakes) > MOST_MISTAKES:
             break
     if mistakes:
@@ -216,6 +221,14 @@ def _spared(cells: Mapping[str, str]) -> set[str]:
         return set()
     groups = [group for group in _SPARED if not any(cells.get(role) for role in group)]
     return {role for group in groups for role in group if not (group is COMMANDED and OFF[0] in cells)}
+
+
+def _no_number(cell: str, factor: float) -> tuple[str, str] | None:
+    """Say what is wrong with a cell that should be a coordinate or a count, and what belongs there; None for nothing."""
+    number = _number(cell)
+    if not math.isfinite(number):
+        return shown(cell), "a finite number"
+    return (f"{shown(cell)}, farther than a robot goes", "at most 10 km, or 10 000 rad") if abs(number * factor) > _FARTHEST else None
 
 
 def _number(cell: str) -> float:

@@ -107,7 +107,7 @@ def judge(visits: Visits, level: float = LEVEL) -> Measured:
     for load in sorted(dict.fromkeys(visits.load.tolist()), reverse=True):
         there = visits.load == load
         poses = _at_poses(visits.picked(there & ~of_path), level)
-        loads.append(MeasuredLoad(load=load, paths=judge_paths(visits.picked(there & of_path), visits, level), **poses))
+        loads.append(MeasuredLoad(load=load, paths=judge_paths(visits.picked(there & of_path), level), **poses))
     return Measured(visits, tuple(loads))
 
 

@@ -87,20 +87,19 @@ class _Line:
     rotation: Floats
 
 
-def judge_paths(readings: Visits, commanded: Visits, level: float) -> tuple[MeasuredPath, ...]:
-    """What do readings along paths, all under one load, say of each path? `commanded`: rows that tell where the ends named stand.
+def judge_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
+    """What do readings along paths, all under one load, say of each path?
 
     The command is the line between the two poses that a path is named after; where the file states commanded positions along it they must lie on a
     straight line, and give it where the name does not. Raises InputError for a path whose command is not known, cycles with fewer than five readings
     or out of order, fewer than two cycles, and readings along less than half of the path.
     """
-    ends = {name: k for k, name in reversed(list(enumerate(commanded.pose))) if name and np.isfinite(commanded.command[k]).all()}
     out: dict[str, MeasuredPath] = {}
     mistakes: list[Problem] = []
     for label in dict.fromkeys(readings.path):
         rows = readings.picked(np.array([path == label for path in readings.path]))
         try:
-            line = _line(label, rows, commanded, ends)
+            line = _line(label, rows)
             judged = _judged(line, rows, level)
         except InputError as error:
             mistakes += error.problems
@@ -126,16 +125,16 @@ def _problem(rows: Visits, k: int, found: str, expected: str, example: str) -> P
     return Problem(file, f"line {line}", found, expected, example)
 
 
-def _line(label: str, rows: Visits, commanded: Visits, ends: dict[str, int]) -> _Line:
+def _line(label: str, rows: Visits) -> _Line:
     """Find the commanded line of a path."""
     stated = np.flatnonzero(np.isfinite(rows.command).all(axis=1))
-    named = path_ends(label, ends)
+    named = path_ends(label, rows.known)
     turned = rows.rotation[np.isfinite(rows.rotation).all(axis=(1, 2))]
     if named is not None:
-        at = [ends[name] for name in named]
-        start, end = commanded.command[at[0]], commanded.command[at[1]]
+        ends = np.stack([rows.known[each] for each in named])
+        start, end = ends[:, :3, 3]
         name = "-".join(named)
-        turned = np.concatenate([turned, commanded.rotation[at]])
+        turned = np.concatenate([turned, ends[:, :3, :3]])
     elif len(stated) > 1:
         points = rows.command[stated]
         start = points[0]

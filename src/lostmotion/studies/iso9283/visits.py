@@ -33,6 +33,7 @@ class Visits:
     duplicates             rows left out because they repeat another one exactly
     instrument             standard deviation of one reading of a coordinate, m; 0 where not stated
     source                 where they come from
+    known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where not known
     load_stated            False: nobody said which load, and the full one was taken
     """
 
@@ -49,6 +50,7 @@ class Visits:
     duplicates: int
     instrument: float
     source: str
+    known: Mapping[str, Floats]
     load_stated: bool
 
     @property
@@ -70,12 +72,13 @@ class Visits:
         return replace(self, **picked)
 
     def commanded(self, known: Mapping[str, Floats]) -> Visits:
-        """Give the rows with commanded poses (4, 4) by name, m, where the file states no commanded position."""
+        """Give the rows with commanded poses (4, 4) by name, m, where neither they nor the file state a commanded position."""
+        known = {**known, **self.known}
         command, rotation = self.command.copy(), self.rotation.copy()
         for k, name in enumerate(self.pose):
             if name in known and not np.isfinite(command[k]).all():
                 command[k], rotation[k] = known[name][:3, 3], known[name][:3, :3]
-        return replace(self, command=command, rotation=rotation)
+        return replace(self, command=command, rotation=rotation, known=known)
 
     def unturned(self) -> Visits:
         """Give the rows without orientations: those of an arm that cannot hold one."""
