@@ -163,7 +163,7 @@ def _paths(found: Measured) -> list[Section]:
                 for path in (path for path in load.paths if path.name == name and _known(path.figures[k])):
                     counted = f"{path.cycles} cycles x {len(path.places)} planes"
                     label = under(f"{word}, {name}", load.load, found.loads)
-                    rows.append(Row(label, (of(path.figures[k], counted, angle=word[-1] in "abc"), length(float(path.worst[k])))))
+                    rows.append(Row(label, (of(path.figures[k], counted, angle=word[-1] in "abc"), Figure(float(path.worst[k]) * 1e3, "mm"))))
     if not rows:
         return []
     note = (
@@ -177,7 +177,7 @@ def _paths(found: Measured) -> list[Section]:
             under(path.name, load.load, found.loads),
             (
                 Figure(path.readings, ""),
-                length(float(path.places[0])),
+                Figure(float(path.places[0]) * 1e3, "mm"),
                 length(float(path.places[-1])),
                 length(path.length),
                 length(path.gap),

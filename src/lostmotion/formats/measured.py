@@ -174,33 +174,38 @@ def _values(
     words: dict[str, list[str]] = {role: [] for role in columns if role in WORDS}
     values: dict[str, list[float]] = {role: [] for role in columns if role not in WORDS}
     for row, line in zip(rows, lines, strict=True):
-        if len(row) != len(header):
-            mistakes.append(
-                Problem(file, f"line {line}", f"{len(row)} cells", f"{len(header)} cells, one per column of the header", ",".join("0" * len(header)))
-            )
-        else:
-            cells = {role: row[column.index] for role, column in columns.items()}
-            if nameless := _named(file, line, cells):
-                mistakes += nameless
-                continue
-            spared = _spared(cells)
-            for role, column in columns.items():
-                if role in values:
-                    values[role].append(math.nan if role in spared else _number(cells[role]) * column.factor)
-                else:
-                    words[role].append(str(_number(cells[role])) if role == "cycle" else cut(cells[role], LONGEST))
-                if (
-                    (role in values or role == "cycle")
-                    and role not in spared
-                    and (wrong := _no_number(cells[role], column.factor if role in values else 0.0))
-                ):
-                    found, expected = wrong
-                    mistakes.append(Problem(file, f"line {line}, {cut(header[column.index], LONGEST)}", found, expected, "12.5"))
-        if len(mistakes) > MOST_MISTAKES:
-            break
+        if wrong := _wrong(file, header, row, line, columns):
+            mistakes += wrong
+            if len(mistakes) > MOST_MISTAKES:
+                break
+            continue
+        for role, column in columns.items():
+            cell = row[column.index]
+            if role in values:
+                values[role].append(_number(cell) * column.factor)
+            else:
+                words[role].append(str(_number(cell)) if role == "cycle" else cut(cell, LONGEST))
     if mistakes:
         refuse_all(mistakes, MOST_MISTAKES)
     return words, {role: np.array(found) for role, found in values.items()}
+
+
+def _wrong(file: str, header: list[str], row: list[str], line: int, columns: Mapping[str, Column]) -> list[Problem]:
+    """Find what is wrong with one row."""
+    if len(row) != len(header):
+        expected = f"{len(header)} cells, one per column of the header"
+        return [Problem(file, f"line {line}", f"{len(row)} cells", expected, ",".join("0" * len(header)))]
+    cells = {role: row[column.index] for role, column in columns.items()}
+    if nameless := _named(file, line, cells):
+        return nameless
+    out = []
+    spared = _spared(cells)
+    for role, column in columns.items():
+        if role in spared or (role in WORDS and role != "cycle"):
+            continue
+        if wrong := _no_number(cells[role], 0.0 if role == "cycle" else column.factor):
+            out.append(Problem(file, f"line {line}, {cut(header[column.index], LONGEST)}", *wrong, "12.5"))
+    return out
 
 
 def _named(file: str, line: int, cells: Mapping[str, str]) -> list[Problem]:
