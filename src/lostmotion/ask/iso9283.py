@@ -71,7 +71,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     tool_rpy    how the tool is held in the cube, ("180 deg", 0, 0) about the fixed x, y, z; left out: what allows the largest cube
     floor       height below which the cube must not reach, "0 mm"; None: no floor
     path        the poses whose joining line is followed for AT and RT; left out: the one measured, else P2 and P4
-    warm_up     by how much the links warm, "25 K" within the hour or a `WarmUp`, for the drift; left out: no drift
+    warm_up     by how much the links warm, "25 K", 63 % of it within an hour, or a `WarmUp`; left out: no drift
 
     Lengths, angles and the rise are amounts: text with a unit, or numbers in SI.
     Raises InputError for what cannot be asked, with every mistake in the measured file.
