@@ -129,12 +129,13 @@ def _refuse_twice(visits: Visits) -> None:
 
 def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
     """Give what a `MeasuredLoad` holds of poses."""
-    names = sorted(dict.fromkeys(visits.pose), key=_counting)
+    everywhere: dict[str, list[int]] = {}
+    for k, name in enumerate(visits.pose):
+        everywhere.setdefault(name, []).append(k)
+    names = sorted(everywhere, key=_counting)
     if not names:
         return {"poses": (), "distance": None, "pooled": None, "fit": None, "floor": 0.0}
-    label = np.array(visits.pose)
-    in_cycle = np.array([not side for side in visits.side])
-    rows = {name: np.flatnonzero((label == name) & in_cycle) for name in names}
+    rows = {name: np.array([k for k in everywhere[name] if not visits.side[k]], dtype=int) for name in names}
     if alone := [name for name, found in rows.items() if not len(found)]:
         expected = "visits without a side at every pose too, those of the standard's cycle"
         raise refuse_argument("side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")
@@ -145,7 +146,10 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
     fit = best_fit(barycentre, command, rotation) if len(rows) >= _FRAME and np.isfinite(command).all() else None
     left = np.full(len(rows), math.nan) if fit is None else np.linalg.norm(fit.residual, axis=1)
     turn = visits.turn
-    poses = tuple(_pose(visits, turn, name, found, float(left[k]), level) for k, (name, found) in enumerate(rows.items()))
+    poses = tuple(
+        _pose(visits, turn, name, found, float(left[k]), _from_sides(visits, everywhere[name], level), level)
+        for k, (name, found) in enumerate(rows.items())
+    )
     pooled = None
     if fit is not None:
         raw = barycentre - command
@@ -160,7 +164,7 @@ def _counting(name: str) -> tuple[str, int, str]:
     return word, int(name[len(word) :][-9:] or 0), name
 
 
-def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: float, level: float) -> MeasuredPose:
+def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: float, from_sides: Estimate, level: float) -> MeasuredPose:
     attained, command = visits.attained[found], visits.command[found[0]]
     known = bool(np.isfinite(command).all())
     errors = attained - (command if known else attained.mean(axis=0))
@@ -178,17 +182,17 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
         tuple(scatter_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, measured, strict=True)),
         math.sqrt(max(repeat.value**2 - floor**2, 0.0)) if visits.instrument and repeat.value > 0 else math.nan,
         fitted,
-        _from_sides(visits, name, level),
+        from_sides,
         errors,
     )
 
 
-def _from_sides(visits: Visits, name: str, level: float) -> Estimate:
+def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:
     """Give vAP_p, with the interval of the pair of sides that stand farthest apart."""
     sides: dict[str, list[int]] = {}
-    for k, (pose, side) in enumerate(zip(visits.pose, visits.side, strict=True)):
-        if pose == name and side:
-            sides.setdefault(side, []).append(k)
+    for k in rows:
+        if visits.side[k]:
+            sides.setdefault(visits.side[k], []).append(k)
     sets = [visits.attained[found] for found in sides.values()]
     if len(sets) < FEWEST:
         return NOTHING

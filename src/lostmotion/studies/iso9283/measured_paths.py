@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 PLANES: Final = 20
 FEWEST_READINGS: Final = 5
 MOST_CYCLES: Final = 1000
+MOST_PATHS: Final = 20
 # Of the path: as far may a reading stand behind those before it (noise at rest, overshoot), and so much must all cycles cover.
 _BACK: Final = 0.01
 _COVERED: Final = 0.5
@@ -96,7 +97,9 @@ def judge_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
     """
     out: dict[str, MeasuredPath] = {}
     mistakes: list[Problem] = []
-    for label in dict.fromkeys(readings.path):
+    if len(labels := dict.fromkeys(readings.path)) > MOST_PATHS:
+        raise InputError([_problem(readings, 0, f"{len(labels)} paths", f"at most {MOST_PATHS}", "the names of two poses, P2-P4")])
+    for label in labels:
         rows = readings.picked(np.array([path == label for path in readings.path]))
         try:
             line = _line(label, rows)
@@ -156,11 +159,12 @@ def _line(label: str, rows: Visits) -> _Line:
 
 
 def _judged(line: _Line, rows: Visits, level: float) -> MeasuredPath:
-    cycles = {cycle: np.flatnonzero(rows.cycle == cycle) for cycle in dict.fromkeys(rows.cycle.tolist())}
-    if not FEWEST <= len(cycles) <= MOST_CYCLES:
-        found = f"path {line.name} in {len(cycles)} cycle{'s' * (len(cycles) > 1)}"
+    numbers = dict.fromkeys(rows.cycle.tolist())
+    if not FEWEST <= len(numbers) <= MOST_CYCLES:
+        found = f"path {line.name} in {len(numbers)} cycle{'s' * (len(numbers) > 1)}"
         expected = f"2 to {MOST_CYCLES} cycles; the standard asks for 10"
         raise InputError([_problem(rows, 0, found, expected, "cycle 1 to 10, each along the whole path")])
+    cycles = {cycle: np.flatnonzero(rows.cycle == cycle) for cycle in numbers}
     way = (rows.attained - line.start) @ line.along
     if mistakes := _out_of_order(line, rows, cycles, way):
         raise InputError(mistakes)
