@@ -156,8 +156,9 @@ def test_the_command_prints_and_writes(tmp_path):
 
 @pytest.mark.parametrize("tilt", ["-5 deg", "5", "5 mm"])
 def test_a_tilt_that_is_none_is_refused(tilt, tmp_path):
-    """A tilt below zero, without a unit or of another dimension is one message with an example, and nothing is written."""
+    """A tilt below zero, without a unit or of another dimension is one message with the range and an example, and nothing is written."""
     refused = ran(Z_ARM, "--tilt", tilt, cwd=tmp_path)
     assert refused.returncode == 2
     assert '--tilt "10 deg"' in refused.stderr
+    assert "zero or more, at most 180 deg" in refused.stderr
     assert not list(tmp_path.iterdir())
