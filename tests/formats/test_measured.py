@@ -116,7 +116,7 @@ def test_a_load_not_stated_is_the_full_one(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("P2,,1,100,1,2,3,1,2,3\nP2,,2,10,1,2,4,1,2,3\n", r"line 3, load(.|\n)*10 % of the payload, where 100 % is named"),
+        ("P2,,1,100,1,2,3,1,2,3\nP2,,2,10,1,2,4,1,2,3\n", r"line 3, load(.|\n)*1 row, the first with 10 % of the payload, where 100 % is named"),
         ("P2,,1,-5,1,2,3,1,2,3\n", r"line 2, load(.|\n)*-5 %"),
         ("P2,,1,10000,1,2,3,1,2,3\n", r"line 2, load(.|\n)*10000 %"),
         ("P2,,1,,1,2,3,1,2,3\n", r"line 2, load(.|\n)*a finite number"),

@@ -149,11 +149,13 @@ def _loads(file: str, lines: Sequence[int], stated: Floats | None, named: float 
         if not 0 <= load <= HEAVIEST:
             expected = f"a share of the payload, from 0 to {100 * HEAVIEST:.0f} %"
             mistakes.append(Problem(file, f"line {line}, load", f"{100 * load:g} %", expected, "100, under the heading load [%]"))
-        elif named is not None and abs(load - named) > 10**-_DECIMALS:
-            found = f"{100 * load:g} % of the payload, where {100 * named:g} % is named for the whole file"
-            mistakes.append(Problem(file, f"line {line}, load", found, "one load, or none named", "--load left out: the column tells it"))
-        if len(mistakes) > MOST_MISTAKES:
-            break
+            if len(mistakes) > MOST_MISTAKES:
+                break
+    others = np.flatnonzero(np.abs(stated - named) > 10**-_DECIMALS) if named is not None else np.empty(0, dtype=int)
+    if not mistakes and others.size and named is not None:
+        rows = f"{others.size} row{'s' * (others.size > 1)}, the first with {100 * stated[others[0]]:g} % of the payload"
+        found = f"{rows}, where {100 * named:g} % is named for the whole file"
+        mistakes.append(Problem(file, f"line {lines[others[0]]}, load", found, "one load, or none named", "--load left out: the column tells it"))
     if mistakes:
         refuse_all(mistakes, MOST_MISTAKES)
     return stated
