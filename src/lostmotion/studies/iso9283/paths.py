@@ -23,7 +23,7 @@ _DIRECTION: Final = 3
 def across_path(errors: Floats, along: Floats) -> Floats:
     """Which part of errors (..., 3) lies in the plane across a path's direction (3,)? There the standard looks at paths."""
     along = np.asarray(along) / np.linalg.norm(along)
-    return np.asarray(errors - (errors @ along)[..., None] * along)
+    return np.asarray(errors - (errors * along).sum(axis=-1, keepdims=True) * along)
 
 
 def at_plane(errors: Floats, along: Floats) -> Floats:
