@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -101,6 +102,9 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
         visited = chosen if isinstance(chosen, Poses) else sample_poses(arm, chosen, pose_law.value, seed)
         for pose in at_poses:  # before the work, and not after it
             one_pose(visited.q, pose)
+    if device is DeviceChoice.gpu:
+        # JAX logs a driver that does not load with its whole traceback; one message tells how to see it.
+        logging.getLogger("jax").setLevel(logging.CRITICAL)
     with ProgressBar() as bar:
         answer = study(
             arm,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import logging
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -49,24 +48,10 @@ def refuse_without_gpu() -> None:
         raise LostmotionError("a study on a GPU needs JAX, which is not installed\n  pip install 'lostmotion[gpu]'")
     import jax
 
-    # A plugin that cannot start is logged by JAX with its whole traceback: its last line is what a user needs.
-    reasons: list[str] = []
-    log = logging.getLogger("jax._src.xla_bridge")
-
-    def keep(record: logging.LogRecord) -> bool:
-        reasons.extend(str(record.exc_info[1]).splitlines()[:1] if record.exc_info else [])
-        return not record.exc_info
-
-    log.addFilter(keep)
-    try:
-        found = jax.default_backend()
-    finally:
-        log.removeFilter(keep)
-    if found == "cpu":
-        why = "".join(f"\n  JAX says: {reason}" for reason in reasons[:1])
+    if jax.default_backend() == "cpu":
         raise LostmotionError(
-            f"JAX finds no GPU here, only the processor{why}\n"
-            "  leave device = \"gpu\" out, or install JAX for your GPU: pip install 'lostmotion[gpu]'"
+            "JAX finds no GPU here, only the processor\n  leave device = \"gpu\" out, or install JAX for your GPU: pip install 'lostmotion[gpu]'\n"
+            "  to see why: python -c 'import jax; jax.devices()'"
         )
 
 
