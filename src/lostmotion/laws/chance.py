@@ -167,6 +167,27 @@ def _halves() -> tuple[Floats, Floats]:
     return nodes[kept], weights[kept]
 
 
+@functools.lru_cache(maxsize=256)
+def gauss_rule(law: Law, count: int) -> tuple[Floats, Floats]:
+    """Which so many values, and weights that add to one, have the law's moments up to 2 count - 1?
+
+    Stieltjes' recurrence on the nodes of `product_mean`, then Golub and Welsch's eigenvalues (W. Gautschi, Orthogonal Polynomials, 2004, ch. 2, 3).
+    A two-sided law has two values, and no more.
+    """
+    lower, weights = _halves()
+    values, weights = np.concatenate([law.quantile(lower), law.quantile(1 - lower)]), np.concatenate([weights, weights])
+    weights = weights / weights.sum()
+    before, now, size = np.zeros_like(values), np.ones_like(values), 1.0
+    middle, across = np.empty(count), np.empty(count)
+    for k in range(count):
+        own = weights @ now**2
+        middle[k], across[k] = weights @ (values * now**2) / own, own / size
+        before, now, size = now, (values - middle[k]) * now - (across[k] if k else 0.0) * before, own
+    off = np.diag(np.sqrt(across[1:]), 1)
+    nodes, vectors = np.linalg.eigh(np.diag(middle) + off + off.T)
+    return nodes, vectors[0] ** 2
+
+
 def of_tolerance(law: ToleranceLaw) -> Law:
     """Which law does the word behind a tolerance name?"""
     return Uniform() if law == "uniform" else Normal()

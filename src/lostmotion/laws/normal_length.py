@@ -123,7 +123,7 @@ def share_and_density(
 ) -> tuple[Floats, Floats, Floats]:
     """How dense are each vector's lengths at these limits besides? Shares, densities per unit of length, and what is left out: all (n, limit).
 
-    Arguments and errors as `share_below`.
+    Limits (limit,) for all vectors, or (n, limit) for each its own. Arguments and errors as `share_below`.
     """
     parts = _Parts.checked(bias, covariance, third, fourth, mixture)
     _, _, _, shares, densities, left = parts.lengths(None, np.asarray(limits, dtype=float), threads)
@@ -167,11 +167,12 @@ class _Parts:
             at = slice(first, min(first + _BLOCK, count))
             own = slice(self.starts[at.start], self.starts[at.stop])
             parts = (array[own] for array in (self.bias, self.covariance, self.third, self.fourth, self.weights))
-            kernel.lengths(*(*parts, self.starts[at.start : at.stop + 1] - self.starts[at.start], *wanted, limits, *(array[at] for array in out)))
+            kernel.lengths(*(*parts, self.starts[at.start : at.stop + 1] - self.starts[at.start], *wanted, asked[at], *(array[at] for array in out)))
 
         count = len(self.starts) - 1
         wanted = (np.empty(0), np.empty(0)) if levels is None else levels
-        out = [np.empty((0 if levels is None else count, 3)), *np.empty((2, count, len(wanted[0]))), *np.empty((3, count, len(limits)))]
+        asked = np.ascontiguousarray(np.broadcast_to(limits, (count, limits.shape[-1])))
+        out = [np.empty((0 if levels is None else count, 3)), *np.empty((2, count, len(wanted[0]))), *np.empty((3, count, asked.shape[1]))]
         firsts = range(0, count, _BLOCK)
         if threads == 1 or count <= _BLOCK:
             for first in firsts:

@@ -248,7 +248,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
 
     `_left` is what what is left out beyond Edgeworth's terms could move them by. Parts starts[v] to starts[v + 1] make up vector v: bias (part, 3),
     covariance (part, 3, 3), weights (part,); third (part, 10) and fourth (part, 15) forms or none for normal parts. `levels` rise; z are the normal
-    quantiles of them. Moments of no vector (0, 3) ask for none.
+    quantiles of them; limits (vector, limit). Moments of no vector (0, 3) ask for none.
     """
     most = 1
     for v in range(len(starts) - 1):
@@ -269,8 +269,8 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                 moments[v, k] = size
             for k in range(len(levels)):
                 quantiles[v, k] = quantiles_left[v, k] = size
-            for k in range(len(limits)):
-                shares[v, k] = size if size != 0 else (1.0 if limits[k] >= 0 else 0.0)
+            for k in range(limits.shape[1]):
+                shares[v, k] = size if size != 0 else (1.0 if limits[v, k] >= 0 else 0.0)
                 densities[v, k] = shares_left[v, k] = size
             continue
         if len(moments) > 0:
@@ -285,8 +285,8 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             for k in range(len(levels)):
                 length, left = _certain(levels[k], z[k], weight, spreads, means)
                 quantiles[v, k], quantiles_left[v, k] = size * length, size * left
-            for k in range(len(limits)):
-                share, density = _certain_share(limits[k] / size, weight, spreads, means)
+            for k in range(limits.shape[1]):
+                share, density = _certain_share(limits[v, k] / size, weight, spreads, means)
                 shares[v, k], densities[v, k], shares_left[v, k] = share, density / size, 0.0
             continue
         mean, variance, skew = tilted(0.0, weight, spreads, squares)
@@ -296,16 +296,16 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             for j in range(n):
                 narrow += weight[j] * np.sqrt(tilted(0.0, weight[j : j + 1], spreads[j : j + 1], squares[j : j + 1])[1])
         count, laid, right, here = -1, 0.0, False, deviation
-        for k in range(len(levels) + len(limits)):
+        for k in range(len(levels) + limits.shape[1]):
             # A quantile is where the share is the level; a share asks for one look, at its limit.
             asked = k >= len(levels)
             n = k - len(levels) if asked else k
             level = 0.0 if asked else levels[n]
-            q = limits[n] * limits[n] / (size * size) if asked else _guess(z[n], mean, variance, skew)
+            q = limits[v, n] * limits[v, n] / (size * size) if asked else _guess(z[n], mean, variance, skew)
             above = q > mean if asked else level > _RIGHT
             if asked:
                 shares[v, n] = densities[v, n] = shares_left[v, n] = 0.0
-                if not limits[n] > 0:
+                if not limits[v, n] > 0:
                     continue
                 shares[v, n] = densities[v, n] = shares_left[v, n] = np.nan
             else:

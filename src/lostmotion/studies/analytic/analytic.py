@@ -11,16 +11,18 @@ import functools
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import prod
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
 
 from lostmotion.errors import refuse_argument
+from lostmotion.laws.lattice_length import FINE, Draws, Vectors, lattice_quantiles
 from lostmotion.laws.normal_length import ACCURACY, WORST, Mixture, normal_length, share_and_density
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
 from lostmotion.studies.analytic.cumulants import cumulants
 from lostmotion.studies.analytic.sums import Sums, sums
+from lostmotion.studies.analytic.values import values_of
 from lostmotion.studies.intervals import Estimate, student
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
@@ -62,6 +64,7 @@ class Analytic:
     mean_bound      (pose,) how far `mean` may be off: quadrature, and an estimate of what lies beyond fourth cumulants
     quantiles       (pose, level) distance that this share stays below, NaN likewise; quantiles_bound as mean_bound
     normal          (pose,) whether the error is near enough to normal for all of these figures
+    lattice         (pose,) whether a quantile there was told by the characteristic function on a lattice
     excess          (pose,) by which share the scatter's mean fourth power differs from a normal vector's: 0 normal, below 0 flat or two-sided
     worst, rss      (pose,) everything at its limit, and root-sum-square
     parts           the nearly normal parts of every pose's error, most often one: what `pooled` sums over
@@ -77,6 +80,7 @@ class Analytic:
     quantiles: Floats
     quantiles_bound: Floats
     normal: np.ndarray
+    lattice: np.ndarray
     excess: Floats
     worst: Floats
     rss: Floats
@@ -151,10 +155,17 @@ class _Known:
     def __init__(self, matrix: Screws, only: Sequence[str]) -> None:
         self._infos, self._columns = matrix.infos, matrix.columns(*only)  # type: ignore[arg-type]
         self.cumulants = cumulants(self._infos, self._columns)
+        self._values: dict[int, Draws | None] = {}
 
     @functools.cached_property
     def cuts(self) -> tuple[Cut, ...]:
         return cuts(self._infos, self._columns, self.cumulants)
+
+    def values(self, fine: int) -> Draws | None:
+        """Give what the draws can be where the length is followed so finely."""
+        if fine not in self._values:
+            self._values[fine] = values_of(self._infos, self._columns, fine)
+        return self._values[fine]
 
 
 def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic:
@@ -172,6 +183,7 @@ def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic
             # Between the lengths of two parts a quantile is vague or none; that says nothing against the others, but the mean must be sure.
             told[poses] |= better & (bound <= MOST_LEFT_OUT * value) & (bound[:, :1] <= SURE_MEAN * value[:, :1])
             parts.append((np.repeat(poses, len(mixture.weights) // len(poses)), part, mixture.weights))
+    lattice = _on_lattice(matrix, known, whole, levels, figures, bounds, told)
     return Analytic(
         levels,
         *whole.arrays,
@@ -180,11 +192,34 @@ def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic
         np.where(told[:, 1:], figures[:, 1:], np.nan),
         bounds[:, 1:],
         np.asarray(told.all(axis=1)),
+        lattice,
         _excess(whole.covariance, whole.fourth),
         worst_case(matrix),
         root_sum_square(matrix),
         _finest(parts, len(figures)),
     )
+
+
+def _on_lattice(
+    matrix: Screws, known: _Known, whole: Sums, levels: tuple[float, ...], figures: Floats, bounds: Floats, told: np.ndarray
+) -> np.ndarray:
+    """Tell the quantiles that are still missing by the characteristic function on a lattice: change figures, bounds and told in place.
+
+    Gives (pose,) whether that told any.
+    """
+    out = np.zeros(len(told), bool)
+    short = np.flatnonzero(~told[:, 1:].all(axis=1))
+    if not len(short) or known.values(FINE[0]) is None:
+        return out
+    vectors = Vectors(matrix.tool[short, 3:], *(array[short] for array in whole.arrays))
+    every = cast("Callable[[int], Draws]", known.values)
+    value, bound = lattice_quantiles(every, vectors, np.array(levels), figures[short, 1:], ~told[short, 1:], MOST_LEFT_OUT)
+    bound += WORST * value
+    better = ~told[short, 1:] & (bound <= MOST_LEFT_OUT * value)
+    rows, columns = short[np.nonzero(better)[0]], np.nonzero(better)[1] + 1
+    figures[rows, columns], bounds[rows, columns], told[rows, columns] = value[better], bound[better], True
+    out[rows] = True
+    return out
 
 
 def _worth_cutting(matrix: Screws, known: _Known, poses: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, tuple[Cut, ...]]]:

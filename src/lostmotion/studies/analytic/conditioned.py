@@ -8,6 +8,7 @@ cut at the side, and keeps the amount.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from itertools import product
 from math import prod
@@ -36,16 +37,22 @@ _MOST: Final = 0.5
 
 @dataclass(frozen=True)
 class Cut:
-    """A group of terms that share streams, cut into cells: shares (cell,), mean draws (cell, term), and the cumulants left in every cell.
+    """A group of terms that share streams, cut into cells.
 
     terms   the group's, by number; excess: the largest fourth cumulant of any of them, by size
+    shares  (cell,); cells: which part of its uniforms every stream that is cut has there
     """
 
     terms: tuple[int, ...]
     excess: float
     shares: Floats
-    means: Floats
-    left: tuple[Cumulants, ...]
+    cells: tuple[dict[tuple[str, str], tuple[float, float]], ...]
+    _infos: tuple[TermInfo, ...]
+
+    @functools.cached_property
+    def within(self) -> tuple[tuple[Floats, Cumulants], ...]:
+        """Give mean draws (term,) and the cumulants left in every cell; seldom asked for, and slow."""
+        return tuple(cumulants_within(self._infos, self.terms, cell) for cell in self.cells)
 
 
 def cuts(infos: tuple[TermInfo, ...], columns: np.ndarray, known: Cumulants) -> tuple[Cut, ...]:
@@ -60,14 +67,12 @@ def cuts(infos: tuple[TermInfo, ...], columns: np.ndarray, known: Cumulants) -> 
         counts = {stream: _cells(members) for stream, members in laws.items()}
         if prod(counts.values()) == 1:
             continue
-        shares, means, left = [], [], []
-        for at in product(*(range(count) for count in counts.values())):
-            cell = {stream: (k / count, (k + 1) / count) for k, (stream, count) in zip(at, counts.items(), strict=True) if count > 1}
-            mean, rest = cumulants_within(infos, group, cell)
-            shares.append(prod(high - low for low, high in cell.values()))
-            means.append(mean)
-            left.append(rest)
-        out.append(Cut(tuple(group), max(excess.get(k, 0.0) for k in group), np.array(shares), np.array(means), tuple(left)))
+        cells = tuple(
+            {stream: (k / count, (k + 1) / count) for k, (stream, count) in zip(at, counts.items(), strict=True) if count > 1}
+            for at in product(*(range(count) for count in counts.values()))
+        )
+        shares = np.array([prod(high - low for low, high in cell.values()) for cell in cells])
+        out.append(Cut(tuple(group), max(excess.get(k, 0.0) for k in group), shares, cells, infos))
     return tuple(out)
 
 
@@ -121,7 +126,7 @@ def condition(matrix: Screws, known: Cumulants, taken: tuple[Cut, ...], poses: n
     for n, cut in enumerate(taken):
         weights *= cut.shares[at[:, n]]
         cells = []
-        for mean, left in zip(cut.means, cut.left, strict=True):
+        for mean, left in cut.within:
             cells.append(sums(shift, left, np.einsum("ctp,t->pc", shift[:, list(cut.terms)], mean)).arrays)
         for whole, each in zip(total, zip(*cells, strict=True), strict=True):
             np.add(whole, np.stack(each, axis=1)[:, at[:, n]], out=whole)

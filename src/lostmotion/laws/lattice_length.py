@@ -1,0 +1,160 @@
+"""How long is a sum of independent draws, where it is too far from normal for Edgeworth's terms? By its characteristic function on a lattice.
+
+The share of lengths below r is that of the nearly normal vector of the same third and fourth cumulants (`normal_length`) plus a correction. That is
+exact up to what is told: the difference of both characteristic functions, a product over draws and a Gaussian one, is known on a lattice of wave
+vectors; its Fourier sum is a density on a lattice of points; and the length's cosine series under it, which converges fast because little of the
+share is left to it, can be summed up to any r. What the lattice's box, draws put together as nearly normal, and the series' end may leave out
+is added up in every bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws import lattice_length_kernel as kernel
+from lostmotion.laws.normal_length import share_and_density
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from lostmotion.spatial import Floats
+
+# How many steps of the lattice the length's waves are followed, one attempt after the other.
+FINE: Final = (8, 12, 18)
+# From this share of the series on its terms, all alike in sign, stand for those beyond its end.
+_LAST: Final = 0.7
+# A variance along an axis is none if it is a smaller share of the whole.
+_FLAT: Final = 1e-12
+# Error of a share of the nearly normal vector's lengths.
+_SHARE: Final = 2e-6
+# A lattice that may miss a larger share than this is so coarse that the next would not do.
+_HOPELESS: Final = 0.05
+_TRIES: Final = 40
+_SHORT: Final = 1e-6
+# How much further than to first order a bound is looked for.
+_WIDER: Final = (1.2, 2.0, 5.0)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Groups of draws that are independent of each other, each by finitely many values (Gauss's rules of the laws).
+
+    values  (value, most) what the terms of a group draw together; terms (value, most) which they are, -1 for none
+    even    (value,) weights before cosines: values that come with either sign stand here once; odd: before sines, zero for those
+    first   (group + 1,) where each group's values begin; skew (group,) whether its odd weights count
+    sixth   (group,) largest sixth cumulant of a term, over the cube of its variance
+    """
+
+    values: Floats
+    terms: NDArray[np.int64]
+    even: Floats
+    odd: Floats
+    first: NDArray[np.int64]
+    skew: NDArray[np.bool_]
+    sixth: Floats
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """The sums: shift (n, 3, term) per unit draw, bias (n, 3), covariance (n, 3, 3), third (n, 10) and fourth (n, 15) forms."""
+
+    shift: Floats
+    bias: Floats
+    covariance: Floats
+    third: Floats
+    fourth: Floats
+
+    def of(self, some: NDArray[np.int64]) -> Vectors:
+        """Give some of them."""
+        return Vectors(self.shift[some], self.bias[some], self.covariance[some], self.third[some], self.fourth[some])
+
+
+def lattice_quantiles(
+    draws: Callable[[int], Draws], vectors: Vectors, levels: Floats, guess: Floats, wanted: NDArray[np.bool_], enough: float
+) -> tuple[Floats, Floats]:
+    """Which lengths do these shares of each vector's stay below? (n, level), and how far each may be off; NaN where the lattice does not tell.
+
+    `draws` by how many steps the length's waves are followed, one of FINE; `guess` (n, level) or NaN. Finer lattices are tried until every bound
+    that is `wanted` (n, level) is at most the share `enough` of its length, and no longer where they are far from that.
+    """
+    values, bounds = np.full(guess.shape, np.nan), np.full(guess.shape, np.nan)
+    short = np.flatnonzero(np.trace(vectors.covariance, axis1=1, axis2=2) > 0)
+    for fine in FINE:
+        start = np.where(np.isfinite(values[short]), values[short], guess[short])
+        value, bound, missed = _attempt(draws(fine), vectors.of(short), levels, start, fine)
+        better = ~(bounds[short] <= bound) & np.isfinite(bound)
+        values[short], bounds[short] = np.where(better, value, values[short]), np.where(better, bound, bounds[short])
+        done = ~wanted[short] | (bounds[short] <= enough * values[short])
+        short = short[~done.all(axis=1) & (missed < _HOPELESS)]
+        if not len(short):
+            break
+    return values, bounds
+
+
+def _attempt(draws: Draws, vectors: Vectors, levels: Floats, guess: Floats, fine: int) -> tuple[Floats, Floats, Floats]:
+    lengths = _Lengths(draws, vectors, fine)
+    size = np.sqrt(lengths.square)
+    low, high = np.zeros(guess.shape), np.minimum(size[:, None] / np.sqrt(1 - levels), lengths.ends[:, None])
+    at = np.where((guess > low) & (guess < high), guess, np.minimum(size[:, None], 0.5 * high))
+    going = np.flatnonzero(lengths.known)
+    for _ in range(_TRIES):
+        here = at[going]
+        share, density = lengths.share(going, here)
+        low[going], high[going] = np.where(share < levels, here, low[going]), np.where(share < levels, high[going], here)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = here + (levels - share) / density
+        inside = (density > 0) & (new > low[going]) & (new < high[going])
+        at[going] = np.where(inside, new, 0.5 * (low[going] + high[going]))
+        going = going[(np.abs(at[going] - here) > _SHORT * here).any(axis=1)]
+        if not len(going):
+            break
+    bound = np.full(at.shape, np.nan)
+    sure = np.setdiff1d(np.flatnonzero(lengths.known), going)
+    share, density = lengths.share(sure, at[sure])
+    left = lengths.missed[sure, None] + np.abs(share - levels)
+    for wider in _WIDER:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            by = np.where(density > 0, wider * left / density, np.inf)
+        by = np.minimum(np.minimum(by, at[sure]), lengths.ends[sure, None] - at[sure])
+        below, above = (lengths.share(sure, at[sure] + sign * by)[0] for sign in (-1, 1))
+        holds = np.isnan(bound[sure]) & (below <= levels - left) & (above >= levels + left)
+        bound[sure] = np.where(holds, by, bound[sure])
+    return at, bound, lengths.missed
+
+
+class _Lengths:
+    """Shares of the vectors' lengths: the nearly normal ones', and the series that correct them."""
+
+    def __init__(self, draws: Draws, vectors: Vectors, fine: int) -> None:
+        self._vectors = vectors
+        spread, turn = np.linalg.eigh(vectors.covariance)
+        varying = spread > _FLAT * spread[:, -1:]
+        root = np.sqrt(np.where(varying, spread, 0.0))
+        bias = np.einsum("pji,pj->pi", turn, vectors.bias)
+        white = np.einsum("pji,pjt->pit", turn, vectors.shift) * np.where(varying, 1 / np.where(varying, root, 1.0), 0.0)[:, :, None]
+        self.square = np.asarray((root**2).sum(axis=1) + (bias**2).sum(axis=1))
+        count = len(root)
+        self._halves, self._waves, self.missed = np.empty(count), np.empty(count, np.int64), np.empty(count)
+        self._series = np.zeros((count, kernel.MOST_WAVES + 1))
+        kernel.series(
+            *(bias, root, np.ascontiguousarray(white), np.sqrt(self.square), fine),
+            *(draws.values, draws.terms, draws.even, draws.odd, draws.first, draws.skew, draws.sixth),
+            *(self._halves, self._waves, self.missed, self._series),
+        )
+        waves = np.arange(1, kernel.MOST_WAVES + 1)
+        last = (waves > _LAST * self._waves[:, None]) & (waves <= self._waves[:, None])
+        self.missed += _SHARE + (np.abs(self._series[:, 1:]) * last / (np.pi * waves)).sum(axis=1)
+        self.known, self.ends = self._waves > 0, self._halves
+
+    def share(self, some: NDArray[np.int64], lengths: Floats) -> tuple[Floats, Floats]:
+        """Which share of each of some vectors' lengths lies below these (some, length), and how dense are they there?"""
+        own = self._vectors.of(some)
+        share, density, _ = share_and_density(own.bias, own.covariance, lengths, own.fourth, third=own.third)
+        more, denser = np.empty(lengths.shape), np.empty(lengths.shape)
+        kernel.read(self._halves[some], self._waves[some], self._series[some], lengths, more, denser)
+        return share + more, density + denser

@@ -1,0 +1,118 @@
+"""Lengths of sums of draws by the characteristic function on a lattice, against closed forms."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from lostmotion.laws.chance import Amount, Cosine, Normal, Sine, TwoSided, Uniform, gauss_rule
+from lostmotion.laws.lattice_length import Vectors, lattice_quantiles
+from lostmotion.studies.analytic.cumulants import cumulants
+from lostmotion.studies.analytic.sums import sums
+from lostmotion.studies.analytic.values import values_of
+from lostmotion.studies.draws import Stream
+from lostmotion.studies.screws import TermInfo
+
+LEVELS = np.array([0.5, 0.95, 0.99, 0.997])
+ENDLESS = Normal(np.inf)
+
+
+def told(terms, bias=(0.0, 0.0, 0.0)):
+    """Give quantiles and bounds (level,) of the sum of these (shift, stream, law) about a bias, without any guess."""
+    infos = tuple(TermInfo(f"{k}", "", "robot", 4.0, Stream(stream, law), None) for k, (_, stream, law) in enumerate(terms))
+    shift = np.array([shift for shift, *_ in terms], float).T[None]
+    columns = np.arange(len(infos))
+    whole = sums(np.ascontiguousarray(shift.transpose(1, 2, 0)), cumulants(infos, columns), np.array([bias], float))
+    wanted = np.ones((1, len(LEVELS)), bool)
+    value, bound = lattice_quantiles(
+        lambda fine: values_of(infos, columns, fine), Vectors(shift, *whole.arrays), LEVELS, np.full((1, len(LEVELS)), np.nan), wanted, 1e-3
+    )
+    return value[0], bound[0]
+
+
+def round_noise(size):
+    """Give a normal draw of this deviation along each axis."""
+    return [(size * np.eye(3)[k], f"noise {k}", ENDLESS) for k in range(3)]
+
+
+@pytest.mark.parametrize("play", [0.5, 1.0, 1.5])
+def test_a_play_in_round_noise_is_noncentral_chi_square(play):
+    """|(+-a, 0, 0) + N(0, 1)|^2 has three degrees of freedom and a^2, whichever side."""
+    value, bound = told([((0.6 * play, 0, 0.8 * play), "side", TwoSided()), *round_noise(1.0)])
+    exact = np.sqrt(stats.ncx2.ppf(LEVELS, 3, play**2))
+    assert (np.abs(value - exact) <= bound).all()
+    assert (bound <= 0.01 * exact).all()
+
+
+@pytest.mark.parametrize("wave", [0.7, 2.0])
+def test_a_round_wave_in_round_noise_is_noncentral_chi_square(wave):
+    """Sine and cosine of one phase, equally large and at right angles: the same, with the amplitude 2^(1/2) times each."""
+    value, bound = told([((wave, 0, 0), "w", Cosine()), ((0, wave, 0), "w", Sine()), *round_noise(1.0)])
+    exact = np.sqrt(stats.ncx2.ppf(LEVELS, 3, 2 * wave**2))
+    assert (np.abs(value - exact) <= bound).all()
+    assert (bound <= 0.01 * exact).all()
+
+
+@pytest.mark.parametrize("bias", [0.0, 3.0])
+def test_normal_draws_need_no_correction(bias):
+    """A flat normal vector about a bias along its long axis, against the lengths' own law: noncentral in one dimension."""
+    value, bound = told([((1, 0, 0), "n", ENDLESS)], (bias, 0, 0))
+    law = stats.foldnorm(bias)
+    assert value == pytest.approx(law.ppf(LEVELS), rel=2e-5)
+    assert (np.abs(value - law.ppf(LEVELS)) <= bound).all()
+
+
+@pytest.mark.parametrize("count", [3, 5, 9])
+def test_uniforms_on_a_line_are_irwin_and_halls(count):
+    """Few flat draws along one slanted line: |sum| against the exact law, far from normal at three."""
+    line = np.array([2.0, -1.0, 2.0]) / 3
+    value, bound = told([(line, f"{k}", Uniform()) for k in range(count)])
+    exact = (stats.irwinhall(count).ppf((1 + LEVELS) / 2) - count / 2) * 2 * np.sqrt(3)
+    known = np.isfinite(bound)
+    assert known[:3].all()
+    assert (np.abs(value - exact) <= bound)[known].all()
+
+
+def test_an_amount_times_its_side_is_told_within_its_bound():
+    """Skew and two-sided: k x + (1 + k x) S on a line beside noise, by quadrature over x."""
+    k, noise = 0.3, 0.5
+    scale = np.hypot(1, k)
+    infos = (
+        TermInfo("amount", "", "robot", 4.0, Stream("a", ENDLESS), None),
+        TermInfo("play", "", "robot x visit", 4.0, Stream("a", Amount(k, ENDLESS)), Stream("s", TwoSided())),
+        TermInfo("noise", "", "robot", 4.0, Stream("n", ENDLESS), None),
+    )
+    shift = np.zeros((1, 3, 3))
+    shift[0, 0] = k, scale, noise
+    whole = sums(np.ascontiguousarray(shift.transpose(1, 2, 0)), cumulants(infos, np.arange(3)), np.zeros((1, 3)))
+    value, bound = lattice_quantiles(
+        lambda fine: values_of(infos, np.arange(3), fine), Vectors(shift, *whole.arrays), LEVELS, np.full((1, 4), np.nan), np.ones((1, 4), bool), 1e-3
+    )
+    nodes, weights = np.polynomial.hermite_e.hermegauss(80)
+    weights = weights / weights.sum()
+    for n, level in enumerate(LEVELS):
+        if np.isfinite(bound[0, n]):
+            lows, highs = (value[0, n] + sign * bound[0, n] for sign in (-1, 1))
+            below = []
+            for r in (lows, highs):
+                ends = [stats.norm.cdf((end - k * nodes - side * (1 + k * nodes)) / noise) for side in (-1, 1) for end in (r, -r)]
+                below.append(0.5 * weights @ (ends[0] - ends[1] + ends[2] - ends[3]))
+            assert below[0] <= level <= below[1]
+    assert np.isfinite(bound[0]).sum() >= 3
+
+
+def test_draws_that_never_let_the_characteristic_function_fall_are_not_told():
+    """Two plays and nothing else: four lengths, each a step; no quantile is claimed to better than a step."""
+    value, bound = told([((1, 0, 0), "a", TwoSided()), ((0.3, 0.5, 0), "b", TwoSided())])
+    assert not (bound <= 0.02 * value).any()
+
+
+def test_gauss_rules_are_the_known_ones():
+    """A flat law's is Legendre's, a normal law's Hermite's; a two-sided one's has its two values; cut ones keep their moments."""
+    for law, (nodes, weights) in ((Uniform(), np.polynomial.legendre.leggauss(8)), (ENDLESS, np.polynomial.hermite_e.hermegauss(8))):
+        own, shares = gauss_rule(law, 8)
+        assert own == pytest.approx(nodes * (np.sqrt(3) if isinstance(law, Uniform) else 1), abs=1e-6)
+        assert shares == pytest.approx(weights / weights.sum(), abs=1e-7)
+    assert gauss_rule(TwoSided(), 2)[0] == pytest.approx([-1, 1])
+    own, shares = gauss_rule(Normal(), 12)
+    assert shares @ own**2 == pytest.approx(1, abs=1e-9)
+    assert shares @ own**4 == pytest.approx(3 + Normal().excess, abs=1e-8)
