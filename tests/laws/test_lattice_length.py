@@ -116,3 +116,13 @@ def test_gauss_rules_are_the_known_ones():
     own, shares = gauss_rule(Normal(), 12)
     assert shares @ own**2 == pytest.approx(1, abs=1e-9)
     assert shares @ own**4 == pytest.approx(3 + Normal().excess, abs=1e-8)
+
+
+def test_what_does_not_vary_or_is_no_number_is_not_told():
+    """No covariance, or a bias that is no number: NaN, and no error."""
+    draws = values_of((TermInfo("a", "", "robot", 4.0, Stream("a", Uniform()), None),), np.arange(1), 8)
+    nothing, wanted = np.full((2, 4), np.nan), np.ones((2, 4), bool)
+    vectors = Vectors(np.ones((2, 3, 1)), np.array([[1.0, 0, 0], [np.nan, 0, 0]]), np.stack([np.zeros((3, 3)), np.eye(3)]), *np.zeros((2, 2, 1)))
+    value, bound = lattice_quantiles(lambda _: draws, vectors, LEVELS, nothing, wanted, 0.02)
+    assert np.isnan(value).all()
+    assert np.isnan(bound).all()

@@ -101,7 +101,13 @@ def test_threads_change_no_bit(arm, monkeypatch):
     """One thread or three, any block: the same bits."""
     poses = sample_poses(arm, 64)
     monkeypatch.setattr(route, "BLOCK", 16)
+    monkeypatch.setattr(route, "MOST_LEFT_OUT", 5e-3)  # so that the lattice is asked
     one, three = (analytic(arm, poses, threads=threads) for threads in (1, 3))
+    assert one.lattice.any()
+    monkeypatch.setattr(route, "BLOCK", 24)
+    other = analytic(arm, poses)
+    assert np.array_equal(one.quantiles, other.quantiles, equal_nan=True)
+    assert np.array_equal(one.quantiles_bound, other.quantiles_bound, equal_nan=True)
     for field in dataclasses.fields(one):
         if field.name != "parts":
             assert np.array_equal(getattr(one, field.name), getattr(three, field.name), equal_nan=field.name != "normal"), field.name

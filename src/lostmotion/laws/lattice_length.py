@@ -83,16 +83,17 @@ def lattice_quantiles(
     that is `wanted` (n, level) is at most the share `enough` of its length, and no longer where they are far from that.
     """
     values, bounds = np.full(guess.shape, np.nan), np.full(guess.shape, np.nan)
-    short = np.flatnonzero(np.trace(vectors.covariance, axis1=1, axis2=2) > 0)
+    size = np.trace(vectors.covariance, axis1=1, axis2=2)
+    short = np.flatnonzero((size > 0) & np.isfinite(size) & np.isfinite(vectors.bias).all(axis=1))
     for fine in FINE:
+        if not len(short):
+            break
         start = np.where(np.isfinite(values[short]), values[short], guess[short])
         value, bound, missed = _attempt(draws(fine), vectors.of(short), levels, start, fine)
         better = ~(bounds[short] <= bound) & np.isfinite(bound)
         values[short], bounds[short] = np.where(better, value, values[short]), np.where(better, bound, bounds[short])
         done = ~wanted[short] | (bounds[short] <= enough * values[short])
         short = short[~done.all(axis=1) & (missed < _HOPELESS)]
-        if not len(short):
-            break
     return values, bounds
 
 
