@@ -191,7 +191,7 @@ def test_a_study_says_what_was_found_in_its_zones(study):
     assert len(by_mask.poses) < 64
     assert by_mask.tried == 64
     sections = {section.key: section for section in study.sheet.sections}
-    suffixes = ("", "_iso9283", "_analytic", "_routes")
+    suffixes = ("", "_iso9283", "_analytic", "_routes_all", "_routes")
     assert {f"zone_{k}{suffix}" for k in (1, 2) for suffix in suffixes} <= set(sections)
     assert {"budget_at_1", "budget_at_2"} <= set(sections)
     rows = {row.label: row for row in sections["zone_1"].rows}

@@ -84,10 +84,10 @@ def sections(answer: Answer) -> list[Section]:
         found.append(stopping_section(answer.stopping, WHOLE if answer.zones else ""))
         found += zone_stopping(answer.zones)
     if answer.analytic is not None and answer.pooled is not None:
-        from lostmotion.figures.analytic import analytic_section, analytic_zone_sections, comparison
+        from lostmotion.figures.analytic import analytic_section, analytic_zone_sections, comparisons
 
         whole = analytic_section(answer.poses, answer.analytic, answer.pooled)
-        found += [whole, comparison(answer.analytic, answer.sampled), *analytic_zone_sections(answer.zones, whole)]
+        found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.zones, whole)]
     return found
 
 

@@ -1,0 +1,48 @@
+"""What a study by both routes compares, and what it says where there is nothing to compare."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import lostmotion
+from lostmotion.figures.analytic import comparisons
+from lostmotion.studies.intervals import Estimate
+
+ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Study the Z-arm by both routes at few poses."""
+    return lostmotion.study(lostmotion.read(ARM), 64, robots=60, visits=3, method="both")
+
+
+def test_every_figure_over_all_poses_is_compared(study):
+    """Mean, 50, 95, 99 and 99.7 %, and the two routes agree."""
+    whole = next(section for section in study.sheet.sections if section.key == "routes_all")
+    assert [row.label for row in whole.rows] == ["mean", "50 % below", "95 % below", "99 % below", "99.7 % below"]
+    assert all(row.figures[1].value < 1 for row in whole.rows)
+    assert all(row.note == "" for row in whole.rows)
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
+    """Half as large again is beyond Monte Carlo's interval, 99.7 % too, and no other row says so."""
+    wrong = list(study.pooled.quantiles)
+    wrong[at] = Estimate(*(1.5 * end for end in (wrong[at].value, wrong[at].low, wrong[at].high)))
+    whole, _ = comparisons(study.analytic, replace(study.pooled, quantiles=tuple(wrong)), study.sampled)
+    assert [row.note for row in whole.rows] == ["beyond the interval" if k == at + 1 else "" for k in range(5)]
+    assert whole.rows[at + 1].figures[1].value > 1
+
+
+def test_why_nothing_is_compared_is_said(study):
+    """Too few robots for Monte Carlo's interval, no figure without sampling."""
+    _, each = comparisons(study.analytic, study.pooled, study.sampled)
+    row = next(row for row in each.rows if row.label == "99 % below")
+    assert "no pose to compare" in row.note
+    assert "too few robots" in row.note
+    assert "over all poses alone" in each.note
+    untold = replace(study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)))
+    whole, _ = comparisons(study.analytic, untold, study.sampled)
+    assert whole.rows[-1].note == "nothing to compare: not normal here: use Monte Carlo"
