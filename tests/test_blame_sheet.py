@@ -42,13 +42,32 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     assert 'data-plot="budget-at-3"' in page
 
 
+def test_who_is_to_blame_is_told_without_sampling_too(tmp_path):
+    """The same levels, parts and kinds of error over the workspace, at a pose and in a zone as by samples, since none of it was sampled."""
+    told = {}
+    for method in ("analytic", "montecarlo"):
+        done = run("--at", AT, "--at", "3", "--zone", "z 0..2 m", "--method", method, "--out", method, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert "The dearest part is " in (tmp_path / method / "report.html").read_text()
+        sections = json.loads((tmp_path / method / "result.json").read_text())["sections"]
+        told[method] = {section["key"]: [(row["label"], row["figures"]) for row in section["rows"]] for section in sections}
+    places = {f"{what}_at_{k}" for what in ("budget", "causes") for k in (1, 2, 3)}
+    for key in {"levels", "budget_levels", "causes_levels"} | places:
+        assert len(told["analytic"][key]) > 2
+        by_samples = dict(told["montecarlo"][key])
+        for label, figures in told["analytic"][key]:
+            assert [figure["value"] for figure in figures] == [figure["value"] for figure in by_samples[label]], (key, label)
+    page = (tmp_path / "analytic" / "report.html").read_text()
+    assert all(f'data-plot="{plot}"' in page for plot in ("levels", "budget", "causes", "budget-at-1", "budget-at-3"))
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [
         (("--at", "32"), "from 0 to 31"),
         (("--zone", "x 5..6 m"), "none of the 524288 poses"),
         (("--until", "soon"), "until"),
-        (("--at", "1", "--method", "analytic"), "--method both"),
+        (("--at", "32", "--method", "analytic"), "from 0 to 31"),
     ],
 )
 def test_what_cannot_be_answered_is_refused_before_the_work(tmp_path, words, named):

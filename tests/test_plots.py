@@ -126,7 +126,7 @@ def test_levels_end_at_what_remains():
     """The three stacked bars reach to the r.m.s. as built, without design errors, and with the visits' alone."""
     study = small_study()
     squares = study.sampled.tally.levels / study.sampled.tally.poses
-    figure = plots.levels(study)
+    figure = plots.levels(study.budget)
     reached = np.sum([bars.x for bars in figure.data], axis=0)
     expected = np.sqrt([squares.sum(), squares[1:].sum(), squares[2]])
     assert reached / reached[0] == pytest.approx(expected / expected[0])

@@ -216,7 +216,15 @@ def test_a_study_without_sampling_says_it_too(arm, study):
     alone = lostmotion.study(arm, 64, method="analytic", zone={"z": (0, 2)})
     both = {section.key: section for section in study.sheet.sections}
     sections = {section.key: section for section in alone.sheet.sections}
-    assert list(sections) == ["analytic", "zone_1_analytic", "budget_at_1", "causes_at_1"]
+    assert list(sections) == [
+        "analytic",
+        "zone_1_analytic",
+        "levels",
+        "budget_levels",
+        "causes_levels",
+        "budget_at_1",
+        "causes_at_1",
+    ]
     for key in ("zone_1_analytic", "budget_at_1"):
         assert repr(sections[key].rows) == repr(both[key].rows)  # as text: no number is not itself
 

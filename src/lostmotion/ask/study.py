@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, overload
 
 import numpy as np
 
 from lostmotion.arm import tool_points
-from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, an_arm, chosen_poses, pose_of, sign_of, whole_seed, zone_of
+from lostmotion.ask.blamed import Blamed
+from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, an_arm, chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
-from lostmotion.studies.budget import budget, costs, tally
+from lostmotion.studies.budget import budget
 from lostmotion.studies.montecarlo.montecarlo import Device, check_device
 from lostmotion.studies.montecarlo.stopping import MOST_POSES, MOST_ROBOTS, Tolerance
-from lostmotion.studies.places import among, in_zone, one_pose, poses_in_zone
+from lostmotion.studies.places import among, poses_in_zone
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
 from lostmotion.studies.route import METHODS, Method, Route
 
@@ -28,12 +29,11 @@ if TYPE_CHECKING:
     import xarray
 
     from lostmotion.arm import Arm
-    from lostmotion.ask.amounts import Amounts
     from lostmotion.ask.settings import Approach, Zone
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
-    from lostmotion.studies.budget import By, Cost
+    from lostmotion.studies.budget import Budget
     from lostmotion.studies.places import InZone
     from lostmotion.studies.route import FoundInZone
 
@@ -149,7 +149,8 @@ def study(  # noqa: PLR0913 - a study is these numbers
     if found.sampled is None:
         if found.analytic is None or found.pooled is None:
             raise ValueError("a study by no route")
-        return AnalyticStudy(arm, found.poses, found.analytic, found.pooled, zones)
+        blame = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=sign)
+        return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones)
     built = found.sampled
     told = answer(arm, found.poses, robots=built.robots, visits=visits, seed=seed, approach=sign, progress=progress, sampled=built)
     besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": zones}
@@ -192,7 +193,7 @@ class _Room:
         return route.within(self.arm, self.zone, lambda count: more(count).poses, len(more(MOST_POSES).poses))
 
 
-class Study(Answer, Shown):
+class Study(Answer, Blamed, Shown):
     """A study that can be looked at: `summary()`, `report("out/")`, `arrays()`, `result()`; every attribute of `Answer` besides."""
 
     @property
@@ -201,36 +202,6 @@ class Study(Answer, Shown):
         from lostmotion.figures.arm import sheet
 
         return sheet(self)
-
-    def costs(self, by: By = "part", *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> list[Cost]:
-        """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.
-
-        pose  its number in the study, "A=30deg B=-10deg", or joint values (joint,), text with a unit or rad and m
-        zone  "x 0.2..0.5 m" in the base's axes, ends as amounts, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)
-
-        Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
-        """
-        q, _ = self._where(pose, zone)
-        return costs(tally(self.arm, q, by, approach=self.approach))
-
-    def blaming(self, *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> Study:
-        """Give the same study that also says who is to blame at a pose or in a zone; arguments and errors as `costs`."""
-        q, where = self._where(pose, zone)
-        found = budget(self.arm, q, where, approach=self.approach)
-        return replace(self, budgets=(*self.budgets, found))
-
-    def _where(self, pose: int | str | Floats | Amounts | None, zone: Zone | None) -> tuple[Floats, str]:
-        if pose is not None and zone is not None:
-            raise refuse_argument("pose, zone", "both", "one of them, or none for all poses", "pose = 0")
-        if pose is not None:
-            q, name = one_pose(self.poses.q, pose_of(self.arm, pose))
-            from lostmotion.figures.error import joint_values
-
-            return q, f"{name}, {joint_values(self, q[0])}"
-        if zone is not None:
-            mask, name = in_zone(self.tool, zone_of(zone, of_poses=len(self.poses)))
-            return self.poses.q[mask], f"{name}, {int(mask.sum())} of {len(mask)} poses"
-        return self.poses.q, f"over {len(self.poses)} poses"
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
@@ -264,31 +235,44 @@ class Study(Answer, Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class AnalyticStudy(Shown):
-    """A study without sampling: `analytic` holds every pose, `pooled` all of them; `summary()`, `report("out/")`, `result()`."""
+class AnalyticStudy(Blamed, Shown):
+    """A study without sampling: `analytic` holds every pose, `pooled` all of them, `budget` who is to blame, `budgets` the same where it was asked.
+
+    `summary()`, `report("out/")`, `result()`.
+    """
 
     arm: Arm
     poses: Poses
+    approach: float
     analytic: Analytic
     pooled: Pooled
+    budget: Budget
+    budgets: tuple[Budget, ...] = ()
     zones: tuple[FoundInZone, ...] = ()
+
+    @property
+    def places(self) -> tuple[Budget, ...]:
+        """Who is to blame at every pose and in every zone that was asked about?"""
+        return (*self.budgets, *(zone.budget for zone in self.zones))
 
     @property
     def sheet(self) -> Sheet:
         """Give every figure, as printed, reported and written."""
         from lostmotion.figures.analytic import analytic_sheet
 
-        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, self.zones)
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, self.budget, self.places, self.zones)
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.
 
         Raises OutputExistsError where the folder exists and `force` is not set.
         """
-        from lostmotion.report.folder import write_whole
+        from lostmotion.plots.budget import of_budget
+        from lostmotion.report.folder import refuse_existing, write_whole
         from lostmotion.report.page import contents
 
-        return write_whole(contents(self.sheet, ()), out, force=force)
+        refuse_existing(out, force=force)
+        return write_whole(contents(self.sheet, of_budget(self.budget, self.places)), out, force=force)
 
     def __repr__(self) -> str:
         """Tell in a line what was studied."""

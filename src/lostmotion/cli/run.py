@@ -78,8 +78,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
 ) -> None:
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
     from lostmotion.ask.read import read
-    from lostmotion.ask.study import Study, study
-    from lostmotion.errors import refuse_argument
+    from lostmotion.ask.study import study
     from lostmotion.formats.places import read_pose, read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
@@ -91,8 +90,6 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     arm = read(file, sidecar)
     at_poses = [read_pose(text, arm) for text in at or ()]
     zones = [read_zone(text) for text in zone or ()]
-    if at_poses and method is Method.analytic:
-        raise refuse_argument("--at", "with --method analytic", "a method that gives a study of every pose", "--method both")
     chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses
@@ -124,9 +121,8 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
         )
     if stopped:
         raise typer.Exit(STOPPED)
-    if isinstance(answer, Study):
-        for pose in at_poses:
-            answer = answer.blaming(pose=pose)
+    for pose in at_poses:
+        answer = answer.blaming(pose=pose)
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import Figure, Row, Section, Sheet, find_row, length
-from lostmotion.figures.budget import asked_sections
+from lostmotion.figures.budget import asked_sections, by_level_sections, levels_section
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
 from lostmotion.studies.montecarlo import kernel
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
+    from lostmotion.studies.budget import Budget
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.poses import Poses
@@ -33,12 +34,18 @@ _SUREST: Final = 1e-4
 _WORDS: Final = (
     ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
     ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by quadrature, with third and fourth cumulants."),
+    ("share", "of the mean-square error, exact. Shares add to 100 %; a negative one cancels part of the others: the arm would be worse without it."),
     ("not normal", "what dominates is not known well enough, or a level falls between two sides of a play: Monte Carlo tells. Mean squares hold."),
 )
 
 
-def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, zones: Sequence[FoundInZone] = ()) -> Sheet:
-    """What is there to say about an arm without sampling, over all poses and in the zones that were asked about?"""
+def analytic_sheet(
+    arm: Arm, poses: Poses, found: Analytic, whole: Pooled, blame: Budget, places: Sequence[Budget] = (), zones: Sequence[FoundInZone] = ()
+) -> Sheet:
+    """What is there to say about an arm without sampling, over all poses, and at the places and in the zones that were asked about?
+
+    blame: who is to blame over all poses; places: at every pose and in every zone that was asked about.
+    """
     section = analytic_section(poses, found, whole)
     in_zones = analytic_zone_sections(zones, section)
     told = find_row([section], "analytic", "95 % below")
@@ -47,6 +54,10 @@ def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, zones
         if told is not None and math.isfinite(told.figures[0].value)
         else _UNKNOWN.capitalize() + "."
     )
+    if blame.parts and blame.parts[0].share > 0:
+        dearest = blame.parts[0]
+        share = Figure(100 * dearest.share, "%")
+        verdict += f" The dearest part is {dearest.part.removeprefix('joints.')} with {share} of the mean-square error."
     for k, zone in enumerate(zones, 1):
         inside = find_row(in_zones, f"zone_{k}_analytic", "95 % below")
         if inside is not None and math.isfinite(inside.figures[0].value):
@@ -57,7 +68,7 @@ def analytic_sheet(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, zones
         counts=f"{len(poses)} poses, exact sums over terms",
         verdict=verdict,
         cards=(),
-        sections=(section, *in_zones, *asked_sections([zone.budget for zone in zones])),
+        sections=(section, *in_zones, levels_section(blame), *by_level_sections(blame), *asked_sections(places)),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{len(poses)} poses ({poses.law}); nothing but the poses was drawn",

@@ -70,7 +70,7 @@ def sections(answer: Answer) -> list[Section]:
         error_section(answer),
         iso_section(answer),
         *zone_sections(answer),
-        levels_section(answer),
+        levels_section(answer.budget),
         waterfall_section(answer.waterfall, _repeats(answer)),
         budget_section(answer),
         causes_section(answer),

@@ -16,35 +16,33 @@ if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
 
 _LEVELS: Final = ("load and pose", "each robot", "each visit")
+# What can be done about each level of chance, in words that a sweep uses too.
+_REMEDIES: Final = (
+    "a controller that knows the load can take it away",
+    "calibration can take away what of it is constant, a map of each robot the rest",
+    "nothing takes it away",
+)
 _NOTHING: Final = 1e-9  # of the whole: what rounding leaves
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
-def levels_section(answer: Answer) -> Section:
+def levels_section(found: Budget) -> Section:
     """How much of the mean-square error comes from which level of chance, and what can be done about it?"""
-    tally = answer.sampled.tally
-    counted = f"exact sum over terms, {tally.poses} poses"
+    counted = f"exact sum over terms, {found.poses} pose{'s' if found.poses > 1 else ''}"
     names = (
-        ("from load and pose", "a controller that knows the load can take it away"),
-        ("from how each robot was built", "calibration can take away what of it is constant, a map of each robot the rest"),
-        ("from visit to visit", "nothing takes it away"),
+        ("from load and pose", _REMEDIES[0]),
+        ("from how each robot was built", _REMEDIES[1]),
+        ("from visit to visit", _REMEDIES[2]),
     )
-    rows = [
-        Row(
-            label,
-            (
-                length(math.sqrt(level / tally.poses), samples=counted),
-                Figure(100 * level / tally.total if tally.total else 0.0, "%", samples=counted),
-            ),
-            note,
-        )
-        for (label, note), level in zip(names, tally.levels, strict=True)
-    ]
-    rows.append(Row("all together", (length(math.sqrt(tally.total / tally.poses), samples=counted), Figure(100.0, "%", samples=counted))))
-    left = tally.total - float(tally.levels[0])
-    share = Figure(100 * left / tally.total if tally.total else 0.0, "%", samples=counted)
-    rows.append(Row("left when load and pose are compensated", (length(math.sqrt(max(left, 0.0) / tally.poses), samples=counted), share)))
+    rows = [Row(label, _rms(found, level, counted), note) for (label, note), level in zip(names, found.levels, strict=True)]
+    whole = sum(found.levels)
+    rows.append(Row("all together", _rms(found, whole, counted)))
+    rows.append(Row("left when load and pose are compensated", _rms(found, whole - found.levels[0], counted)))
     return Section("levels", "What can be done about it", ("r.m.s. error", "share of mean square"), tuple(rows))
+
+
+def _rms(found: Budget, share: float, counted: str) -> tuple[Figure, Figure]:
+    return length(found.rms * math.sqrt(max(share, 0.0)), samples=counted), Figure(100 * share, "%", samples=counted)
 
 
 def budget_section(answer: Answer) -> Section:

@@ -12,6 +12,7 @@ from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile,
 from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
+    from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
 
@@ -96,13 +97,13 @@ def iso_section(answer: Answer, where: str = "") -> Section:
 
 def described_pose(answer: Answer, index: int) -> str:
     """Name a pose by its number and joint values."""
-    return f"pose {index}: {joint_values(answer, answer.poses.q[index])}"
+    return f"pose {index}: {joint_values(answer.arm, answer.poses.q[index])}"
 
 
-def joint_values(answer: Answer, q: Floats) -> str:
+def joint_values(arm: Arm, q: Floats) -> str:
     """Write joint values in degrees and millimetres."""
     parts = []
-    for joint, value in zip(answer.arm.moving, q, strict=True):
+    for joint, value in zip(arm.moving, q, strict=True):
         parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
     return ", ".join(parts)
 

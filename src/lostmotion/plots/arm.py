@@ -13,7 +13,7 @@ from lostmotion.figures import length
 from lostmotion.figures.in_zone import seen_in
 from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
 from lostmotion.plots.bending import bending
-from lostmotion.plots.budget import budget, by_level, levels
+from lostmotion.plots.budget import CAUSES_SAID, LEVELS_SAID, at_places, budget, by_level, levels
 from lostmotion.plots.in_zone import errors_in_zone
 from lostmotion.plots.waterfall import waterfall
 from lostmotion.studies.intervals import pooled_quantile, pooled_robots_quantile
@@ -43,7 +43,7 @@ def plots(answer: Answer) -> list[Plot]:
         ("workspace-xoy", "workspace", workspace_xoy, "Workspace projected on the XOY plane, visited poses coloured by mean position error."),
         ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with the 50, 95 and 99 % lines."),
         ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the line that 95 % of robots stay below."),
-        ("levels", "levels", levels, "Stacked bars of the r.m.s. error as built, with load and pose compensated, and calibrated as well."),
+        ("levels", "levels", lambda answer: levels(answer.budget), LEVELS_SAID),
         (
             "waterfall",
             "waterfall",
@@ -55,7 +55,7 @@ def plots(answer: Answer) -> list[Plot]:
             "causes",
             "causes",
             lambda answer: by_level(answer.budget.causes, "Share of mean square by kind of error"),
-            "Stacked bars of each kind of error's share of the mean square, by level of chance.",
+            CAUSES_SAID,
         ),
         ("bending", "bending", bending, "Stacked bars of each link's largest deflection by whose weight it is."),
         ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
@@ -63,11 +63,7 @@ def plots(answer: Answer) -> list[Plot]:
     missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
     missing |= set() if answer.sampled.tally.owners else {"levels", "waterfall", "budget", "causes"}
     missing |= set() if answer.bending else {"bending"}
-    places = [
-        Plot(f"budget-at-{k}", f"budget_at_{k}", by_level(found.parts, "Share of mean square by part"), f"Stacked bars by part: {found.where}.")
-        for k, found in enumerate(answer.places, start=1)
-        if found.parts
-    ]
+    places = at_places(answer.places)
     for k, zone in enumerate(answer.zones, start=1):
         words = f"Histogram of the position error in the zone {zone.name} over that of the whole workspace."
         places.append(Plot(f"zone-{k}", f"zone_{k}", errors_in_zone(answer, zone), words))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import length
-from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, framed, label, named
+from lostmotion.plots import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, Plot, framed, label, named
 from lostmotion.studies.budget import costs
 
 if TYPE_CHECKING:
@@ -17,18 +17,19 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from lostmotion.studies.answer import Answer
-    from lostmotion.studies.budget import Cost
+    from lostmotion.studies.budget import Budget, Cost
 
+LEVELS_SAID: Final = "Stacked bars of the r.m.s. error as built, with load and pose compensated, and each robot mapped as well."
+CAUSES_SAID: Final = "Stacked bars of each kind of error's share of the mean square, by level of chance."
 _PARTS_SHOWN: Final = 15
 _LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
-def levels(answer: Answer) -> go.Figure:
+def levels(found: Budget) -> go.Figure:
     """What can be done about the error? Its r.m.s. as built, with load and pose compensated, and each robot mapped too, split by level."""
     import plotly.graph_objects as go
 
-    tally = answer.sampled.tally
-    squares = np.asarray(tally.levels, dtype=float) / tally.poses
+    squares = found.rms**2 * np.maximum(found.levels, 0.0)
     stages = ("as built", "load and pose<br>compensated", "and each robot<br>mapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     unit = length(math.sqrt(left[0])).unit
@@ -133,6 +134,29 @@ def by_level(found: Sequence[Cost], title: str) -> go.Figure:
     figure.update_yaxes(**named(names))
     figure.update_layout(barmode="relative", legend=LEGEND, margin_t=80)
     return figure
+
+
+def of_budget(found: Budget, places: Sequence[Budget]) -> list[Plot]:
+    """Which plots show who is to blame, over all poses and at places, where nothing was sampled? None where nothing errs."""
+    if not found.parts:
+        return []
+    parts = by_level(found.parts, "Share of mean square by part")
+    causes = by_level(found.causes, "Share of mean square by kind of error")
+    return [
+        Plot("levels", "levels", levels(found), LEVELS_SAID),
+        Plot("budget", "budget_levels", parts, "Stacked bars of each part's share of the mean square, by level of chance."),
+        Plot("causes", "causes_levels", causes, CAUSES_SAID),
+        *at_places(places),
+    ]
+
+
+def at_places(places: Sequence[Budget]) -> list[Plot]:
+    """Which plots show who is to blame at each pose and in each zone that was asked about?"""
+    return [
+        Plot(f"budget-at-{k}", f"budget_at_{k}", by_level(found.parts, "Share of mean square by part"), f"Stacked bars by part: {found.where}.")
+        for k, found in enumerate(places, start=1)
+        if found.parts
+    ]
 
 
 def _percent(share: float) -> str:

@@ -153,6 +153,12 @@ class Budget:
     parts: tuple[Cost, ...]
     causes: tuple[Cost, ...]
 
+    @property
+    def levels(self) -> tuple[float, float, float]:
+        """Give the shares of the mean square that are by design, by robot and by visit; they add to one, or are none where nothing errs."""
+        design, robot, visit = (sum(cost.levels[k] for cost in self.parts) for k in range(3))
+        return float(design), float(robot), float(visit)
+
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
     """What do the terms of this arm add up to at these poses (pose, joint), rad and m? Exact; put together by part, cause, level or term.

@@ -1,0 +1,60 @@
+"""Ask a study who is to blame: over all its poses, at one of them, or in a zone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self, cast
+
+from lostmotion.arm import tool_points
+from lostmotion.ask.settings import pose_of, zone_of
+from lostmotion.errors import refuse_argument
+from lostmotion.studies.budget import budget, costs, tally
+from lostmotion.studies.places import in_zone, one_pose
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+    from lostmotion.ask.amounts import Amounts
+    from lostmotion.ask.settings import Zone
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.budget import Budget, By, Cost
+    from lostmotion.studies.poses import Poses
+
+
+class Blamed:
+    """A study, sampled or not, of which part is to blame; a dataclass that has these four gains the two questions below."""
+
+    if TYPE_CHECKING:
+        arm: Arm
+        poses: Poses
+        approach: float
+        budgets: tuple[Budget, ...]
+
+    def costs(self, by: By = "part", *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> list[Cost]:
+        """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.
+
+        pose  its number in the study, "A=30deg B=-10deg", or joint values (joint,), text with a unit or rad and m
+        zone  "x 0.2..0.5 m" in the base's axes, ends as amounts, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)
+
+        Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
+        """
+        q, _ = self._where(pose, zone)
+        return costs(tally(self.arm, q, by, approach=self.approach))
+
+    def blaming(self, *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> Self:
+        """Give the same study that also says who is to blame at a pose or in a zone; arguments and errors as `costs`."""
+        q, where = self._where(pose, zone)
+        found = budget(self.arm, q, where, approach=self.approach)
+        return cast("Self", replace(cast("Any", self), budgets=(*self.budgets, found)))
+
+    def _where(self, pose: int | str | Floats | Amounts | None, zone: Zone | None) -> tuple[Floats, str]:
+        if pose is not None and zone is not None:
+            raise refuse_argument("pose, zone", "both", "one of them, or none for all poses", "pose = 0")
+        if pose is not None:
+            q, name = one_pose(self.poses.q, pose_of(self.arm, pose))
+            from lostmotion.figures.error import joint_values
+
+            return q, f"{name}, {joint_values(self.arm, q[0])}"
+        if zone is not None:
+            mask, name = in_zone(tool_points(self.arm, self.poses.q), zone_of(zone, of_poses=len(self.poses)))
+            return self.poses.q[mask], f"{name}, {int(mask.sum())} of {len(mask)} poses"
+        return self.poses.q, f"over {len(self.poses)} poses"
