@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.figures.budget import REMEDIES
 from lostmotion.figures.runs import design_said, short_keys, short_labels
 from lostmotion.formats.designs import read_design, read_sweep
 from lostmotion.formats.sweep import Axis, changes, designs
-from lostmotion.plots.runs import sweep_plots
+from lostmotion.plots.runs import over_two, sweep_plots
+from lostmotion.studies.intervals import Estimate
 from lostmotion.units import read_quantity
 from tests.runs.conftest import ARM, COUNTS, SWEEP, tree
 from tests.runs.conftest import lostmotion as ran
@@ -325,6 +327,7 @@ def test_designs_have_short_names_that_tell_them_apart(tmp_path):
     assert short_keys([Axis(key=key, values=(1,)) for key in ("a.b.x", "b.a.x", "x", "c.x")]) == ["b x", "a x", "x", "c x"]
     assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 5 µm"))) == ["1 mm", "2 mm"]
     assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "1 mm"))) == ["1 mm ± 5 µm", "1 mm"]
+    assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 9 µm"))) == ["1 mm ± 5 µm", "2 mm ± 9 µm"]
     path.write_text(ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]\n"gearboxes.small.ratio" = [50]', encoding="utf-8")
     found = lostmotion.sweep(path, poses=8, robots=4, visits=2, out=tmp_path / "run")
     table = next(section for section in found.sheet.sections if section.key == "designs")
@@ -377,3 +380,35 @@ def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
     with pytest.raises(lostmotion.InputError, match="more than 20 MB"):
         lostmotion.sweep(tmp_path / "arm.toml", poses=8, robots=2, visits=1, out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+def test_the_sheet_names_the_dearest_parts_and_says_what_can_be_done(swept):
+    """A column for each part, shares that add to all of it; calibration takes what is constant, as in the sheet of one arm."""
+    sections = {section.key: section for section in swept.sheet.sections}
+    parts = sections["parts"]
+    assert parts.columns[-1] == "all others"
+    for row, outcome in zip(parts.rows, swept.outcomes, strict=True):
+        shares = {cost.part.removeprefix("joints."): 100 * cost.share for cost in outcome.costs}
+        assert [figure.value for figure in row.figures[:-1]] == [shares[name] for name in parts.columns[:-1]]
+        assert sum(figure.value for figure in row.figures) == pytest.approx(100)
+    note = sections["levels"].note
+    assert all(remedy in note for remedy in REMEDIES)
+    assert "constant" in note
+
+
+def test_a_map_marks_what_cannot_be_told_from_the_smallest(swept):
+    """Overlapping intervals are marked and said so; intervals far apart are not."""
+    order = swept.store.order
+    near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]
+    figure = over_two(order, near, "error")
+    assert (figure.data[0].text == "≈ ").all()
+    assert "may be chance" in figure.layout.xaxis.title.text
+    assert (figure.data[0].zmin, figure.data[0].zmax) == pytest.approx((0.05, 0.18))
+    apart = [*near[:2], *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[2:])]
+    figure = over_two(order, apart, "error")
+    assert figure.data[0].text.ravel().tolist() == ["≈ ", "≈ ", "", ""]
+    assert "may be as small" in figure.layout.xaxis.title.text
+    alone = [near[0], *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[1:])]
+    figure = over_two(order, alone, "error")
+    assert not any(figure.data[0].text.ravel())
+    assert "≈" not in figure.layout.xaxis.title.text

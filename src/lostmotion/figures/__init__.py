@@ -125,7 +125,8 @@ def digits(value: float, uncertainty: float = 0.0) -> str:
     if uncertainty > 0:
         places = 1 - math.floor(math.log10(uncertainty))
     places = max(places, 0)
-    return f"{value:.{min(places, 9)}f}"
+    text = f"{value:.{min(places, 9)}f}"
+    return text.removeprefix("-") if float(text) == 0 else text  # "-0" says nothing more than "0"
 
 
 def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "") -> Figure:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _LEVELS: Final = ("load and pose", "each robot", "each visit")
 # What can be done about each level of chance, in words that a sweep uses too.
-_REMEDIES: Final = (
+REMEDIES: Final = (
     "a controller that knows the load can take it away",
     "calibration can take away what of it is constant, a map of each robot the rest",
     "nothing takes it away",
@@ -30,9 +30,9 @@ def levels_section(found: Budget) -> Section:
     """How much of the mean-square error comes from which level of chance, and what can be done about it?"""
     counted = f"exact sum over terms, {found.poses} pose{'s' if found.poses > 1 else ''}"
     names = (
-        ("from load and pose", _REMEDIES[0]),
-        ("from how each robot was built", _REMEDIES[1]),
-        ("from visit to visit", _REMEDIES[2]),
+        ("from load and pose", REMEDIES[0]),
+        ("from how each robot was built", REMEDIES[1]),
+        ("from visit to visit", REMEDIES[2]),
     )
     rows = [Row(label, _rms(found, level, counted), note) for (label, note), level in zip(names, found.levels, strict=True)]
     whole = sum(found.levels)

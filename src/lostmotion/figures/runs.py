@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
+from lostmotion.figures.budget import REMEDIES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,9 +64,10 @@ def short_keys(axes: Sequence[Axis]) -> list[str]:
 
 
 def short_labels(axis: Axis) -> list[str]:
-    """Give each value of a key in a few characters: without tolerances where the rest tells them apart; those that read alike by their place."""
-    bare = [text.partition("±")[0].strip() for text in axis.labels]
-    whole = bare if len(set(bare)) == len(set(axis.labels)) else axis.labels
+    """Give each value of a key in a few characters: without a tolerance that all share; those that read alike by their place."""
+    parts = [text.partition("±") for text in axis.labels]
+    shared = len({tolerance.strip() for _, _, tolerance in parts}) == 1
+    whole = [bare.strip() for bare, _, _ in parts] if shared else axis.labels
     short = [text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL - 1]}…" for text in whole]
     return [text if short.count(text) == 1 else f"no. {k}" for k, text in enumerate(short, start=1)]
 
@@ -119,7 +121,7 @@ def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome
     swept = f"; swept: {', '.join(told)}" if told else ""
     left = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
     cut = any(short != text for axis in order.axes for short, text in zip(short_labels(axis), axis.labels, strict=True))
-    whole = "; names are cut short, result.json has every value whole" if cut else ""
+    whole = "; names leave out a tolerance that all values share, and what is long: result.json has every value whole" if cut else ""
     return Section("designs", "Position error", ("95 % within", "mean"), rows, _RESOLUTION + swept + whole + left)
 
 
@@ -148,16 +150,21 @@ def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Secti
 
 
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
+    """Lay out what the dearest parts cost in each design, a column for each part: those that cost most over the designs shown."""
     exact = f"exact sum over terms, {order.poses} poses"
+    shares = [{cost.part.removeprefix("joints."): cost.share for cost in each.costs} for each in chosen]
+    names = sorted({name for each in shares for name in each}, key=lambda name: (-sum(each.get(name, 0.0) for each in shares), name))
+    shown = [name for name in names if any(each.get(name, 0.0) > 0 for each in shares)][:_MOST_PARTS]
     rows = []
-    for each in chosen:
-        dearest = [cost for cost in each.costs if cost.share > 0][:_MOST_PARTS]
-        names = [cost.part.removeprefix("joints.") for cost in dearest]
-        others = ", ".join(f"{name} {100 * cost.share:.0f} %" for name, cost in list(zip(names, dearest, strict=True))[1:])
-        if dearest:
-            share = Figure(100 * dearest[0].share, "%", samples=exact)
-            rows.append(Row(design_said(order, each.design), (share,), f"{names[0]}; then {others}" if others else names[0]))
-    return Section("parts", "Which part is to blame", ("dearest part",), tuple(rows), "share of the mean-square error")
+    for each, of in zip(chosen, shares, strict=True):
+        if not shown:
+            break
+        rest = sum(share for name, share in of.items() if name not in shown)
+        figures = (Figure(100 * share, "%", samples=exact) for share in (*(of.get(name, 0.0) for name in shown), rest))
+        dearest = max(of, key=lambda name: of[name])
+        rows.append(Row(design_said(order, each.design), tuple(figures), "" if dearest == shown[0] else f"dearest here: {dearest}"))
+    note = "shares of the mean-square error; the part that costs most over these designs comes first"
+    return Section("parts", "Which part is to blame", (*shown, "all others"), tuple(rows), note)
 
 
 def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
@@ -178,7 +185,7 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
         "What can be done about it",
         columns,
         rows,
-        "shares of the mean square: the first goes by load compensation, the second by calibration, the third by nothing",
+        f"shares of the mean square. Load and pose: {REMEDIES[0]}. Robot: {REMEDIES[1]}. Visit: {REMEDIES[2]}",
     )
 
 

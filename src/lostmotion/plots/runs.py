@@ -125,7 +125,10 @@ def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
 
 
 def over_two(order: Order, found: Sequence[Estimate], what: str) -> go.Figure:
-    """Where over the two keys is this small?"""
+    """Where over the two keys is this small, and which cells cannot be told from the smallest by their intervals?
+
+    Colours span the intervals' ends, so that what is within them looks much alike.
+    """
     import plotly.graph_objects as go
 
     first, second = order.axes
@@ -135,23 +138,42 @@ def over_two(order: Order, found: Sequence[Estimate], what: str) -> go.Figure:
     unit = _unit(largest)
     values = np.array([each.value * PER_UNIT[unit] for each in found]).reshape(shape)
     said = np.array([f"{each.low * PER_UNIT[unit]:.4g} … {each.high * PER_UNIT[unit]:.4g} {unit}" for each in found]).reshape(shape)
-    written = {"texttemplate": "%{z:.3g}", "textfont": {"size": 12}} if shape[1] <= _MOST_WRITTEN else {}
+    alike = _like_the_smallest(found)
+    marks = np.array(["≈ " if each else "" for each in alike]).reshape(shape)
+    written = {"texttemplate": "%{text}%{z:.3g}", "textfont": {"size": 12}} if shape[1] <= _MOST_WRITTEN else {}
+    ends = [end * PER_UNIT[unit] for each in found for end in (each.low, each.value, each.high) if math.isfinite(end)]
     cells = go.Heatmap(
         z=values,
         x=[label(text) for text in second.labels],
         y=[label(text) for text in first.labels],
+        text=marks,
+        zmin=max(min(ends), 0.0),
+        zmax=max(ends),
         customdata=said,
         colorscale=[list(stop) for stop in _SCALE],
         colorbar={"title": {"text": unit, "side": "top"}, "thickness": 14, "outlinewidth": 0},
-        hovertemplate=f"{names[0]} %{{y}}, {names[1]} %{{x}}<br>%{{z:.4~g}} {unit} (%{{customdata}})<extra></extra>",
+        hovertemplate=f"{names[0]} %{{y}}, {names[1]} %{{x}}<br>%{{text}}%{{z:.4~g}} {unit} (%{{customdata}})<extra></extra>",
         xgap=1,
         ygap=1,
         **written,
     )
     figure = framed(f"{what} [{unit}]", cells, height=min(220 + 44 * shape[0], 700))
-    figure.update_xaxes(title_text=names[1], type="category", showgrid=False)
+    below = ""
+    if all(alike):
+        below = "≈ all intervals overlap the smallest one's:<br>what looks like a pattern may be chance"
+    elif any(alike):
+        below = "≈ the interval overlaps the smallest one's:<br>by these samples it may be as small"
+    figure.update_xaxes(title_text=f"{names[1]}<br>{below}" if below else names[1], type="category", showgrid=False)
     figure.update_yaxes(title_text=names[0], type="category", showgrid=False)
     return figure
+
+
+def _like_the_smallest(found: Sequence[Estimate]) -> list[bool]:
+    """Tell which estimates have an interval that overlaps the smallest one's; an end that is not known may lie anywhere. None if it stands alone."""
+    best = min(found, key=lambda each: each.value)
+    high = math.inf if math.isnan(best.high) else best.high
+    alike = [math.isnan(each.low) or each.low <= high for each in found]
+    return alike if sum(alike) > 1 else [False] * len(found)
 
 
 def effects(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
