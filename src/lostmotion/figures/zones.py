@@ -215,8 +215,8 @@ def _places(found: Zones) -> Section | None:
     judged = "mean over its cells" if boxes.by_mean else "worst cell"
     turned = ", any yaw in steps of 15°" if boxes.turned else ""
     note = (
-        f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; exact over {boxes.tried} places on the grid{turned} of "
-        "which the tool reaches every cell at its middle and corners; no two share a cell"
+        f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; the best of all {boxes.tried} places on the grid"
+        f"{turned} of which the tool was brought to every cell's middle and corners; no two share a cell"
     )
     if boxes.largest is not None:
         note += f". The largest box of these proportions in reach: {size_said(boxes.largest)}"

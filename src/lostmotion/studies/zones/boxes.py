@@ -1,6 +1,7 @@
 """Where should work of a given size stand? The box of cells whose worst, or mean, error is least, and of which the tool reaches every cell.
 
-The search is exact over the grid: every place and, where asked for, every yaw of the list, by sliding maxima.
+Every place on the grid and, where asked for, every yaw of the list is compared, by sliding maxima; what the tool reaches is found by inverse
+kinematics from several starts, and so is a search.
 """
 
 from __future__ import annotations

@@ -32,9 +32,15 @@ MOST_POSES: Final = 4_000_000
 _STARTS: Final = 3
 # And of points amid others that are in reach: the nearest poses may all stand beyond a joint's limit from there.
 _STARTS_AMID: Final = 16
+# Of so many nearest poses the starts are chosen that differ most from each other: other elbows, other sides of a limit; further ones by nearness.
+_AMONG: Final = 64
+_UNLIKE: Final = 16
+# Joint values nearer than this, rad, are one configuration; of sliding joints this share of the cells' edge.
+_SAME: Final = 0.02
 _STEPS: Final = 12
 # Rounds in which poses are sought for cells that have too few.
 _ROUNDS: Final = 3
+_HARDER: Final = 3
 # Plain Newton steps within a cell and from one to the next, and how near they must come, as a share of the edge.
 _WITHIN: Final = 4
 _NEXT: Final = 6
@@ -92,7 +98,9 @@ def reach(arm: Arm, poses: int, edge: float | None, per_cell: int, seed: int, *,
         # Many more cells may be reached than were sampled.
         _refuse_too_many(int(np.count_nonzero((centred.counts > 0) | centred.centre)), per_cell)
         there = _at_middle(centred) | ~centred.centre.ravel()[centred.cell]
-        found = _filled(arm, _taken(centred, np.flatnonzero(there)), found, per_cell, pool, tell)
+        centred = _taken(centred, np.flatnonzero(there))
+        centred = _taken(centred, np.flatnonzero(distinct(arm, centred.q, centred.cell, grid.edge)))
+        found = _filled(arm, centred, found, per_cell, pool, tell)
     return _cropped(found)
 
 
@@ -107,15 +115,17 @@ def _refuse_too_many(cells: int, per_cell: int) -> None:
         )
 
 
-def reach_points(arm: Arm, wanted: Floats, poses: int, each: int, seed: int) -> tuple[Floats, np.ndarray]:
-    """Which poses, up to `each`, bring the tool to these points (point, 3), from the nearest of a sample? q (pose, joint), whose (pose,)."""
+def reach_points(arm: Arm, wanted: Floats, poses: int, each: int, seed: int, edge: float, threads: int = 1) -> tuple[Floats, np.ndarray]:
+    """Which configurations, up to `each`, bring the tool to these points (point, 3), from a sample? q (pose, joint), whose (pose,), by point."""
     q, _ = _interleaved(arm, poses, seed)
-    start = _nearest(tool_points(arm, q), wanted, each).ravel()
+    start = _unlike(arm, q, tool_points(arm, q), wanted, each).ravel()
     goal = np.repeat(np.arange(len(wanted)), each)
     goal, start = goal[start >= 0], start[start >= 0]
-    with ThreadPoolExecutor(1) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         arrived, done = _bring(arm, q[start], wanted[goal], pool)
-    return arrived[done], goal[done]
+    found, at = arrived[done], goal[done]
+    alone = distinct(arm, found, at, edge)
+    return found[alone], at[alone]
 
 
 def in_reach(arm: Arm, found: Reached, wanted: Floats) -> np.ndarray:
@@ -123,7 +133,53 @@ def in_reach(arm: Arm, found: Reached, wanted: Floats) -> np.ndarray:
     if not len(wanted):
         return np.zeros(0, bool)
     with ThreadPoolExecutor(1) as pool:
-        return _arrived(arm, found, wanted, _STARTS, pool)[1]
+        q, done, _ = _arrived(arm, found, wanted, _STARTS_AMID, pool)
+    # A stretched-out arm comes near its goal by ever shorter steps: as near as the middle of a cell has to be is near enough.
+    return np.asarray(done | (np.abs(tool_points(arm, q) - wanted) < _NEAR * found.grid.edge).all(axis=1))
+
+
+def distinct(arm: Arm, q: Floats, cell: np.ndarray, edge: float) -> np.ndarray:
+    """Which of these poses (pose, joint) differ from all earlier ones of their cell? Poses lie by cell; whole turns are no difference."""
+    alone = np.ones(len(q), bool)
+    begins = np.flatnonzero(np.r_[True, cell[1:] != cell[:-1]]) if len(q) else np.zeros(0, int)
+    rank = np.arange(len(q)) - np.repeat(begins, np.diff(np.r_[begins, len(q)]))
+    scale = np.array([1.0 if joint.type == "revolute" else edge for joint in arm.moving])
+    for back in range(1, int(rank.max(initial=0)) + 1):
+        later = np.flatnonzero(rank >= back)
+        alone[later[(_between(arm, q[later], q[later - back]) < _SAME * scale).all(axis=1)]] = False
+    return alone
+
+
+def _between(arm: Arm, one: Floats, other: Floats) -> Floats:
+    """How far do joint values (..., joint) differ, rad or m, whole turns left out?"""
+    off = np.abs(one - other)
+    turning = np.array([joint.type == "revolute" for joint in arm.moving])
+    return np.asarray(np.where(turning, np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi))), off))
+
+
+def _unlike(arm: Arm, q: Floats, points: Floats, wanted: Floats, count: int) -> np.ndarray:
+    """Which poses (point, count) to start from to points (point, 3)? The nearest, then those near that are least like the ones before; -1: no more.
+
+    Nearest poses alone may all be of one elbow, or beyond a joint's limit.
+    """
+    scaled = q / (arm.limits[:, 1] - arm.limits[:, 0])
+    out = np.full((len(wanted), count), -1)
+    for first in range(0, len(wanted), _BATCH):
+        near_by = _nearest(points, wanted[first : first + _BATCH], max(_AMONG, count))
+        there, rows = near_by >= 0, np.arange(len(near_by))
+        chosen = np.zeros((len(near_by), min(count, _UNLIKE)), np.int64)
+        unlike = np.where(there, np.inf, -np.inf)
+        for k in range(1, chosen.shape[1]):
+            last = scaled[near_by[rows, chosen[:, k - 1]]]
+            unlike = np.minimum(unlike, np.abs(scaled[near_by] - last[:, None, :]).max(axis=2))
+            unlike[rows, chosen[:, k - 1]] = -np.inf
+            chosen[:, k] = unlike.argmax(axis=1)
+        used = np.zeros(near_by.shape, bool)
+        used[rows[:, None], chosen] = True
+        rest = np.argsort(used, axis=1, kind="stable")[:, : count - chosen.shape[1]]
+        which = np.take_along_axis(near_by, np.hstack([chosen, rest]), axis=1)
+        out[first : first + _BATCH] = np.where(np.arange(count) < there.sum(axis=1)[:, None], which, -1)
+    return out
 
 
 def _interleaved(arm: Arm, poses: int, seed: int) -> tuple[Floats, np.ndarray]:
@@ -231,23 +287,23 @@ def _filled(arm: Arm, found: Reached, starts: Reached, per_cell: int, pool: Thre
     To the middle, where that is in reach; else to where the pose that it starts from lies within its own cell.
     """
     cells = np.flatnonzero((found.counts.ravel() > 0) | found.centre.ravel())
+    cells = cells[found.counts.ravel()[cells] < per_cell]
+    around = _unlike(arm, starts.q, starts.points, found.grid.centres(cells), _ROUNDS * per_cell)
     for turn in range(_ROUNDS):
         tell("bringing poses to cells", turn, _ROUNDS)
-        lacking = per_cell - found.counts.ravel()[cells]
-        short, lacking = cells[lacking > 0], lacking[lacking > 0]
-        if not len(short):
+        lacking = np.maximum(per_cell - found.counts.ravel()[cells], 0)
+        # Later rounds try more starts than lack: those that are left are the hard ones. Another rank in each, so that none comes twice.
+        tries = lacking if turn == 0 else np.minimum(_HARDER * lacking, per_cell)
+        row = np.repeat(np.arange(len(cells)), tries)
+        if not len(row):
             break
-        around = _nearest(starts.points, found.grid.centres(short), (turn + 2) * per_cell)
-        own = (around < 0) | (starts.cell[around] == short[:, None])
-        around = np.take_along_axis(np.where(own, -1, around), np.argsort(own, axis=1, kind="stable"), axis=1)
-        # Another rank of neighbours in each round, so that no start comes twice.
-        rank = np.concatenate([np.arange(n) for n in lacking]) + turn * per_cell
-        start = around[np.repeat(np.arange(len(short)), lacking), rank]
-        goal, start = np.repeat(short, lacking)[start >= 0], start[start >= 0]
+        start = around[row, np.concatenate([np.arange(n) for n in tries]) + turn * per_cell]
+        goal, start = cells[row][start >= 0], start[start >= 0]
         there = found.grid.centres(goal)
         there += np.where(found.centre.ravel()[goal][:, None], 0.0, starts.points[start] - found.grid.centres(starts.cell[start]))
         arrived, done = _stepped(arm, starts.q[start], there, found.grid.edge, pool)
         found = _joined(arm, found, arrived[done], goal[done], starts.members[start[done]])
+        found = _first(_taken(found, np.flatnonzero(distinct(arm, found.q, found.cell, found.grid.edge))), per_cell)
     return found
 
 
@@ -258,7 +314,7 @@ def _arrived(
 
     By plain steps where the `edge` of the cells is told, else by damped ones.
     """
-    starts = _nearest(found.points, wanted, count)
+    starts = _nearest(found.points, wanted, count) if count <= _STARTS else _unlike(arm, found.q, found.points, wanted, count)
     out, done, start = found.q[starts[:, 0]], np.zeros(len(wanted), bool), starts[:, 0].copy()
     for each in starts.T:
         left = np.flatnonzero(~done & (each >= 0))

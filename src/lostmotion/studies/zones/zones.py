@@ -288,7 +288,7 @@ def zones(
         tell("looking for places", 0, 1)
 
         def afresh(points: Floats) -> tuple[Floats, int]:
-            q, at = reach_points(arm, points, _AFRESH, wish.per_cell, seed + 1)
+            q, at = reach_points(arm, points, _AFRESH, wish.per_cell, seed + 1, reached.grid.edge, threads)
             new = errors(arm, q, wish.level, approach=approach, threads=threads)
             return by_cell(new, at, len(points))[QUANTILE, BYS.index(wish.by)], len(q)
 
