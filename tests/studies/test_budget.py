@@ -1,6 +1,7 @@
 """Who is to blame: exact shares by part, cause, level and term, at a pose, over the workspace and in a zone; and what halving each buys."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,13 +10,15 @@ import lostmotion
 from lostmotion import sample_poses
 from lostmotion.formats.places import read_pose, read_zone
 from lostmotion.studies.budget import LABELS, Tally, budget, costs, label_of, tally
-from lostmotion.studies.intervals import quantile, quantile_drop
+from lostmotion.studies.intervals import Estimate, quantile, quantile_drop
 from lostmotion.studies.montecarlo import montecarlo
 from lostmotion.studies.montecarlo.halving import halving
 from lostmotion.studies.montecarlo.paired import Paired, scaled
 from lostmotion.studies.screws import screws
 
 from .conftest import arm_of
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +68,7 @@ def test_a_term_of_zero_size_has_zero_share():
     nothing = [cost for name, cost in shares.items() if name.startswith("joints.W.gearbox")]
     assert nothing
     for cost in nothing:
-        assert cost.share == pytest.approx(0, abs=1e-20)
-        assert cost.alone == pytest.approx(0, abs=1e-15)
+        assert (cost.share, cost.alone, cost.levels) == (0, 0, (0, 0, 0))
 
 
 def test_causes_name_the_kind_of_error_at_whichever_joint(arm):
@@ -169,6 +171,23 @@ def test_text_that_is_no_zone_is_refused(text):
     """One message that says what was found and shows what passes."""
     with pytest.raises(lostmotion.InputError, match="lower one first"):
         read_zone(text)
+
+
+def test_what_moves_the_tool_by_rounding_only_is_nothing_everywhere():
+    """The Z-arm's last joint turns the tool about itself: 0 % and nothing to gain without an interval, not rounding with one; else left out."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    study = lostmotion.study(arm, 32, 20, 2)
+    matrix = screws(arm, study.poses.q)
+    size = sum(matrix.square_sums[k] for k, info in enumerate(matrix.infos) if info.owner == "joints.roll.gearbox")
+    assert 0 < size < 1e-30  # rounding, which the test is about
+    sections = {section.key: {row.label: row for row in section.rows} for section in study.sheet.sections}
+    for part in ("roll.gearbox", "roll.encoder"):
+        alone, share, gain = sections["budget"][part].figures
+        assert [str(figure) for figure in (alone, share, gain)] == ["0 µm", "0 %", "0 µm"]
+        assert gain.interval == ""
+        assert part not in sections["budget_levels"]
+    assert sections["budget"]["O.gearbox"].figures[2].interval
+    assert study.halving.gains["joints.roll.gearbox"] == Estimate(0, 0, 0)
 
 
 @pytest.mark.parametrize("by", ["part", "term"])

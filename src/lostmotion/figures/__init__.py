@@ -34,7 +34,7 @@ class Figure:
         if not math.isfinite(self.value):
             return digits(self.value)
         if self.unit == "%":
-            return f"{'<0.01' if 0 < abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
+            return f"{'0' if self.value == 0 else '<0.01' if abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
         close = self.high - self.low
         return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {unit}".strip()
 

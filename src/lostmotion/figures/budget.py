@@ -22,7 +22,6 @@ REMEDIES: Final = (
     "calibration can take away what of it is constant, a map of each robot the rest",
     "nothing takes it away",
 )
-_NOTHING: Final = 1e-9  # of the whole: what rounding leaves
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
@@ -110,7 +109,7 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     rows = [
         Row(cost.part.removeprefix("joints."), (Figure(cost.alone * 1e6, "µm", samples=exact), *_shares(cost, exact)))
         for cost in found
-        if cost.alone > _NOTHING * of.rms
+        if cost.alone > 0
     ]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
@@ -123,4 +122,6 @@ def _shares(cost: Cost, exact: str) -> tuple[Figure, ...]:
 
 
 def _gain(gain: Estimate, counted: str) -> Figure:
+    if gain.low == gain.high == 0:  # of what does not move the tool: known, not estimated
+        return Figure(0.0, "µm", samples=counted)
     return Figure(gain.value * 1e6, "µm", gain.low * 1e6, gain.high * 1e6, counted)

@@ -29,6 +29,7 @@ _SHADES: Final = {BLUE: "rgba(0,114,178,0.15)", ORANGE: "rgba(230,159,0,0.18)", 
 _DASHES: Final = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 _MOST_CURVES: Final = 6
 _MOST_WRITTEN: Final = 6
+_SURER: Final = "differences draw by draw, against the first design, are surer"
 
 
 def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
@@ -40,7 +41,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
         if outcomes[0].ap is not None:
             out.append(Plot("iso9283", "iso9283", iso_over_one(order, outcomes), "Curves of AP and RP over the key swept."))
     elif len(order.axes) == 2:  # noqa: PLR2004 - a plane
-        out.append(Plot("designs", "designs", over_two(order, *_errors(outcomes)), "Map of the 95 % error over the two keys swept."))
+        out.append(Plot("designs", "designs", over_two(order, *_errors(outcomes), _SURER), "Map of the 95 % error over the two keys swept."))
         if outcomes[0].rp is not None:
             found = [each.rp[1] for each in outcomes if each.rp is not None]
             out.append(Plot("iso9283", "iso9283", over_two(order, found, "RP, 95 % of robots below"), "Map of RP over the two keys swept."))
@@ -124,10 +125,10 @@ def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
     return _curves(order, outcomes, wanted, "Accuracy and repeatability, with their 95 % intervals")
 
 
-def over_two(order: Order, found: Sequence[Estimate], what: str) -> go.Figure:
+def over_two(order: Order, found: Sequence[Estimate], what: str, surer: str = "") -> go.Figure:
     """Where over the two keys is this small, and which cells cannot be told from the smallest by their intervals?
 
-    Colours span the intervals' ends, so that what is within them looks much alike.
+    Colours span the intervals' ends, so that what is within them looks much alike. `surer` says where designs are compared draw by draw.
     """
     import plotly.graph_objects as go
 
@@ -160,9 +161,9 @@ def over_two(order: Order, found: Sequence[Estimate], what: str) -> go.Figure:
     figure = framed(f"{what} [{unit}]", cells, height=min(220 + 44 * shape[0], 700))
     below = ""
     if all(alike):
-        below = "≈ all intervals overlap the smallest one's:<br>what looks like a pattern may be chance"
+        below = "≈ all intervals overlap the smallest one's:<br>" + (surer or "what looks like a pattern may be chance")
     elif any(alike):
-        below = "≈ the interval overlaps the smallest one's:<br>by these samples it may be as small"
+        below = "≈ the interval overlaps the smallest one's:<br>" + (surer or "by these samples it may be as small")
     figure.update_xaxes(title_text=f"{names[1]}<br>{below}" if below else names[1], type="category", showgrid=False)
     figure.update_yaxes(title_text=names[0], type="category", showgrid=False)
     return figure

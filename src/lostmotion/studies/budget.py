@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.screws import Screws, TermInfo
 
 By = Literal["part", "cause", "level", "term"]
+# A part whose r.m.s. error alone is a smaller share of the whole's moves the tool by rounding only: it counts as nothing, wherever that is asked.
+NOTHING: Final = 1e-12
 _BLOCK: Final = 1024
 # What tells terms of one cause apart: the bearing, what is drawn of a play, a harmonic's number and its phase.
 _NOT_CAUSE: Final = re.compile(r"\b(?:inboard|outboard|side held by load|by approach|amount|position)\b|\d+$")
@@ -130,12 +132,14 @@ class Cost:
 
 
 def costs(tally: Tally) -> list[Cost]:
-    """What does each part cost over the poses tallied, the dearest first?"""
+    """What does each part cost over the poses tallied, the dearest first? Exactly nothing where only rounding makes it move the tool (`NOTHING`)."""
     mean_square = tally.total / tally.poses
     visits = np.full(len(tally.owners), np.nan) if tally.of_visits is None else tally.of_visits
     out = []
     for k, owner in enumerate(tally.owners):
         variance, own, shared, of_visits = (float(x[k]) / tally.poses for x in (tally.variance, tally.own_bias, tally.shared_bias, visits))
+        if variance + own <= NOTHING**2 * mean_square:
+            variance = own = shared = of_visits = 0.0
         halved = mean_square - shared + own / 4 - 0.75 * variance
         design, robot, visit = (size / mean_square if mean_square else 0.0 for size in (shared, variance - of_visits, of_visits))
         share = (variance + shared) / mean_square if mean_square else 0.0

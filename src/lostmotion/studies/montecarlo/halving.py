@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies.budget import label_of
+from lostmotion.studies.budget import Tally, costs, label_of
 from lostmotion.studies.intervals import Estimate, quantile, quantile_drop
 from lostmotion.studies.montecarlo.paired import Paired, thinned
 
@@ -54,9 +54,10 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     """
     paired = Paired.of(arm, thinned(poses, _POSES), min(robots, _ROBOTS), visits, seed, approach)
     infos = paired.matrices[0].infos
-    size = sum(matrix.square_sums for matrix in paired.matrices)
     before = paired.run(np.ones(len(infos)))
-    labels = (label_of(by), label_of("cause"))
+    groupings: tuple[By, ...] = (by, "cause")
+    labels = tuple(label_of(each) for each in groupings)
+    still = tuple({cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings)
     wanted = [(k, name) for k, label in enumerate(labels) for name in dict.fromkeys(map(label, infos))]
     gains: list[dict[str, Estimate]] = [{}, {}]
     for done, (k, name) in enumerate(wanted):
@@ -64,8 +65,13 @@ def halving(  # noqa: PLR0913 - a study is these numbers
             progress("halving each error", done, len(wanted))
         mine = np.array([labels[k](info) == name for info in infos])
         gain = Estimate(0.0, 0.0, 0.0)  # of what does not move the tool, exactly
-        if (size * mine).any():
+        if name not in still[k]:
             after = paired.run(np.where(mine, 0.5, 1.0))
             gain = quantile_drop((before.groups, before.sets), (after.groups, after.sets), LEVEL)
         gains[k][name] = gain
     return Halving(gains[0], quantile(before.groups.sum(axis=0), LEVEL), paired.samples, gains[1])
+
+
+def _tally(paired: Paired, by: By) -> Tally:
+    first, *others = (Tally.of(matrix, by) for matrix in paired.matrices)
+    return sum(others, first)

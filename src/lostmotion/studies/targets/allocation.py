@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.studies.analytic.cumulants import cumulants
+from lostmotion.studies.budget import NOTHING as NOTHING_OF_RMS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.screws import Screws
     from lostmotion.studies.targets.items import Item
 
-# An item with a smaller share of the mean square does not move the tool.
-NOTHING: Final = 1e-18
+# An item with a smaller share of the mean square does not move the tool: the budget's rule, squared.
+NOTHING: Final = NOTHING_OF_RMS**2
 _ROUNDS: Final = 200
 _CLOSE: Final = 1e-12
 # Factors that differ more come of a form in which items cancel each other for all sizes.
