@@ -6,6 +6,7 @@ from scipy import stats
 
 from lostmotion.laws.chance import Amount, Cosine, Normal, Sine, TwoSided, Uniform, gauss_rule
 from lostmotion.laws.lattice_length import Vectors, lattice_quantiles
+from lostmotion.laws.normal_length import normal_length
 from lostmotion.studies.analytic.cumulants import cumulants
 from lostmotion.studies.analytic.sums import sums
 from lostmotion.studies.analytic.values import values_of
@@ -70,6 +71,19 @@ def test_uniforms_on_a_line_are_irwin_and_halls(count):
     known = np.isfinite(bound)
     assert known[:3].all()
     assert (np.abs(value - exact) <= bound)[known].all()
+
+
+@pytest.mark.parametrize(("play", "noise"), [(0.8, 0.6), (1.0, 0.7), (1.0, 0.8)])
+def test_where_edgeworths_shares_pass_one_the_correction_still_fits(play, noise):
+    """Two plays at right angles in noise that is wider along one: by symmetry as long as a normal vector on one side of both.
+
+    At 99.7 % the nearly normal vector's share is above 1, and the correction takes it back.
+    """
+    terms = [((play, 0, 0), "a", TwoSided()), ((0, play, 0), "b", TwoSided()), ((noise, 0, 0), "wider", ENDLESS), *round_noise(noise / 2)]
+    value, bound = told(terms)
+    exact = normal_length(np.array([[play, play, 0]]), np.diag([1.25, 0.25, 0.25])[None] * noise**2, LEVELS).quantiles[0]
+    assert value == pytest.approx(exact, rel=3e-3)
+    assert (np.abs(value - exact) <= bound).all()
 
 
 def test_an_amount_times_its_side_is_told_within_its_bound():

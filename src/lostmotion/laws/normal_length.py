@@ -108,7 +108,7 @@ def share_below(
     Arguments and errors as `normal_length`. The share's own numerical error is below 1e-6.
     """
     shares, _, left = share_and_density(bias, covariance, limits, fourth, third=third, mixture=mixture)
-    return shares, left
+    return np.clip(shares, 0.0, 1.0), left
 
 
 def share_and_density(
@@ -123,6 +123,7 @@ def share_and_density(
 ) -> tuple[Floats, Floats, Floats]:
     """How dense are each vector's lengths at these limits besides? Shares, densities per unit of length, and what is left out: all (n, limit).
 
+    As the series gives them: far out, shares may lie outside 0 … 1 by what is left out.
     Limits (limit,) for all vectors, or (n, limit) for each its own. Arguments and errors as `share_below`.
     """
     parts = _Parts.checked(bias, covariance, third, fourth, mixture)
