@@ -69,9 +69,10 @@ def said(zone: FoundInZone) -> str:
     """Say how the zone's poses were come by, and what the interval counts."""
     poses = zone.poses
     found = f"{len(poses)} poses of the zone ({poses.law}), found among {zone.tried}"
+    own = "they are numbered by themselves, and the worst of them may be worse than the worst that was visited in the whole workspace"
     if poses.replicates > 1:
-        return f"{found}, in {poses.replicates} independent sets; poses are numbered within the zone"
-    return f"{found} and taken as they are; poses are numbered within the zone"
+        return f"{found}, in {poses.replicates} independent sets; {own}"
+    return f"{found} and taken as they are; {own}"
 
 
 def _counted(here: Poses, whole: Poses) -> Row:
@@ -87,4 +88,6 @@ def beside(here: Section, whole: Section) -> tuple[Row, ...]:
 
 
 def _remark(here: Row, whole: Row) -> str:
-    return here.note if here.note != whole.note or math.isnan(here.figures[0].value) else ""
+    if math.isnan(here.figures[0].value):
+        return here.note
+    return f"in the zone: {here.note}" if here.note != whole.note else ""
