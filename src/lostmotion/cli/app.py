@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lostmotion import __version__
+from lostmotion.cli.spoken import Spoken
 from lostmotion.errors import LostmotionError
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ stopped: list[bool] = []
 STOPPED = 130  # the shell's own code for it
 
 app = typer.Typer(
+    cls=Spoken,
     help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
     no_args_is_help=True,
     add_completion=False,

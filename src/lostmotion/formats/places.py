@@ -33,6 +33,7 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
         return int(text)
     joints = {joint.name: joint for joint in arm.moving}
     example = " ".join(f"{name}={'10mm' if isinstance(joint, PrismaticJoint) else '30deg'}" for name, joint in joints.items())
+    example = _given(option, example)
     mistakes: list[Problem] = []
     found: dict[str, float] = {}
     at = 0
@@ -77,7 +78,7 @@ def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float
     x, y, z or comes twice, ends in the wrong order, no unit of length.
     """
     expected = "ends along x, y and z in the base's axes, lower one first, with their unit"
-    example = f'{option} "{_ZONE}"' if option.startswith("-") else f'{option} = "{_ZONE}"'
+    example = _given(option, _ZONE)
     out: dict[str, tuple[float, float]] = {}
     mistakes: list[Problem] = []
     for part in text[:_LONGEST].split(","):
@@ -97,3 +98,8 @@ def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float
     if mistakes:
         raise InputError(mistakes)
     return out
+
+
+def _given(option: str, text: str) -> str:
+    """Show a text as it is given: behind an option, or to an argument."""
+    return f'{option} "{text}"' if option.startswith("-") else f'{option} = "{text}"'

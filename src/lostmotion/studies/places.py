@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.poses import PoseLaw
 
 _AXES = "xyz"
-_EXAMPLE = 'zone = {"x": (0.2, 0.5)}'
+_EXAMPLE = 'zone = "x 0.2..0.5 m"'
 # So many poses are looked at to find those in a zone.
 MOST_TRIED: Final = 1 << 19
 

@@ -53,6 +53,7 @@ class Tolerance:
     @classmethod
     def of(cls, until: float | str) -> Tolerance:
         """Read 0.01, "1 %" or "2 digits". Raises InputError for anything else."""
+        given = until
         if isinstance(until, str):
             match = re.fullmatch(r"\s*(\d{1,6}(?:\.\d{1,6})?)\s*(%|digits?)\s*", until)
             if match is None:
@@ -64,7 +65,7 @@ class Tolerance:
                 return cls(digits=int(amount))
             until = amount / 100
         if not _LEAST <= until <= 0.5:  # noqa: PLR2004 - as `_WANTED` says
-            raise refuse_argument("until", until, _WANTED, _EXAMPLE)
+            raise refuse_argument("until", given, _WANTED, _EXAMPLE)
         return cls(float(until))
 
     def half(self, value: float) -> float:
