@@ -117,7 +117,7 @@ def map_dataset(found: Zones) -> xarray.Dataset:
     """Give an accuracy map cell by cell, in SI, with units and long names; NaN where the tool was not found to reach."""
     import xarray
 
-    from lostmotion.studies.zones.zones import BYS, MEAN, QUANTILE
+    from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
 
     grid, reached = found.reached.grid, found.reached
     space = ("x", "y", "z")

@@ -15,9 +15,10 @@ from lostmotion.laws.normal_length import normal_length
 from lostmotion.parts.place import Place
 from lostmotion.studies.analytic.analytic import analytic
 from lostmotion.studies.zones.boxes import YAWS, best_boxes, footprint, judged, keeping_clear
+from lostmotion.studies.zones.by_cell import BYS, QUANTILE
 from lostmotion.studies.zones.cells import grid_over, within
 from lostmotion.studies.zones.reach import reach
-from lostmotion.studies.zones.zones import BYS, QUANTILE, Wish, zones
+from lostmotion.studies.zones.zones import Wish, zones
 
 UPPER, FORE = 0.5, 0.3
 ZERO = (2e-3, 3e-3)  # rad, ± limits
@@ -379,7 +380,7 @@ def test_poses_far_from_normal_are_raised_or_left_out(monkeypatch, departs):
         quantiles = np.where(lost[:, None], np.nan, found.quantiles)
         return dataclasses.replace(found, quantiles=quantiles, quantiles_bound=np.where(lost[:, None], departs * normal, found.quantiles_bound))
 
-    monkeypatch.setattr("lostmotion.studies.zones.zones.analytic", without)
+    monkeypatch.setattr("lostmotion.studies.zones.by_cell.analytic", without)
     found = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
     reached, errors = found.reached, found.looked.errors
     lost = reached.q[:, 1] > 0

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
-from lostmotion.studies.zones.zones import BYS, MEAN, QUANTILE
+from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.zones.afresh import of_count
+from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lostmotion.spatial import Floats
-    from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.zones.boxes import Box, Boxes
     from lostmotion.studies.zones.zones import Zones
 
@@ -94,7 +95,17 @@ def _cells(found: Zones) -> str:
 
 def _per_cell(found: Zones) -> str:
     counts = found.reached.counts[found.reached.counts > 0]
-    return f"{float(np.median(counts)):.3g} configurations in each (median; least {int(counts.min())})"
+    return f"{_whole(float(np.median(counts)))} configurations in each (median; least {int(counts.min())})"
+
+
+def _whole(value: float, samples: str = "") -> Figure:
+    """Give a median of counts: a whole number, or one and a half."""
+    return Figure(int(value) if value.is_integer() else value, "1", samples=samples)
+
+
+def _drawn(found: Zones) -> str:
+    afresh = found.afresh
+    return "cells reached at their middle" if afresh is None else f"{len(afresh.points)} of {afresh.drawn} points drawn around are in reach"
 
 
 def _unit(found: Zones) -> str:
@@ -152,42 +163,75 @@ def _cards(found: Zones) -> list[Card]:
 
 def _map(found: Zones) -> Section:
     known = _known(found)
-    counted = f"{int(known.sum())} cells in reach of the tool at their middle, {_per_cell(found)}"
+    counts = found.reached.counts[known]
     rows = []
     for measure, name in ((QUANTILE, f"{level_said(found)} below"), (MEAN, "mean error")):
         for k, by in enumerate(BYS):
-            values = found.figures[measure, k][known]
-            figures = tuple(length(float(v), samples=counted) for v in (values.min(), np.median(values), values.max()))
-            note = {"best": "a bound: more poses lower it", "mean": "over the configurations", "worst": "a bound: more poses raise it"}[by]
-            shown = "shown in the plots" if measure == QUANTILE and by == found.by else ""
-            rows.append(Row(f"{name}, {by}", figures, "; ".join(x for x in (note, shown) if x)))
-    note = f"cells of {edge_said(found)}; each column is the least, the middle and the largest over the cells"
-    return Section("map", "Accuracy map", ("most accurate cell", "median cell", "least accurate cell"), tuple(rows), note)
+            values, (low, high) = found.figures[measure, k][known], found.ends[:, measure, k][:, known]
+            middle = _median(found, measure, k)
+            shown = " (in the plots)" if measure == QUANTILE and by == found.by else ""
+            for cell, at in (("most accurate cell", int(values.argmin())), ("median cell", None), ("least accurate cell", int(values.argmax()))):
+                if at is None:
+                    all_cells = f"{int(known.sum())} cells, {_per_cell(found)}"
+                    rows.append(Row(f"{name}, {by}, {cell}", (length(*middle, samples=all_cells),), _counted_in_median(found)))
+                    continue
+                said = f"{counts[at]} configuration{'s' * int(counts[at] != 1)} in the cell"
+                rows.append(Row(f"{name}, {by}, {cell}", (length(float(values[at]), float(low[at]), float(high[at]), said),), said + shown))
+    note = (
+        f"cells of {edge_said(found)} reached at their middle. Interval of a cell: what the sums over terms leave out, and of a mean over drawn "
+        "configurations 95 % (Student); ?: more configurations may be better, or worse, without a limit known. Chosen as extremes, the two extreme "
+        "cells stand a little too far out"
+    )
+    return Section("map", "Accuracy map", ("value",), tuple(rows), note)
+
+
+def _median(found: Zones, measure: int, column: int) -> tuple[float, float, float]:
+    """Give the median over the cells with ends that hold that over the workspace as well."""
+    known = _known(found)
+    value, ends = float(np.median(found.figures[measure, column][known])), np.median(found.ends[:, measure, column][:, known], axis=1)
+    low, high = (float(end) for end in ends)  # NaN: nothing is known on that side
+    if found.afresh is not None:
+        over = found.afresh.quantile(measure, BYS[column], 0.5)
+        low = low if math.isnan(low + over.low) else min(low, over.low)
+        high = high if math.isnan(high + over.high) else max(high, over.high)
+    return value, low, high
+
+
+def _counted_in_median(found: Zones) -> str:
+    return f"{int(_known(found).sum())} cells" + ("" if found.afresh is None else f", {len(found.afresh.points)} points afresh")
 
 
 def _within(found: Zones) -> Section:
     values = found.shown[_known(found)]
-    unit = _unit(found)
-    counted = f"{len(values)} cells, {_per_cell(found)}"
-    rows = []
-    if found.within is not None:
-        share, size = found.within.share, found.within.size
-        figures = (
-            Figure(100 * share.value, "%", 100 * share.low, 100 * share.high, counted),
-            Figure(size.value, unit, size.low, size.high, counted, "poses, grid"),
-        )
-        rows.append(Row(f"within {length(found.within.target)}", figures, "the target"))
+    unit, afresh = _unit(found), found.afresh
+    counted = f"{len(values)} cells, {_per_cell(found)}" if afresh is None else f"{len(afresh.points)} points, {afresh.poses} poses"
+    told = [] if found.within is None else [(found.within.target, found.within.share, found.within.size, "the target")]
     for part in _SHARES:
         error = float(np.quantile(values, part))
-        # More than `part` where cells are equally accurate.
-        part_within = float((values <= error).mean())
-        figures = (Figure(100 * part_within, "%", samples=counted), Figure(part_within * found.size.value, unit, samples=counted))
-        rows.append(Row(f"within {length(error)}", figures))
-    note = (
-        f"by the {by_said(found)}, {level_said(found)} of errors. Intervals: sets of poses left out one by one, and the change to cells of "
-        "twice the edge; of the size also cells at the end of the reach"
+        if afresh is not None:
+            told.append((error, *afresh.share(QUANTILE, found.by, error), ""))
+        else:
+            share = of_count(int((values <= error).sum()), len(values))
+            size = Estimate(share.value * found.size.value, share.low * found.size.low, share.high * found.size.high)
+            told.append((error, share, size, ""))
+    rows = [
+        Row(
+            f"within {length(error)}",
+            (
+                Figure(100 * share.value, "%", 100 * share.low, 100 * share.high, counted),
+                Figure(size.value, unit, size.low, size.high, counted),
+            ),
+            remark,
+        )
+        for error, share, size, remark in told
+    ]
+    note = f"by the {by_said(found)}, {level_said(found)} of errors. " + (
+        "No point drawn in space is in reach (the workspace is next to a surface): shares of the cells, with intervals as if those were drawn"
+        if afresh is None
+        else f"At {len(afresh.points)} points drawn evenly over the workspace, looked at afresh; intervals of a count (Clopper and Pearson), "
+        "from the points that are surely within to those that may be"
     )
-    return Section("within", "How much of the workspace is how accurate", ("share of the workspace", "size"), tuple(rows), note)
+    return Section("within", "How much of the workspace is how accurate", ("share", "size"), tuple(rows), note)
 
 
 def _places(found: Zones) -> Section | None:
@@ -197,30 +241,36 @@ def _places(found: Zones) -> Section | None:
     title = f"Where work of {size_said(boxes.size)} should stand"
     if not boxes.found:
         return Section("places", title, ("value",), (), boxes_said(boxes, found))
-    rows = []
+    rows, places = [], []
     for number, box in enumerate(boxes.found, start=1):
         cells = f"{len(box.cells)} cells of the map"
         other = f"{box.afresh_reached} of {box.afresh_points} other points reached, {box.afresh_poses} other poses"
-        low, high = box.centre - box.size / 2, box.centre + box.size / 2
+        low, high = (np.round(end, 9) + 0.0 for end in (box.centre - box.size / 2, box.centre + box.size / 2))  # no -0
         sides = ", ".join(f"{axis} {a * 1e3:.0f} … {b * 1e3:.0f}" for axis, a, b in zip("xyz", low, high, strict=True)) + " mm"
-        figures = (
-            length(box.worst, samples=cells),
-            length(box.mean, samples=cells),
-            length(box.afresh_worst, samples=other),
-            length(box.afresh_mean, samples=other),
+        sides = sides if not box.yaw else f"sides along x, y turned by {math.degrees(box.yaw):.0f}°"
+        said = (
+            ("worst cell", box.worst, cells),
+            ("mean of cells", box.mean, cells),
+            ("worst point, afresh", box.afresh_worst, other),
+            ("mean, afresh", box.afresh_mean, other),
         )
-        rows.append(
-            Row(f"{number}. around {place_said(box)}", figures, sides if not box.yaw else f"sides along x, y turned by {math.degrees(box.yaw):.0f}°")
-        )
+        for (what, value, counted), (low, high) in zip(said, box.ends.T, strict=True):
+            rows.append(Row(f"{number}. {what}", (length(value, float(low), float(high), counted),), _counts_said(box, counted == other)))
+        places.append(f"{number}. around {place_said(box)}: {sides}")
     judged = "mean over its cells" if boxes.by_mean else "worst cell"
     turned = ", any yaw in steps of 15°" if boxes.turned else ""
     note = (
         f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; the best of all {boxes.tried} places on the grid"
         f"{turned} of which the tool was brought to every cell's middle and corners; no two share a cell"
     )
+    note = "; ".join(places) + ". " + note + ". Interval: what the sums leave out, and of means over drawn configurations 95 % (Student)"
     if boxes.largest is not None:
         note += f". The largest box of these proportions in reach: {size_said(boxes.largest)}"
-    return Section("places", title, ("worst cell", "mean of cells", "worst point, afresh", "mean, afresh"), tuple(rows), note)
+    return Section("places", title, ("value",), tuple(rows), note)
+
+
+def _counts_said(box: Box, afresh: bool) -> str:  # noqa: FBT001 - one of two lines
+    return f"{box.afresh_reached} of {box.afresh_points} points, {box.afresh_poses} poses" if afresh else f"{len(box.cells)} cell{'s' * (len(box.cells) != 1)}"
 
 
 def _budget(found: Zones) -> Section | None:
@@ -228,7 +278,7 @@ def _budget(found: Zones) -> Section | None:
         return None
     first = found.budgets[0]
     shares = [{cost.part: cost.share for cost in each.costs} for each in found.budgets]
-    said = [f"{each.poses} poses in {each.cells} cells: {each.zone}" for each in found.budgets]
+    said = [f"{each.poses} pose{'s' * (each.poses != 1)} in {each.cells} cell{'s' * (each.cells != 1)}: {each.zone}" for each in found.budgets]
     rows = [Row("r.m.s. error", tuple(length(each.rms, samples=counted) for each, counted in zip(found.budgets, said, strict=True)), "of the zone")]
     for cost in first.costs:
         figures = tuple(Figure(100 * of.get(cost.part, 0.0), "%", samples=counted) for of, counted in zip(shares, said, strict=True))
@@ -248,12 +298,12 @@ def _reach(found: Zones) -> Section:
         Row("of them only in part", (Figure(rim, "1"),), "the middle is out of reach, or was not found"),
         Row(
             {3: "volume", 2: "area", 1: "length"}[max(reached.grid.dimensions, 1)],
-            (Figure(size.value, _unit(found), size.low, size.high, ends="inner cells, all cells"),) if size.value else (Figure(0.0, _unit(found)),),
-            "cells reached at their middle" if size.value else "the workspace is a surface on this grid",
+            (Figure(size.value, _unit(found), size.low, size.high, _drawn(found)),) if size.value else (Figure(0.0, _unit(found)),),
+            _drawn(found) if size.value else "the workspace is a surface on this grid",
         ),
         Row("poses sampled", (Figure(reached.sampled, "1"),), "Sobol sequences"),
         Row("poses brought by inverse kinematics", (Figure(int(reached.brought.sum()), "1"),), "from cells around"),
-        Row("configurations in a cell, median", (Figure(float(np.median(counts)), "1", samples=poses),)),
+        Row("configurations in a cell, median", (_whole(float(np.median(counts)), poses),), "each once: those that differ"),
         Row(
             "cells with fewer than asked", (Figure(int((counts < found.per_cell).sum()), "1"),), f"least {int(counts.min())}, asked {found.per_cell}"
         ),
@@ -277,7 +327,11 @@ def _remarks(found: Zones) -> list[str]:
     out = ["the tool may stand in any direction; obstacles, floor and self-collision are not looked at"]
     careful = float(found.looked.errors.careful.mean())
     if careful > _MANY:
-        out.append(f"{100 * careful:.2g} % of the poses are not quite normal: their 95 % figures stand a little too high, as do map, share, places")
+        out.append(
+            f"{100 * careful:.2g} % of the poses are not quite normal: their {level_said(found)} figures stand "
+            "a little too high, as do map and places; "
+            "intervals hold what they may be"
+        )
     if found.bounded.any():
         out.append(
             f"{int(found.bounded.sum())} cells hold an upper bound: no pose there is near enough to normal. Monte Carlo (lostmotion run) tells more"

@@ -11,8 +11,8 @@ from lostmotion.figures import length
 from lostmotion.figures.zones import by_said, level_said, size_said
 from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, named
 from lostmotion.plots.surfaces import level_surface
+from lostmotion.studies.zones.by_cell import BYS, QUANTILE
 from lostmotion.studies.zones.radial import radial
-from lostmotion.studies.zones.zones import BYS, QUANTILE
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

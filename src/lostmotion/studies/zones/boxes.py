@@ -35,6 +35,7 @@ class Box:
     """A place for a box: its middle (3,) and sides (3,) in m, its yaw about z (rad), and the numbers of the cells that it touches.
 
     worst, mean     over its cells, of the figure asked for, m
+    ends            (end, figure) between which worst, mean, afresh_worst and afresh_mean lie, as the cells' own ends; NaN where not known
     afresh_worst, afresh_mean   the same at the points of a lattice over the box, corners included, from other poses: `afresh_poses` in all, at
                     `afresh_reached` of `afresh_points` points
     """
@@ -45,6 +46,7 @@ class Box:
     cells: np.ndarray
     worst: float
     mean: float
+    ends: Floats
     afresh_worst: float = math.nan
     afresh_mean: float = math.nan
     afresh_poses: int = 0
@@ -86,14 +88,16 @@ def best_boxes(  # noqa: PLR0913 - a search is these numbers
     size: tuple[float, float, float],
     allowed: np.ndarray | None = None,
     *,
+    ends: Floats | None = None,
     by_mean: bool = False,
     turned: bool = False,
-    afresh: Callable[[Floats], tuple[Floats, int]] | None = None,
+    afresh: Callable[[Floats], tuple[Floats, Floats, int]] | None = None,
 ) -> Boxes:
     """Where does a box of this size (m) see the least error, `figures` (x, y, z) over the cells?
 
     allowed (x, y, z) cells that it may stand in; left out, all
-    afresh  gives the figures at points (point, 3) from other poses, and how many those were
+    ends    (end, cell) between which the figures lie; left out, not known
+    afresh  gives the figures at points (point, 3) from other poses, the ends (end, point) of each, and how many poses those were
     A side of zero is one layer of cells. Raises InputError for a side along an axis that the tool cannot move along.
     """
     grid = reached.grid
@@ -125,7 +129,8 @@ def best_boxes(  # noqa: PLR0913 - a search is these numbers
         cells = np.ravel_multi_index(tuple(at.T), grid.shape)
         centre = grid.low + grid.edge * (low + np.array(cover.shape) / 2)
         values = figures.ravel()[cells]
-        box = Box(np.asarray(centre), np.array(size), yaw, cells, float(values.max()), float(values.mean()))
+        of_map = np.full((2, 2), np.nan) if ends is None else _worst_and_mean(ends[:, cells])
+        box = Box(np.asarray(centre), np.array(size), yaw, cells, float(values.max()), float(values.mean()), _joined(of_map))
         boxes.append(box if afresh is None else _checked(box, *afresh(box.points(grid.edge))))
     return Boxes(size, by_mean, turned, tried, whole, largest, tuple(boxes))
 
@@ -135,10 +140,22 @@ def _longest(grid: Grid) -> float:
     return grid.edge * math.hypot(*grid.shape)
 
 
-def _checked(box: Box, values: Floats, poses: int) -> Box:
-    known = values[np.isfinite(values)]
-    worst, mean = (float(known.max()), float(known.mean())) if len(known) else (math.nan, math.nan)
-    return replace(box, afresh_worst=worst, afresh_mean=mean, afresh_poses=poses, afresh_points=len(values), afresh_reached=len(known))
+def _worst_and_mean(ends: Floats) -> Floats:
+    """Between which ends (end, figure) lie the largest and the mean of figures that each lie between such ends (end, cell)?"""
+    return np.column_stack([ends.max(axis=1), ends.mean(axis=1)])
+
+
+def _joined(of_map: Floats, afresh: Floats | None = None) -> Floats:
+    return np.hstack([of_map, np.full((2, 2), np.nan) if afresh is None else afresh])
+
+
+def _checked(box: Box, values: Floats, between: Floats, poses: int) -> Box:
+    there = np.isfinite(values)
+    known, ends = values[there], box.ends
+    worst = mean = math.nan
+    if len(known):
+        worst, mean, ends = float(known.max()), float(known.mean()), _joined(box.ends[:, :2], _worst_and_mean(between[:, there]))
+    return replace(box, ends=ends, afresh_worst=worst, afresh_mean=mean, afresh_poses=poses, afresh_points=len(values), afresh_reached=len(known))
 
 
 def whole_cells(arm: Arm, reached: Reached) -> np.ndarray:

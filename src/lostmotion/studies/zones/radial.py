@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.arm import frames
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
-from lostmotion.studies.zones.zones import BYS, QUANTILE, by_cell
+from lostmotion.studies.zones.by_cell import BYS, QUANTILE, by_cell
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm

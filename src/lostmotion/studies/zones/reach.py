@@ -130,12 +130,17 @@ def reach_points(arm: Arm, wanted: Floats, poses: int, each: int, seed: int, edg
 
 def in_reach(arm: Arm, found: Reached, wanted: Floats) -> np.ndarray:
     """Which of these points (point, 3) can the tool be brought to from poses near them? No proof for those where it could not."""
+    return brought_to(arm, found, wanted)[1]
+
+
+def brought_to(arm: Arm, found: Reached, wanted: Floats, threads: int = 1) -> tuple[Floats, np.ndarray]:
+    """Which poses q (pose, joint) bring the tool to these points (point, 3), from poses near them, and which were reached?"""
     if not len(wanted):
-        return np.zeros(0, bool)
-    with ThreadPoolExecutor(1) as pool:
+        return np.zeros((0, len(arm.moving))), np.zeros(0, bool)
+    with ThreadPoolExecutor(threads) as pool:
         q, done, _ = _arrived(arm, found, wanted, _STARTS_AMID, pool)
     # A stretched-out arm comes near its goal by ever shorter steps: as near as the middle of a cell has to be is near enough.
-    return np.asarray(done | (np.abs(tool_points(arm, q) - wanted) < _NEAR * found.grid.edge).all(axis=1))
+    return q, np.asarray(done | (np.abs(tool_points(arm, q) - wanted) < _NEAR * found.grid.edge).all(axis=1))
 
 
 def distinct(arm: Arm, q: Floats, cell: np.ndarray, edge: float) -> np.ndarray:

@@ -9,18 +9,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.normal_length import normal_length
-from lostmotion.studies.analytic.analytic import analytic
 from lostmotion.studies.budget import Cost, Tally, costs
-from lostmotion.studies.intervals import Estimate, student
-from lostmotion.studies.poses import REPLICATES, Poses
+from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.screws import screws
+from lostmotion.studies.zones.afresh import SAMPLED as SAMPLED_AFRESH
+from lostmotion.studies.zones.afresh import Afresh, look_afresh, of_count
 from lostmotion.studies.zones.boxes import Boxes, best_boxes, keeping_clear
+from lostmotion.studies.zones.by_cell import BYS, QUANTILE, By, Errors, by_cell, ends_by_cell, errors
 from lostmotion.studies.zones.cells import within
 from lostmotion.studies.zones.reach import Reached, reach, reach_points
 
@@ -29,84 +29,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.zones.reach import Progress
 
-By = Literal["best", "mean", "worst"]
-BYS: Final[tuple[By, ...]] = get_args(By)
-MEAN, QUANTILE = 0, 1
 SAMPLED: Final = 131_072
 PER_CELL: Final = 8
-# Poses looked at anew in a box are brought there from a smaller sample.
-_AFRESH: Final = 32_768
-_CHUNK: Final = 65_536
-# What the departure from the normal law may add, as a share, for a figure to be told with it added.
-_QUITE_NORMAL: Final = 0.25
 _BLOCK: Final = 1024
 _MOST_IN_BUDGET: Final = 16_384
-
-
-@dataclass(frozen=True, repr=False)
-class Errors:
-    """The position error at each of many poses, m: its mean and what a share of it stays below.
-
-    told      (pose,) whether the error is near enough to normal for both figures as they are
-    careful   (pose,) where it is not quite, the quantile is that of the normal law with the same mean vector and covariance, raised by what
-              the departure from it may add, where that is a quarter at most
-    The rest have bounds instead: the mean lies below the root mean square, and a share `level` below root(mean square / (1 - level)) (Chebyshev)
-    and below the worst case.
-    """
-
-    mean: Floats
-    quantile: Floats
-    told: np.ndarray
-    careful: np.ndarray
-
-    @property
-    def known(self) -> np.ndarray:
-        """Tell which poses have figures, not bounds alone."""
-        return np.asarray(self.told | self.careful)
-
-
-def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None) -> Errors:
-    """How far off is the tool at each of these poses, by sums over terms?"""
-    count = len(q)
-    mean, quantile, told, careful = np.empty(count), np.empty(count), np.empty(count, bool), np.zeros(count, bool)
-    for start in range(0, count, _CHUNK):
-        here = slice(start, min(start + _CHUNK, count))
-        if progress is not None:
-            progress("summing up terms", start, count)
-        found = analytic(arm, Poses(q[here], "given"), approach=approach, levels=(level,), threads=threads)
-        told[here] = np.isfinite(found.mean) & np.isfinite(found.quantiles[:, 0])
-        square = found.mean_square
-        mean[here] = np.where(np.isfinite(found.mean), found.mean, np.sqrt(square))
-        quantile[here] = np.where(told[here], found.quantiles[:, 0], np.minimum(np.sqrt(square / (1 - level)), found.worst))
-        rest = np.flatnonzero(~told[here])
-        if len(rest):
-            normal = normal_length(found.bias[rest], found.covariance[rest], (level,)).quantiles[:, 0]
-            left = found.quantiles_bound[rest, 0]
-            near = np.isfinite(left) & (left <= _QUITE_NORMAL * normal)
-            careful[here][rest] = near
-            quantile[here][rest[near]] = np.minimum(normal + left, quantile[here][rest])[near]
-    return Errors(mean, quantile, told, careful)
-
-
-def by_cell(found: Errors, cell: np.ndarray, cells: int, kept: np.ndarray | None = None) -> Floats:
-    """What are mean and quantile (measure, by, cell) of each of so many cells by its best, mean and worst pose? NaN where it has none.
-
-    cell (pose,) is the cell of each pose; `kept` (pose,) looks at some poses alone. Poses with bounds alone are left out where a cell has others.
-    """
-    use = np.ones(len(cell), bool) if kept is None else kept
-    some_known = np.bincount(cell[use & found.known], minlength=cells) > 0
-    chosen = np.flatnonzero(use & (found.known | ~some_known[cell]))
-    chosen = chosen[np.argsort(cell[chosen], kind="stable")]
-    out = np.full((2, len(BYS), cells), np.nan)
-    if not len(chosen):
-        return out
-    at = cell[chosen]
-    begins = np.flatnonzero(np.r_[True, at[1:] != at[:-1]])
-    sizes = np.diff(np.r_[begins, len(at)])
-    for measure, values in ((MEAN, found.mean[chosen]), (QUANTILE, found.quantile[chosen])):
-        low, high = np.minimum.reduceat(values, begins), np.maximum.reduceat(values, begins)
-        out[measure][:, at[begins]] = low, np.clip(np.add.reduceat(values, begins) / sizes, low, high), high
-    return out
 
 
 @dataclass(frozen=True, repr=False)
@@ -135,9 +61,10 @@ class Looked:
 
 @dataclass(frozen=True, slots=True)
 class Within:
-    """How much of the workspace is within the target: the share, and its size (m^3, in a plane m^2, on a line m).
+    """How much of the workspace is within the target: the share, and its size (m^3, in a plane m^2, on a line m), as `Afresh.share`.
 
-    The share's interval holds what the choice of poses leaves (independent sets, jackknife, 95 %) and the change to cells of twice the edge.
+    Where no point could be looked at afresh it is the share of the cells, with the interval as if those were drawn.
+    cells   (x, y, z) whose figure is within the target
     """
 
     target: float
@@ -161,7 +88,10 @@ class ZoneBudget:
 class Zones:
     """The accuracy map of an arm; figures (measure, by, x, y, z) in m with NaN where no pose was found.
 
-    looked    every pose with its error; size of the whole workspace as `Within.size`, from cells all of whose neighbours are reached to all reached
+    ends      (end, measure, by, x, y, z) between which each figure lies, as `by_cell.ends_by_cell`
+    looked    every pose with its error
+    afresh    points drawn evenly over the workspace, with figures; None where none was reached
+    size      of the whole workspace, as `Within.size`; without points afresh from cells all of whose neighbours are reached to all reached
     bounded   (x, y, z) cells whose figures are bounds, none of their poses being near enough to normal
     """
 
@@ -172,7 +102,9 @@ class Zones:
     approach: float
     looked: Looked
     figures: Floats
+    ends: Floats
     bounded: np.ndarray
+    afresh: Afresh | None
     size: Estimate
     within: Within | None
     boxes: Boxes | None
@@ -278,22 +210,40 @@ def zones(
     reached = reach(arm, wish.poses, wish.cell, wish.per_cell, seed, threads=threads, progress=tell)
     looked = Looked(reached, wish.level, errors(arm, reached.q, wish.level, approach=approach, threads=threads, progress=tell))
     shape = reached.grid.shape
-    figures = by_cell(looked.errors, reached.cell, int(np.prod(shape)))
+    cells = int(np.prod(shape))
+    figures = by_cell(looked.errors, reached.cell, cells)
+    # More joints than the point needs: a family of configurations without end, of which some are looked at.
+    family = len(arm.moving) > reached.grid.dimensions
+    ends = ends_by_cell(looked.errors, reached.cell, cells, family | ~reached.centre.ravel())
     shown = figures[QUANTILE, BYS.index(wish.by)]
     centre = _counted(reached)
-    size = _size(reached)
-    share = None if wish.target is None else _within(looked, wish.by, wish.target, shown, centre, size)
+    new = look_afresh(arm, reached, wish.level, wish.per_cell, seed + 2, approach=approach, threads=threads, progress=tell)
+    size = _size(reached) if new is None else new.size
+    share = None if wish.target is None else _within(new, wish.by, wish.target, shown.reshape(shape), centre, size)
     boxes = None
     if wish.box is not None:
         tell("looking for places", 0, 1)
 
-        def afresh(points: Floats) -> tuple[Floats, int]:
-            q, at = reach_points(arm, points, _AFRESH, wish.per_cell, seed + 1, reached.grid.edge, threads)
-            new = errors(arm, q, wish.level, approach=approach, threads=threads)
-            return by_cell(new, at, len(points))[QUANTILE, BYS.index(wish.by)], len(q)
+        column = BYS.index(wish.by)
+
+        def afresh(points: Floats) -> tuple[Floats, Floats, int]:
+            q, at = reach_points(arm, points, SAMPLED_AFRESH, wish.per_cell, seed + 1, reached.grid.edge, threads)
+            found = errors(arm, q, wish.level, approach=approach, threads=threads)
+            between = ends_by_cell(found, at, len(points), np.full(len(points), family))
+            return by_cell(found, at, len(points))[QUANTILE, column], between[:, QUANTILE, column], len(q)
 
         allowed = keeping_clear(reached.grid, wish.clear, wish.floor)
-        boxes = best_boxes(arm, reached, shown.reshape(shape), wish.box, allowed, by_mean=wish.box_by_mean, turned=wish.turned, afresh=afresh)
+        boxes = best_boxes(
+            arm,
+            reached,
+            shown.reshape(shape),
+            wish.box,
+            allowed,
+            ends=ends[:, QUANTILE, column],
+            by_mean=wish.box_by_mean,
+            turned=wish.turned,
+            afresh=afresh,
+        )
     wanted: dict[str, np.ndarray] = {}
     if boxes is not None and boxes.found:
         wanted["best box"] = boxes.found[0].cells
@@ -310,7 +260,9 @@ def zones(
         approach,
         looked,
         figures.reshape(2, len(BYS), *shape),
+        ends.reshape(2, 2, len(BYS), *shape),
         looked.bounded.reshape(shape),
+        new,
         size,
         share,
         boxes,
@@ -331,31 +283,14 @@ def _size(reached: Reached) -> Estimate:
     return Estimate(*(float(np.count_nonzero(cells)) * reached.grid.cell_size for cells in (centre, inner & centre, visited)))
 
 
-def _within(looked: Looked, by: By, target: float, shown: Floats, centre: np.ndarray, size: Estimate) -> Within:
-    """Which cells are within the target, and how sure is their share?"""
-    reached, column = looked.reached, BYS.index(by)
-    counted = np.flatnonzero(centre)
-
-    def share(figures: Floats) -> float:
-        known = figures[np.isfinite(figures)]
-        return float(np.mean(known <= target)) if len(known) else math.nan
-
-    value = share(shown[counted])
-    cells = int(np.prod(reached.grid.shape))
-    left_out = [share(by_cell(looked.errors, reached.cell, cells, reached.members != one)[QUANTILE, column][counted]) for one in range(REPLICATES)]
-    pseudo = REPLICATES * value - (REPLICATES - 1) * np.array(left_out)
-    of_poses = student(REPLICATES - 1) * float(pseudo.std(ddof=1)) / math.sqrt(REPLICATES)
-    # Cells of twice the edge, each with the mean of those that it is made of.
-    grid = reached.grid
-    at = np.column_stack(np.unravel_index(counted, grid.shape)) + np.where(grid.flat, 0, np.array(grid.first))
-    of_parent = np.unique(at // 2, axis=0, return_inverse=True)[1].ravel()
-    known = np.isfinite(shown[counted])
-    sums, members = np.bincount(of_parent[known], shown[counted][known]), np.bincount(of_parent[known])
-    coarse = np.where(known, sums[of_parent] / np.maximum(members[of_parent], 1), np.nan)
-    half = math.hypot(of_poses, share(coarse) - value)
-    low, high = max(value - half, 0.0), min(value + half, 1.0)
-    estimate = Estimate(value, low, high)
-    return Within(target, estimate, Estimate(value * size.value, low * size.low, high * size.high), (shown <= target).reshape(grid.shape))
+def _within(new: Afresh | None, by: By, target: float, shown: Floats, centre: np.ndarray, size: Estimate) -> Within:
+    """How much of the workspace is within the target, and which cells (x, y, z) are?"""
+    cells = shown <= target
+    if new is not None:
+        return Within(target, *new.share(QUANTILE, by, target), cells)
+    counted = centre & np.isfinite(shown)
+    share = of_count(int(np.count_nonzero(cells & counted)), int(np.count_nonzero(counted)))
+    return Within(target, share, Estimate(share.value * size.value, share.low * size.low, share.high * size.high), cells)
 
 
 def _budget(arm: Arm, looked: Looked, name: str, cells: np.ndarray, by: By, figures: Floats, approach: float) -> ZoneBudget:
