@@ -66,8 +66,8 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
                 file of their own, and the standard deviation of one reading of the `instrument`, "10 µm"
     load        share of the payload that each file was measured under, "10 %" or 0.1; left out: what its column says, else the full one
     cycles      visits to each of the five poses
-    cube        side of the test cube, "400 mm", with its `centre`, ("600 mm", 0, "400 mm"); left out: where P1 to P5 were commanded in the measured
-                file, else the largest found
+    cube        side of the test cube, "400 mm", with its `centre`, ("600 mm", 0, "400 mm"): where P1 to P5 were commanded, if the measured file does
+                not say; left out: as the measured file says, else the largest found, which nothing measured is judged by
     tool_rpy    how the tool is held in the cube, ("180 deg", 0, 0) about the fixed x, y, z; left out: what allows the largest cube
     floor       height below which the cube must not reach, "0 mm"; None: no floor
     path        the poses whose joining line is followed for AT and RT; left out: the one measured, else P2 and P4
@@ -77,7 +77,6 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     Raises InputError for what cannot be asked, with every mistake in the measured file.
     """
     from lostmotion.formats.measured import read_measured
-    from lostmotion.studies.iso9283.cube import NAMES
     from lostmotion.studies.iso9283.measured import judge
     from lostmotion.studies.iso9283.predicted import HEAVIEST
     from lostmotion.studies.iso9283.warm_up import WarmUp
@@ -96,13 +95,13 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
         raise refuse_argument("load", shares, "a measured file that it belongs to", 'lostmotion.iso9283(measured="visits.csv", load=0.1)')
     _refuse_places(side, middle, path)
     visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
+    if visits is not None:
+        visits = _commanded(visits, side, middle, held, predicted=arm is not None)
     chosen = None
     if arm is not None:
         chosen = _cube(arm, side, middle, held, read.get("floor"), visits, progress)
-        if visits is not None:
-            visits = visits.commanded(dict(zip(NAMES, chosen.poses, strict=True)))
-            if chosen.rotation is None:  # orientations come as they come
-                visits = visits.unturned()
+        if visits is not None and chosen.rotation is None:  # orientations come as they come
+            visits = visits.unturned()
     judged = None if visits is None else judge(visits)
     return _sheet_of(arm, chosen, judged, cycles, robots, whole_seed(seed), _ends(path, judged), warmth, progress)
 
@@ -115,6 +114,21 @@ def _refuse_places(cube: float | None, centre: Sequence[float] | None, path: tup
         raise refuse_argument("cube, centre", "one without the other", "both, or neither", f"cube=0.4 {_STATED}")
     if path is not None and (len(path) != 2 or not set(path) <= set(NAMES)):  # noqa: PLR2004 - from one to another
         raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
+
+
+def _commanded(visits: Visits, side: float | None, centre: Sequence[float] | None, tool_rpy: Sequence[float] | None, *, predicted: bool) -> Visits:
+    """Give the visits with the commands of the cube that is stated, where their files state none; refuse to set them beside a cube not stated."""
+    import numpy as np
+
+    from lostmotion.spatial import pose_of
+    from lostmotion.studies.iso9283.compared import refuse_unstated, stated_poses
+
+    if side is not None and centre is not None:
+        held = None if tool_rpy is None else pose_of(rpy=tuple(tool_rpy))[:3, :3]
+        visits = visits.commanded(stated_poses(np.asarray(centre, dtype=float), side, held))
+    if predicted:
+        refuse_unstated(visits)
+    return visits
 
 
 def _ends(path: tuple[str, str] | None, judged: Measured | None) -> tuple[int, int]:

@@ -69,7 +69,15 @@ def iso_sheet(
     predicted: Predicted | None, drifted: Drift | None, measured: Measured | None, compared: list[Compared], notes: tuple[str, ...] = ()
 ) -> Sheet:
     """What is there to say by ISO 9283 of an arm, predicted, measured or both?"""
-    from lostmotion.figures.iso9283_measured import compared_section, measured_cards, measured_facts, measured_sections, measured_verdict, visited
+    from lostmotion.figures.iso9283_measured import (
+        compared_section,
+        doubts,
+        measured_cards,
+        measured_facts,
+        measured_sections,
+        measured_verdict,
+        visited,
+    )
 
     sections: list[Section] = []
     cards: list[Card] = []
@@ -89,6 +97,7 @@ def iso_sheet(
         cards += measured_cards(measured, compared)
         verdict.append(measured_verdict(measured, compared))
         facts |= measured_facts(measured, compared)
+        notes = (*doubts(measured, predicted), *notes)
         if measured.visits.duplicates:
             repeated = f"rows of the measurement that repeat another one in every cell, left out: {measured.visits.duplicates}"
             notes = (*notes, f"{repeated}; a column 'cycle' keeps visits that only read alike")

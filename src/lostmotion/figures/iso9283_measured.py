@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.figures import Card, Figure, Row, Section, length
 from lostmotion.figures.iso9283 import of, under
 from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 
 if TYPE_CHECKING:
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.measured import Measured, MeasuredLoad, MeasuredPose
+    from lostmotion.studies.iso9283.predicted import Predicted
 
 _MOST_POSES: Final = 12
+# A mean AP_p or an AT_p above so many times what 95 % of robots stay below, or so much (m) where none were built, is seldom the arm's own.
+_DOUBTED: Final = 10.0
+_FAR: Final = 5e-3
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 # In reading order; the figures that stand in the table, not only in result.json.
 SHOWN: Final = ("AP_p", "AP_p fitted", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD", *PATH_FIGURES)
@@ -49,6 +54,24 @@ def measured_verdict(found: Measured, compared: list[Compared]) -> str:
             f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie within what 5 % and 95 % of the predicted robots stay below."
         )
     return text
+
+
+def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
+    """Say which measured accuracies are so bad that another frame, or other commands than the robot's, are likelier than the arm."""
+    out = []
+    for load in found.loads:
+        means = [] if load.pooled is None else [("AP_p on the average over poses", load.pooled[0][0].value, 0)]
+        means += [(f"AT_p along {path.name}", path.figures[0].value, 1) for path in load.paths]
+        for name, value, along in means:
+            sheet = None if predicted is None else predicted.loads[0]
+            usual = math.inf if sheet is None else float(over_robots(sheet.path[0] if along else sheet.accuracy.max(axis=0)).high.value)
+            if value > min(_FAR, _DOUBTED * usual):
+                against = "" if sheet is None else f", where 95 % of the robots predicted stay below {length(usual)}"
+                out.append(
+                    f"{under(f'measured {name} is {length(value)}', load.load, found.loads)}{against}: are the commanded positions those that "
+                    "the robot was sent to, and in the frame and the units of the readings?"
+                )
+    return tuple(out)
 
 
 def measured_cards(found: Measured, compared: list[Compared]) -> list[Card]:

@@ -92,7 +92,7 @@ def read_measured(
         refuse(str(files[0]), "load", f"{len(kinds)} loads", f"at most {MOST_LOADS}", "10 % and 100 % of the payload")
     _refuse_two_commands(found)
     stated = {name: k for k, name in reversed(list(enumerate(found.pose))) if name and np.isfinite(found.command[k]).all()}
-    known = {name: _pose_at(found, k) for name, k in stated.items()}
+    known = {name: found.commanded_pose(k) for name, k in stated.items()}
     if commands is not None:
         known = _commands(Path(commands)) | known
     found = found.commanded(known)
@@ -247,12 +247,6 @@ def _number(cell: str) -> float:
 
 def _stacked(values: Mapping[str, Floats], roles: tuple[str, ...], otherwise: Floats) -> Floats:
     return np.stack([values[role] for role in roles], axis=-1) if roles[0] in values else otherwise
-
-
-def _pose_at(visits: Visits, k: int) -> Floats:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = visits.rotation[k], visits.command[k]
-    return out
 
 
 def _by_command(commanded: Floats, path: Sequence[str]) -> list[str]:

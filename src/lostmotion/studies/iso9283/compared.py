@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.errors import InputError, Problem, shown
 from lostmotion.studies.intervals import Estimate, robots_quantile
 from lostmotion.studies.iso9283.confidence import student_interval
 from lostmotion.studies.iso9283.cube import INWARD, NAMES, five_points
+from lostmotion.studies.iso9283.measured_paths import FEWEST_STATED, path_ends
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 
@@ -113,14 +115,55 @@ def _along_path(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) 
 def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None:
     """Which cube were P1 to P5 commanded in? Centre, side (m) and the tool's rotation where known; None where they are no five poses of a cube."""
     at = {name: k for k, name in reversed(list(enumerate(visits.pose)))}
-    if not set(NAMES) <= set(at):
+    known = {**visits.known} | {name: visits.commanded_pose(at[name]) for name in NAMES if name in at}
+    if not set(NAMES) <= set(known):
         return None
-    rows = [at[name] for name in NAMES]
-    points = visits.command[rows]
+    points = np.stack([known[name][:3, 3] for name in NAMES])
     if not np.isfinite(points).all():
         return None
     side = float(np.linalg.norm(points[3] - points[1])) / (INWARD * math.sqrt(3))
     if np.linalg.norm(points - five_points(points[0], side), axis=1).max() > SAME:
         return None
-    rotation = visits.rotation[rows[0]]
+    rotation = known[NAMES[0]][:3, :3]
     return points[0], side, rotation if np.isfinite(rotation).all() else None
+
+
+def stated_poses(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:
+    """Where were P1 to P5 of a stated cube (centre (3,) and side in m) commanded? Poses (4, 4) by name; the rotation NaN where none is stated."""
+    out = {}
+    for name, point in zip(NAMES, five_points(np.asarray(centre, dtype=float), side), strict=True):
+        out[name] = np.eye(4)
+        out[name][:3, 3], out[name][:3, :3] = point, math.nan if rotation is None else rotation
+    return out
+
+
+def refuse_unstated(visits: Visits) -> None:
+    """Raise InputError where the command of P1 to P5, or of a path, is nowhere stated: a cube found by a search is not where the robot was sent."""
+    commanded = np.asarray(np.isfinite(visits.command).all(axis=1))
+    lines = {path for path in dict.fromkeys(visits.path) if path and _no_line(visits, path, commanded)}
+    missing: dict[str, list[int]] = {}
+    for k, (pose, path) in enumerate(zip(visits.pose, visits.path, strict=True)):
+        if path in lines or (pose in NAMES and not commanded[k]):
+            missing.setdefault(visits.where[k][0], []).append(k)
+    mistakes = []
+    for file, rows in missing.items():
+        poses = ", ".join(sorted({visits.pose[k] for k in rows} - {""}))
+        paths = ", ".join(shown(path) for path in dict.fromkeys(visits.path[k] for k in rows) if path)
+        named = " and ".join(([f"poses {poses}"] if poses else []) + ([f"readings along path {paths}"] if paths else []))
+        mistakes.append(
+            Problem(
+                file,
+                f"{len(rows)} row{'s' * (len(rows) > 1)}, from line {visits.where[rows[0]][1]}",
+                f"{named} without commanded positions",
+                "xc, yc, zc in the rows, a file of commands, or the cube that the robot was sent to; a cube found by search is not known to be it",
+                '--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"',
+            )
+        )
+    if mistakes:
+        raise InputError(mistakes)
+
+
+def _no_line(visits: Visits, path: str, commanded: np.ndarray) -> bool:
+    """Tell whether neither a path's name nor its rows say which line was commanded."""
+    rows = np.array([each == path for each in visits.path])
+    return path_ends(path, visits.known) is None and int(np.count_nonzero(rows & commanded)) < FEWEST_STATED

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 # Planes, as many as predicted paths are looked at in; a cycle of fewer readings tells no more places than it has.
 PLANES: Final = 20
 FEWEST_READINGS: Final = 5
+# Commanded positions along a path that tell its line where its name does not.
+FEWEST_STATED: Final = 2
 MOST_CYCLES: Final = 1000
 MOST_PATHS: Final = 20
 # Of the path: as far may a reading stand behind those before it (noise at rest, overshoot), and so much must all cycles cover.
@@ -40,7 +42,7 @@ _SHORTEST: Final = 1e-6
 _MOST_MISTAKES: Final = 20
 _SETS: Final = 400
 _NAMES: Final = re.compile(r"\s+to\s+|\s*[->]+\s*|\s+")
-_EXAMPLE: Final = "P2-P4, with P2 and P4 commanded in the same file or by --commands"
+_EXAMPLE: Final = "P2-P4, with P2 and P4 commanded in the same file, by --commands, or by --cube and --centre"
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ def _line(label: str, rows: Visits) -> _Line:
         start, end = ends[:, :3, 3]
         name = "-".join(named)
         turned = np.concatenate([turned, ends[:, :3, :3]])
-    elif len(stated) > 1:
+    elif len(stated) >= FEWEST_STATED:
         points = rows.command[stated]
         start = points[0]
         end = points[np.linalg.norm(points - start, axis=1).argmax()]

@@ -71,6 +71,12 @@ class Visits:
         picked |= {name: tuple(getattr(self, name)[k] for k in at) for name in TUPLES}
         return replace(self, **picked)
 
+    def commanded_pose(self, k: int) -> Floats:
+        """Give the commanded pose (4, 4) of a row; NaN where it is not known."""
+        out = np.eye(4)
+        out[:3, :3], out[:3, 3] = self.rotation[k], self.command[k]
+        return out
+
     def commanded(self, known: Mapping[str, Floats]) -> Visits:
         """Give the rows with commanded poses (4, 4) by name, m, where neither they nor the file state a commanded position."""
         known = {**known, **self.known}
