@@ -255,7 +255,7 @@ def _places(found: Zones) -> Section | None:
             ("mean, afresh", box.afresh_mean, other),
         )
         for (what, value, counted), (low, high) in zip(said, box.ends.T, strict=True):
-            rows.append(Row(f"{number}. {what}", (length(value, float(low), float(high), counted),), _counts_said(box, counted == other)))
+            rows.append(Row(f"{number}. {what}", (length(value, float(low), float(high), counted),), _counts_said(box, afresh=counted == other)))
         places.append(f"{number}. around {place_said(box)}: {sides}")
     judged = "mean over its cells" if boxes.by_mean else "worst cell"
     turned = ", any yaw in steps of 15°" if boxes.turned else ""
@@ -269,8 +269,10 @@ def _places(found: Zones) -> Section | None:
     return Section("places", title, ("value",), tuple(rows), note)
 
 
-def _counts_said(box: Box, afresh: bool) -> str:  # noqa: FBT001 - one of two lines
-    return f"{box.afresh_reached} of {box.afresh_points} points, {box.afresh_poses} poses" if afresh else f"{len(box.cells)} cell{'s' * (len(box.cells) != 1)}"
+def _counts_said(box: Box, *, afresh: bool) -> str:
+    if not afresh:
+        return f"{len(box.cells)} cell{'s' * (len(box.cells) != 1)}"
+    return f"{box.afresh_reached} of {box.afresh_points} points, {box.afresh_poses} poses"
 
 
 def _budget(found: Zones) -> Section | None:
