@@ -3,9 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.figures import Figure, several
 from lostmotion.figures.analytic import comparisons
 from lostmotion.studies.intervals import Estimate
 
@@ -46,3 +48,30 @@ def test_why_nothing_is_compared_is_said(study):
     untold = replace(study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)))
     whole, _ = comparisons(study.analytic, untold, study.sampled)
     assert whole.rows[-1].note == "nothing to compare: not normal here: use Monte Carlo"
+
+
+def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
+    """One pose, two poses; a size that the arm file states is printed as it stands there, one that was found with its digits."""
+    assert [several(count, "pose") for count in (0, 1, 2)] == ["0 poses", "1 pose", "2 poses"]
+    stated = [str(Figure(value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)]
+    assert stated == ["0.001 µm", "20 µm", "12.5 µm", "1234 µm", "0 µm"]
+    assert str(Figure(100.0, "%", stated=True)) == "100 %"
+    assert str(Figure(0.001, "µm")) == "0.001000 µm"
+    assert str(Figure(-0.3, "µm", -6.0, 6.0)) == "0 µm"
+    one = lostmotion.study(lostmotion.read(ARM), np.zeros((1, 5)), method="analytic")
+    assert one.sheet.counts == "1 pose, exact sums over terms"
+
+
+def test_a_target_says_each_factor_of_what():
+    """A size beside what it is now, a factor as per cent of the errors; nothing is told twice."""
+    found = lostmotion.target(lostmotion.read(ARM), error="1.5 mm", poses=64, robots=40, visits=3)
+    sections = {section.key: section for section in found.sheet.sections}
+    sized = [row for key in ("single", "kinds") if key in sections for row in sections[key].rows]
+    assert sized
+    for row in sized:
+        assert row.note.startswith(("now ", "of its "))
+        assert "x the error" not in row.note
+        assert "100.00 %" not in row.note
+    assert sections["together"].columns[-1] == "share"
+    shares = [row.figures[-1].value for row in sections["together"].rows]
+    assert shares == sorted(shares, reverse=True)

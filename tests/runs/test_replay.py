@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import lostmotion
 from lostmotion.figures import find_row
 from lostmotion.runs.blocks import COLUMNS
+from lostmotion.screen import print_sheet
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
 
@@ -61,7 +64,24 @@ def test_the_sheet_says_it(run):
     sheet = lostmotion.replay(run.store.folder)[0].sheet
     assert "the same to the last bit" in find_row(sheet.sections, "length", "its block computed again").note
     assert find_row(sheet.sections, "length", "stored").figures[0].value == pytest.approx(sheet.facts["error_m"] * 1e6)
-    assert sum(row.figures[2].value for section in sheet.sections if section.key == "terms" for row in section.rows) == pytest.approx(100)
+    assert sum(row.figures[2].value for section in sheet.sections if section.key.startswith("terms_") for row in section.rows) == pytest.approx(100)
+
+
+def test_the_terms_fit_a_terminal(run):
+    """At 80 columns every term is one line in its table, and its shift one line with a column for each axis that add up to the error."""
+    each = lostmotion.replay(run.store.folder)[0]
+    with (screen := Console(width=80, file=io.StringIO(), force_terminal=False)).capture() as said:
+        print_sheet(each.sheet, screen)
+    lines = said.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    shown = [row.label for section in each.sheet.sections if section.key == "moves" for row in section.rows]
+    assert len(shown) > 5
+    for name in shown:
+        assert len([line for line in lines if line.startswith(f" {name} ")]) == 2
+    moves = next(section for section in each.sheet.sections if section.key == "moves")
+    assert moves.columns == ("X", "Y", "Z")
+    for k in range(3):
+        assert sum(row.figures[k].value for row in moves.rows) == pytest.approx(1e6 * each.found.error[k], rel=0.02, abs=1)
 
 
 def test_the_command_prints_it(run):

@@ -17,7 +17,10 @@ _NOTHING = 1e-7
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One number: value and ends of its 95 % interval in `unit` ("1" for a pure number; NaN where there is none), and what it was counted from."""
+    """One number: value and ends of its 95 % interval in `unit` ("1" for a pure number; NaN where there is none), and what it was counted from.
+
+    stated: it was given, not found, so that no zeros stand behind it.
+    """
 
     value: float
     unit: str
@@ -25,6 +28,7 @@ class Figure:
     high: float = math.nan
     samples: str = ""
     ends: str = "95 % interval"
+    stated: bool = False
 
     def __str__(self) -> str:
         """Say the value with its unit, to the digits that its interval or its size deserves."""
@@ -33,6 +37,9 @@ class Figure:
             return f"{self.value} {unit}".strip()
         if not math.isfinite(self.value):
             return digits(self.value)
+        if self.stated:
+            text = digits(self.value)
+            return f"{text.rstrip('0').rstrip('.') if '.' in text else text} {unit}".strip()
         if self.unit == "%":
             return f"{'0' if self.value == 0 else '<0.01' if abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
         close = self.high - self.low
@@ -127,6 +134,11 @@ def digits(value: float, uncertainty: float = 0.0) -> str:
     places = max(places, 0)
     text = f"{value:.{min(places, 9)}f}"
     return text.removeprefix("-") if float(text) == 0 else text  # "-0" says nothing more than "0"
+
+
+def several(count: int, noun: str) -> str:
+    """Say how many there are: "1 pose", "2 poses"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "") -> Figure:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import Figure, Row, Section, Sheet, find_row, length
+from lostmotion.figures import Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, by_level_sections, levels_section
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
@@ -65,13 +65,13 @@ def analytic_sheet(
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
-        counts=f"{len(poses)} poses, exact sums over terms",
+        counts=f"{several(len(poses), 'pose')}, exact sums over terms",
         verdict=verdict,
         cards=(),
         sections=(section, *in_zones, levels_section(blame), *by_level_sections(blame), *asked_sections(places)),
         notes=arm.remarks,
         words=_WORDS,
-        source=f"{len(poses)} poses ({poses.law}); nothing but the poses was drawn",
+        source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn",
         facts={"arm": arm.name, "method": "analytic", "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates}},
     )
 
@@ -95,7 +95,7 @@ def analytic_zone_sections(zones: Sequence[FoundInZone], whole: Section) -> list
 
 def analytic_section(poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
     """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told. `where` goes behind the poses' number."""
-    counted = f"sums over terms and quadrature, {len(poses)} poses{where}"
+    counted = f"sums over terms and quadrature, {several(len(poses), 'pose')}{where}"
     rows = [Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value))]
     for level, one in zip(whole.levels, whole.quantiles, strict=True):
         rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))
@@ -138,7 +138,7 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
     ]
     names = ["mean", *(f"{100 * level:.4g} % below" for level in whole.levels)]
     poses = len(sampled.per_pose)
-    drawn = f"{poses} poses x {sampled.robots} robots x {sampled.visits} visits"
+    drawn = f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
     rows = []
     for name, summed, one in zip(names, (whole.mean, *whole.quantiles), by_samples, strict=True):
         half = (one.high - one.low) / 2
@@ -186,7 +186,7 @@ def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
         (int((~known & ~untold & ~still).sum()), "with too few robots for Monte Carlo's interval"),
     )
     why = "; ".join(f"{count} {reason}" for count, reason in reasons if count)
-    counted = f"{known.sum()} of {len(known)} poses"
+    counted = f"{known.sum()} of {several(len(known), 'pose')}"
     said = (counted if known.any() else "no pose to compare") + (f": {why}" if why else "")
     typical, largest = (float(np.median(shares[known])), float(shares[known].max())) if known.any() else (math.nan, math.nan)
     return Row(label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), said)

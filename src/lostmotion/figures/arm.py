@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length
+from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.error import described_pose, error_section, iso_section
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
@@ -42,7 +42,7 @@ def sheet(answer: Answer) -> Sheet:
     return Sheet(
         name=answer.arm.name,
         subject="predicted accuracy",
-        counts=f"{sampled.robots} robots x {sampled.visits} visits x {len(poses)} poses, seed {answer.seed}",
+        counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
         verdict=_verdict(found, answer),
         cards=tuple(_cards(found, answer)),
         sections=found,
@@ -97,7 +97,7 @@ def _repeats(answer: Answer) -> Estimate | None:
 
 def _workspace(answer: Answer) -> Section:
     space = answer.workspace
-    counted = f"{len(space.points)} poses, {space.law}"
+    counted = f"{several(len(space.points), 'pose')}, {space.law}"
     rows = [
         Row("reach from the base", (length(space.reach, samples=counted),), "largest of the sample; the true reach is not smaller"),
         Row("reach seen from above", (length(space.reach_horizontal, samples=counted),)),
@@ -118,7 +118,7 @@ def _bending(answer: Answer) -> list[Section]:
     """Lay out how links bend, the whole and below it by cause; no section for links that are rigid."""
     if not answer.bending:
         return []
-    counted, exact = f"the worst of {len(answer.poses)} poses", f"exact sum over {len(answer.poses)} poses"
+    counted, exact = f"the worst of {several(len(answer.poses), 'pose')}", f"exact sum over {several(len(answer.poses), 'pose')}"
     rows = []
     for bent in answer.bending:
         shares = sum(share for _, _, share in bent.by_cause.values())
@@ -146,7 +146,7 @@ def _bending(answer: Answer) -> list[Section]:
 
 
 def _torques(answer: Answer) -> Section:
-    counted = f"{len(answer.poses)} poses"
+    counted = several(len(answer.poses), "pose")
     rows = tuple(
         Row(
             held.joint,
@@ -167,7 +167,7 @@ def _torques(answer: Answer) -> Section:
 def _check(answer: Answer) -> Section:
     exact = answer.sampled.exact
     q95 = pooled_quantile(answer.sampled.group_hist, answer.sampled.replicate_hist, 0.95).value
-    counted = f"{exact.samples} samples"
+    counted = several(exact.samples, "sample")
     share = 100 * exact.largest / q95 if q95 else 0.0
     warn = "more than 1 %: the first-order figures are that uncertain" if share > 1 else "first order is enough"
     rows = (
@@ -243,5 +243,6 @@ def _source(answer: Answer) -> str:
     sets = f" in {poses.replicates} independent sets" if poses.replicates > 1 else ""
     arriving = "from either side at random" if answer.approach == 0 else "moving up" if answer.approach > 0 else "moving down"
     samples = len(poses) * sampled.robots * sampled.visits
-    counts = f"{len(poses)} poses ({poses.law}){sets} x {sampled.robots} robots x {sampled.visits} visits = {samples} samples"
+    drawn = f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} = {several(samples, 'sample')}"
+    counts = f"{several(len(poses), 'pose')} ({poses.law}){sets} x {drawn}"
     return f"seed {answer.seed}: {counts}; joints arrive {arriving}. The same arm, version, seed and counts give the same bytes."

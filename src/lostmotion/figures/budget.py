@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.figures import Figure, Row, Section, digits, length
+from lostmotion.figures import Figure, Row, Section, digits, length, several
 from lostmotion.studies.budget import costs
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 def levels_section(found: Budget) -> Section:
     """How much of the mean-square error comes from which level of chance, and what can be done about it?"""
-    counted = f"exact sum over terms, {found.poses} pose{'s' if found.poses > 1 else ''}"
+    counted = f"exact sum over terms, {several(found.poses, 'pose')}"
     names = (
         ("from load and pose", REMEDIES[0]),
         ("from how each robot was built", REMEDIES[1]),
@@ -47,7 +47,7 @@ def _rms(found: Budget, share: float, counted: str) -> tuple[Figure, Figure]:
 def budget_section(answer: Answer) -> Section:
     """Which part is to blame, and what would halving it buy?"""
     halving = answer.halving
-    exact = f"exact sum over terms, {len(answer.poses)} poses"
+    exact = f"exact sum over terms, {several(len(answer.poses), 'pose')}"
     counted = f"{halving.samples} paired samples"
     rows = []
     for cost in costs(answer.sampled.tally):
@@ -63,7 +63,7 @@ def budget_section(answer: Answer) -> Section:
                 "cancels part of the others" if cost.share < _CANCELS else "",
             ),
         )
-    read_on = f"{digits(halving.before * 1e3)} mm on the {halving.samples} samples used for it"
+    read_on = f"{digits(halving.before * 1e3)} mm on the {several(halving.samples, 'sample')} used for it"
     note = (
         "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: by how much the 95 % error falls when "
         f"this part errs half as much, its interval counting robots and sets of poses; read on {read_on}"
@@ -74,7 +74,7 @@ def budget_section(answer: Answer) -> Section:
 def causes_section(answer: Answer) -> Section:
     """Which kind of error is to blame, at whichever joint, and what would halving it everywhere buy?"""
     halving = answer.halving
-    exact, counted = f"exact sum over terms, {answer.budget.poses} poses", f"{halving.samples} paired samples"
+    exact, counted = f"exact sum over terms, {several(answer.budget.poses, 'pose')}", f"{halving.samples} paired samples"
     rows = [
         Row(
             cost.part,
@@ -105,7 +105,7 @@ def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
 
 
 def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:
-    exact = f"exact sum over terms, {of.poses} pose{'s' if of.poses > 1 else ''}"
+    exact = f"exact sum over terms, {several(of.poses, 'pose')}"
     rows = [
         Row(cost.part.removeprefix("joints."), (Figure(cost.alone * 1e6, "µm", samples=exact), *_shares(cost, exact)))
         for cost in found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, Figure, Row, Section, length
+from lostmotion.figures import ARCMIN, Figure, Row, Section, length, several
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
 from lostmotion.studies.montecarlo import kernel
 
@@ -21,7 +21,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
     """How far off is the tool over all poses, at the best and the worst of them, and at most? `where` goes behind the poses' number."""
     sampled, poses = answer.sampled, answer.poses
     table = sampled.per_pose
-    counted = f"{len(poses)} poses{where} ({poses.law}) x {sampled.robots} robots x {sampled.visits} visits"
+    counted = f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
     mean = pooled_mean(sampled.robot_means[:, :, 0])
     largest = float(table[:, kernel.LARGEST].max())
     quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
@@ -35,18 +35,18 @@ def error_section(answer: Answer, where: str = "") -> Section:
         Row(
             "largest",
             (length(float(table[at, kernel.LARGEST]), samples=counted),),
-            f"of {len(poses) * sampled.robots * sampled.visits} samples: {who}",
+            f"of {several(len(poses) * sampled.robots * sampled.visits, 'sample')}: {who}",
         )
     )
     best, worst = int(table[:, kernel.MEAN].argmin()), int(table[:, kernel.MEAN].argmax())
-    each = f"{sampled.robots} robots x {sampled.visits} visits at one pose{where}"
+    each = f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} at one pose{where}"
     for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
         half = float(table[k, kernel.MEAN_ERROR])
         value = float(table[k, kernel.MEAN])
         rows.append(Row(label, (length(value, value - half, value + half, each),), described_pose(answer, k)))
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
         rows.append(Row(label.replace("mean", "95 % below"), (as_length(Estimate(*q95), each),)))
-    exact = f"exact sum over terms, {len(poses)} poses{where}"
+    exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
     rows += [
         Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
         Row(
@@ -65,7 +65,7 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
-    counted = f"{sampled.robots} robots, {sampled.visits} visits to each of {len(answer.poses)} poses{where}"
+    counted = f"{several(sampled.robots, 'robot')}, {several(sampled.visits, 'visit')} to each of {several(len(answer.poses), 'pose')}{where}"
     rows = []
     for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
         of_robots = sampled.robot_means[:, :, column]

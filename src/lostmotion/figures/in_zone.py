@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.figures import Figure, Row, Section
+from lostmotion.figures import Figure, Row, Section, several
 from lostmotion.figures.error import error_section, iso_section
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.studies.montecarlo.stopping import MOST_POSES
@@ -68,7 +68,7 @@ def seen_in(answer: Answer, zone: FoundInZone) -> Answer:
 def said(zone: FoundInZone) -> str:
     """Say how the zone's poses were come by, and what the interval counts."""
     poses = zone.poses
-    found = f"{len(poses)} poses of the zone ({poses.law}), found among {zone.tried}"
+    found = f"{several(len(poses), 'pose')} of the zone ({poses.law}), found among {zone.tried}"
     own = "they are numbered by themselves, and the worst of them may be worse than the worst that was visited in the whole workspace"
     if poses.replicates > 1:
         return f"{found}, in {poses.replicates} independent sets; {own}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.figures.budget import REMEDIES
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def design_said(order: Order, design: int) -> str:
 
 def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     """What is there to say about a big run, of one design or of many?"""
-    counted = f"{order.poses} poses ({order.law}) x {order.robots} robots x {order.visits} visits"
+    counted = f"{several(order.poses, 'pose')} ({order.law}) x {several(order.robots, 'robot')} x {several(order.visits, 'visit')}"
     ranked = sorted(outcomes, key=lambda each: each.quantiles[LEVEL].value)
     chosen = list(outcomes)
     if len(outcomes) > _MOST_ROWS:
@@ -95,7 +95,7 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     if len(outcomes) > 1:
         sections.append(_differences(order, chosen, counted))
     sections += [_parts(order, chosen), _levels(order, chosen), _extremes(order, outcomes, counted), _check(order, chosen)]
-    each = f"{len(outcomes)} designs, each of " if len(outcomes) > 1 else ""
+    each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
     return Sheet(
         name=arm.name,
         subject="a sweep of designs" if len(outcomes) > 1 else "a big run",
@@ -151,7 +151,7 @@ def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Secti
 
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
     """Lay out what the dearest parts cost in each design, a column for each part: those that cost most over the designs shown."""
-    exact = f"exact sum over terms, {order.poses} poses"
+    exact = f"exact sum over terms, {several(order.poses, 'pose')}"
     shares = [{cost.part.removeprefix("joints."): cost.share for cost in each.costs} for each in chosen]
     names = sorted({name for each in shares for name in each}, key=lambda name: (-sum(each.get(name, 0.0) for each in shares), name))
     shown = [name for name in names if any(each.get(name, 0.0) > 0 for each in shares)][:_MOST_PARTS]
@@ -168,7 +168,7 @@ def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
 
 
 def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
-    exact = f"exact sum over terms, {order.poses} poses"
+    exact = f"exact sum over terms, {several(order.poses, 'pose')}"
     rows = tuple(
         Row(
             design_said(order, each.design),
@@ -214,7 +214,7 @@ def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 -
 
 def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
     each = max(chosen, key=lambda each: each.check.largest / each.quantiles[LEVEL].value if each.quantiles[LEVEL].value else 0.0)
-    counted = f"{each.check.samples} samples"
+    counted = several(each.check.samples, "sample")
     error = each.quantiles[LEVEL].value
     share = 100 * each.check.largest / error if error else 0.0
     warn = "more than 1 %: the first-order figures are that uncertain" if share > 1 else "first order is enough"
@@ -240,7 +240,7 @@ def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
         repeats = f" 95 % of the robots built repeat within {_of(best.rp[1], '')}." if best.rp is not None else ""
         return f"Expect 95 % of positions within {best_said} ({best_said.interval or 'no interval'}).{repeats}"
     return (
-        f"Of {len(ranked)} designs the most accurate is {design_said(order, best.design)}: 95 % of positions within {best_said}. "
+        f"Of {several(len(ranked), 'design')} the most accurate is {design_said(order, best.design)}: 95 % of positions within {best_said}. "
         f"The least is {design_said(order, worst.design)}: {worst_said}."
     )
 
@@ -254,14 +254,14 @@ def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome])
     out.append(Card("largest error of all samples", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
     samples = order.designs * order.poses * order.robots * order.visits
     said = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - where people change words
-    out.append(Card("samples", said, f"in {order.designs * order.blocks} blocks"))
+    out.append(Card("samples", said, f"in {several(order.designs * order.blocks, 'block')}"))
     return out
 
 
 def _source(order: Order, counted: str) -> str:
     versions = ", ".join(f"{name} {version}" for name, version in order.made_with.items() if name != "lostmotion")
     return (
-        f"seed {order.seed}: {counted}, in blocks of {order.block} poses; {_arriving(order)}. "
+        f"seed {order.seed}: {counted}, in blocks of {several(order.block, 'pose')}; {_arriving(order)}. "
         f"The same arm, values, counts, seed and versions ({versions}) "
         "on the same kind of processor give the same bytes, whatever the workers and however often the run was stopped."
     )
@@ -330,7 +330,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
             Section("length", "Length of the error", ("value",), lengths),
             Section("pose", "Joint values", ("value",), pose),
             Section("tool", "Tool, base frame", ("should be at", "is off by"), tool, _attitude(found)),
-            _terms(found),
+            *_terms(found),
         ),
         counts=said,
         notes=notes,
@@ -356,20 +356,35 @@ def _attitude(found: Replay) -> str:
     return f"turned by roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}° from the base"
 
 
-def _terms(found: Replay) -> Section:
-    rows = []
+def _terms(found: Replay) -> list[Section]:
+    """Lay out every term that tells, by where it comes from: its draw and what it adds to the length; then whereto each moves the tool."""
     shown = [term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length]
-    for term in shown:
-        x, y, z = (digits(float(value) * 1e6) for value in term.shift)
-        share = 100 * term.along / found.length if found.length else 0.0
-        figures = (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(share, "%"))
-        rows.append(Row(term.name.removeprefix("joints."), figures, f"{_LEVELS[term.level]}; moves the tool by ({x}, {y}, {z}) µm"))
-    note = "contribution: the term's shift of the tool along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
+    out, moves = [], []
+    for key, (title, levels) in _LEVELS.items():
+        rows = []
+        for term in (term for term in shown if term.level in levels):
+            name = term.name.removeprefix("joints.")
+            rows.append(Row(name, (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(_share(term.along, found), "%"))))
+            moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
+        if rows:
+            whole = sum(term.along for term in found.terms if term.level in levels)
+            note = f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the length"
+            out.append(Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note))
+    note = "along, above: these shifts along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
     rest = found.terms[len(shown) :]
     if rest:
         together = digits(sum(term.along for term in rest) * 1e6)
-        note += f". {len(rest)} more terms, each below {100 * _LEAST_TERM:g} % of the length, add {together} µm together"
-    return Section("terms", "Term by term", ("draw", "contribution", "of the length"), tuple(rows), note)
+        note += f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the length, add {together} µm together"
+    return [*out, Section("moves", "Whereto each term moves the tool, base frame", tuple("XYZ"), tuple(moves), note)]
 
 
-_LEVELS: Final = {"design": "from load and pose", "robot": "of this robot", "visit": "of this visit", "robot x visit": "of this robot at this visit"}
+def _share(along: float, found: Replay) -> float:
+    return 100 * along / found.length if found.length else 0.0
+
+
+# Where terms come from: the section's title, and the levels of chance that it holds.
+_LEVELS: Final = {
+    "design": ("Terms that follow from load and pose", ("design",)),
+    "robot": ("Terms of this robot", ("robot",)),
+    "visit": ("Terms of this visit", ("visit", "robot x visit")),
+}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from lostmotion.figures import Figure, Row, Section
+from lostmotion.figures import Figure, Row, Section, several
 
 if TYPE_CHECKING:
     from lostmotion.studies.montecarlo.stopping import Stopping, Watched
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 def stopping_section(found: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False) -> Section:
     """How sure did each figure become, stage by stage? `where` and `scarce` as `told`."""
-    columns = tuple(f"{stage.poses} poses x {stage.robots} robots" for stage in found.stages)
+    columns = tuple(f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}" for stage in found.stages)
     last = found.stages[-1]
     rows = []
     for name, figure in last.figures.items():
-        figures = tuple(_half(stage.figures[name], f"{stage.poses} poses x {stage.robots} robots") for stage in found.stages)
+        figures = tuple(_half(stage.figures[name], f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}") for stage in found.stages)
         rows.append(Row(name, figures, _asked(found, figure, missed=name in found.missed)))
     note = (
         f"half of each 95 % interval, as a share of the figure, at each stage; asked for: {found.tolerance}. The first stage says how many robots "
@@ -35,7 +35,7 @@ def told(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
     where = where and f" {where}"
     if found.reached:
         watched = ", ".join(dict.fromkeys(name.split(",")[0] for name in last.figures))
-        return f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after {last.robots} robots and {last.poses} poses"
+        return f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after {several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
     name = found.missed[0]
     figure = last.figures[name]
     half = f"half-width {100 * figure.relative:.2g} %" if math.isfinite(figure.relative) else "too few robots to tell"
@@ -43,7 +43,7 @@ def told(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
         "poses": "the choice of poses leaves most of it"
         + (f", and no more than {last.poses} were found" if scarce else f": ask for more than {last.poses}"),
         "robots": f"after the most robots allowed, {last.robots}",
-        "stages": f"after {len(found.stages)} stages, {last.robots} robots and {last.poses} poses",
+        "stages": f"after {len(found.stages)} stages, {several(last.robots, 'robot')} and {several(last.poses, 'pose')}",
     }[found.for_want_of]
     return f"Did not reach ±{found.tolerance}{where}: {half} ({name}), {why}"
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -48,7 +49,7 @@ _WORDS: Final = (
 def targets_sheet(found: Targets) -> Sheet:
     """What is there to say about a target?"""
     where = f" in {found.zone}" if found.zone else ""
-    counted = f"{found.robots} robots x {found.visits} visits x {len(found.poses)} poses{where}, seed {found.seed}"
+    counted = f"{several(found.robots, 'robot')} x {several(found.visits, 'visit')} x {several(len(found.poses), 'pose')}{where}, seed {found.seed}"
     sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_any(found), *_together(found), _yield(found)]
     return Sheet(
         name=found.arm.name,
@@ -104,12 +105,12 @@ def sized(item: Item, factor: Estimate) -> Figure:
 
 def now_sized(item: Item) -> Figure:
     """Give an item's size as it is."""
-    return Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0)
+    return replace(Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0), stated=True)
 
 
 def times(factor: float) -> str:
     """Say a factor to three digits, large ones whole."""
-    return f"{factor:.3g} x" if factor < 1000 else f"{factor:.0f} x"  # noqa: PLR2004 - no powers of ten among words
+    return f"{factor:.3g} times" if factor < 1000 else f"{factor:.0f} times"  # noqa: PLR2004 - no powers of ten among words
 
 
 def ordered(allowed: Iterable[Allowed]) -> list[Allowed]:
@@ -123,12 +124,12 @@ def _of(estimate: Estimate, samples: str = "") -> Figure:
 
 def _solved(found: Targets) -> str:
     if found.kind == "error":
-        return f"{found.solved_samples} samples at {found.solved_poses} poses, each a robot and a visit of its own"
-    return f"{found.solved_samples} samples: robots x visits x {found.solved_poses} poses"
+        return f"{several(found.solved_samples, 'sample')} at {several(found.solved_poses, 'pose')}, each a robot and a visit of its own"
+    return f"{several(found.solved_samples, 'sample')}: robots x visits x {several(found.solved_poses, 'pose')}"
 
 
 def _verified(found: Targets) -> str:
-    return f"{found.robots} robots x {found.verified_visits} visits x {len(found.poses)} poses ({found.poses.law})"
+    return f"{several(found.robots, 'robot')} x {several(found.verified_visits, 'visit')} x {several(len(found.poses), 'pose')} ({found.poses.law})"
 
 
 def _whole(found: Targets) -> Section:
@@ -164,8 +165,12 @@ def _sized_section(found: Targets, key: str, title: str, allowed: Sequence[Allow
 
 
 def _note(each: Allowed) -> str:
-    of = "" if each.item.size is not None else " of its stiffness" if "stiffness" in each.item.cause else " of its errors"
-    said = [f"now {now_sized(each.item)}{of}; {times(each.factor.value)} the error"]
+    if each.item.size is not None:
+        said = [f"now {now_sized(each.item)}; errs {times(each.factor.value)} as much"]
+    elif "stiffness" in each.item.cause:
+        said = [f"of its stiffness now; errs {times(each.factor.value)} as much"]
+    else:
+        said = ["of its errors now"]
     if each.item.size is not None and each.item.size.zones > 1:
         said.append(f"first of {each.item.size.zones} zones, all alike")
     if len(each.ranges) > 1 or each.ranges[0][0] > 0:
@@ -190,7 +195,7 @@ def _none(found: Targets) -> list[Section]:
 
 
 def _exact(found: Targets) -> str:
-    return f"exact sum over terms, {len(found.poses)} poses"
+    return f"exact sum over terms, {several(len(found.poses), 'pose')}"
 
 
 def _any(found: Targets) -> list[Section]:
@@ -227,11 +232,12 @@ def _together(found: Targets) -> list[Section]:
                 sized(item, _exactly(float(factor.factors[k]))),
                 Figure(_NAN, "1") if effect is None else sized(item, _exactly(float(effect.factors[k]))),
             )
-            said = f"{Figure(100 * shares[item.name], '%')} of {'the mean square' if found.kind == 'error' else 'what differs between visits'} now"
-            if item.size is None:
-                said += f"; sizes of its {'stiffness' if 'stiffness' in item.cause else 'errors'} now"
-            rows.append(Row(item.name, figures, said))
-    return [Section("together", "All items together", ("now", "equal factor", "equal effect"), tuple(rows), _joint_note(factor, effect))]
+            share = Figure(100 * shares[item.name], "%", samples=_exact(found))
+            said = "" if item.size is not None else f"of its {'stiffness' if 'stiffness' in item.cause else 'errors'} now"
+            rows.append(Row(item.name, (*figures, share), said))
+    of = "the mean square" if found.kind == "error" else "what differs between visits"
+    note = f"share: of {of}, as things are; {_joint_note(factor, effect)}"
+    return [Section("together", "All items together", ("now", "equal factor", "equal effect", "share"), tuple(rows), note)]
 
 
 def _exactly(factor: float) -> Estimate:
@@ -258,7 +264,7 @@ def _yield(found: Targets) -> Section:
     rows = []
     for one in found.yields:
         label = JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
-        rows.append(Row(label, (yield_figure(one),), f"{one.within} of {one.robots} robots"))
+        rows.append(Row(label, (yield_figure(one),), f"{one.within} of {several(one.robots, 'robot')}"))
     first = found.yields[0]
     at = f"at a yield of {100 * first.share:.4g} %"
     rows += [Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), at) for width in _WIDTHS]
@@ -269,7 +275,9 @@ def _yield(found: Targets) -> Section:
 def yield_figure(one: Yield) -> Figure:
     """Give the share of robots that keep the target."""
     low, high = one.interval
-    return Figure(100 * one.share, "%", 100 * low, 100 * high, f"{one.robots} robots x {one.visits} visits x {one.poses} poses")
+    return Figure(
+        100 * one.share, "%", 100 * low, 100 * high, f"{several(one.robots, 'robot')} x {several(one.visits, 'visit')} x {several(one.poses, 'pose')}"
+    )
 
 
 def _verdict(found: Targets) -> str:
@@ -313,7 +321,7 @@ def _cards(found: Targets) -> list[Card]:
     ]
     if found.equal_factor is not None:
         factor = float(np.nanmax(found.equal_factor.factors))
-        out.append(Card("all errors alike may be", times(factor), "of what they are"))
+        out.append(Card("all errors alike may be", times(factor), "what they are now"))
     single = ordered(found.single)
     if single:
         one = single[0] if kept(found) else single[-1]

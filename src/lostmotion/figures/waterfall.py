@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.figures import Figure, Row, Section, length
+from lostmotion.figures import Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
@@ -23,7 +23,7 @@ TOLD: Final = (
 
 def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Section:
     """What would calibration and compensation buy?"""
-    counted = f"{found.poses} poses x {found.robots} robots x {found.visits} visits, the same at every stage"
+    counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}, the same at every stage"
     rows = []
     for stage, told in zip(found.stages, TOLD, strict=True):
         off = _of(stage.off, counted)

@@ -109,5 +109,5 @@ class Route:
     def within(self, arm: Arm, zone: InZone, more: Callable[[int], Poses] | None = None, most_poses: int | None = None) -> FoundInZone:
         """How far off is the tool in a zone, and who is to blame there? The same robots, over the zone's poses."""
         found = self.over(arm, zone.poses, more, most_poses, zone.name)
-        blame = budget(arm, found.poses.q, f"{zone.name}, {len(found.poses)} poses", approach=self.approach)
+        blame = budget(arm, found.poses.q, f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}", approach=self.approach)
         return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=blame)
