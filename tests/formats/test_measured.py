@@ -249,6 +249,36 @@ def test_ends_of_a_path_may_be_known_from_commands_alone(tmp_path):
     assert found.paths[0].figures[1].value == pytest.approx((2 / 3 + 3 * np.sqrt(1 / 3)) * 1e-3)
 
 
+COMMAS = "pose;cycle;x [mm];y [mm];z [mm];xc [mm];yc [mm];zc [mm]\n"
+
+
+def test_decimal_commas_between_semicolons_are_read(tmp_path):
+    """What half of Europe's spreadsheets export by default says the same as with points; so do quoted cells between commas."""
+    text = COMMAS + "P1;1;320,2129;-0,5;1250;320;0;1,25e3\nP1;2;320,213;,5;1250,1;320;0;1,25e3\n"
+    found, same = read(tmp_path, text), read(tmp_path, text.replace(",", "."))
+    assert found.attained[:, 0] == pytest.approx([0.3202129, 0.320213], abs=1e-12)
+    assert np.array_equal(found.attained, same.attained)
+    assert np.array_equal(found.command, same.command)
+    quoted = read(tmp_path, 'pose,x [mm],y [mm],z [mm],remark\nP1,"320,2129","0,5",1250,1.5\n')
+    assert quoted.attained[0] == pytest.approx([0.3202129, 0.0005, 1.25], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (["P1;{};320,2129;0,5;1250.5;320;0;1250"], r"line 2\n  found     80 numbers with a comma, '320,2129', and '1250.5' in line 2"),
+        (["P1;{};1.320,2129;0,5;1250,5;320;0;1250"], r"line 2\n  found     120 numbers with a comma, '1.320,2129'\n"),
+        (["P1;{};1,320;200;1,250;1,320;200;1,250"], r"line 2\n  found     160 numbers with a comma, '1,320'\n"),
+        (["P1;{};1,320,100;200;0,5;1,320;200;1,250"], r"line 2\n  found     160 numbers with a comma, '1,320,100'\n"),
+    ],
+)
+def test_commas_that_may_be_either_are_one_mistake(tmp_path, rows, said):
+    """Beside points, between thousands, or where 1,320 may be either: one mistake for the file, that says how to export it."""
+    text = COMMAS + "\n".join(rows[0].format(k + 1) for k in range(40))
+    with pytest.raises(lostmotion.InputError, match=rf"1 mistake\n.*{said}(.|\n)*decimal point"):
+        read(tmp_path, text)
+
+
 def test_the_tracker_data_is_read_as_published():
     """1 000 poses of a UR5 by a laser tracker: off by 2.635 mm on the average, s 0.375, 95 % 3.394, largest 4.409; less with the best-fit base."""
     from lostmotion.studies.iso9283.measured import judge

@@ -8,7 +8,8 @@ x, y, z are attained positions of the tool point in the base frame, xc, yc, zc c
 commanded. a, b, c and ac, bc, cc are turns about the fixed x, y, z axes, in that order. `side` names from where a pose was approached, for vAP; it is
 empty in the standard's cycle. `load` is a share of the payload; without it, and without one named for the whole file, it is the full one. Only
 positions are needed. Without `pose`, rows with one commanded position are one pose. A cycle visits a pose once. Lines that begin with # are for the
-reader. Columns of other names are mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
+reader. Cells stand between commas or semicolons; numbers have decimal points throughout, or decimal commas throughout. Columns of other names are
+mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
 
 A row with `path`, the names of the poses that a straight line joins, is a reading along it: in the order read, cycle by cycle; `pose` is then empty,
 commands and turns may be.
@@ -37,6 +38,7 @@ from lostmotion.formats.measured_columns import (
     column_names,
     find_columns,
     read_table,
+    with_points,
 )
 from lostmotion.formats.text import numbers, refuse
 from lostmotion.spatial import pose_of
@@ -172,6 +174,7 @@ def _values(
     file: str, header: list[str], rows: list[list[str]], lines: list[int], columns: Mapping[str, Column]
 ) -> tuple[dict[str, list[str]], dict[str, Floats]]:
     """Give the words and the numbers (in SI) of each role; all bad rows at once."""
+    rows = with_points(file, rows, lines, columns)
     mistakes: list[Problem] = []
     words: dict[str, list[str]] = {role: [] for role in columns if role in WORDS}
     values: dict[str, list[float]] = {role: [] for role in columns if role not in WORDS}

@@ -22,6 +22,10 @@ _MOST_COLUMNS: Final = 200
 MOST_MISTAKES: Final = 20
 LONGEST: Final = 60
 _HEADING: Final = re.compile(r"^\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
+_COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+# What may be a decimal comma, and may be a comma between thousands.
+_THOUSANDS: Final = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_NUMBER: Final = re.compile(r"[+-]?[.,]?\d[\d.,]*(?:[eE][+-]?\d+)?")
 _MAP: Final = re.compile(r"^\s*(?P<role>[a-z]{1,5})\s*=\s*(?P<sign>[+-]?)\s*(?P<column>[^\[\]]{1,100}?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
 ATTAINED: Final = ("x", "y", "z")
 OFF: Final = ("dx", "dy", "dz")
@@ -155,3 +159,25 @@ def _missing(file: str, found: Mapping[str, Column]) -> list[Problem]:
     if whole[COMMANDED_TURN] and not whole[COMMANDED]:
         out.append(Problem(file, "line 1", "ac, bc, cc without xc, yc, zc", "the whole commanded pose", HEADER))
     return out
+
+
+def with_points(file: str, rows: list[list[str]], lines: Sequence[int], columns: Mapping[str, Column]) -> list[list[str]]:
+    """Give the rows with decimal points where the file's numbers have decimal commas, as many spreadsheets write them between semicolons.
+
+    Raises InputError, once, where it cannot be told what a comma is: beside decimal points, or wherever thousands could be meant.
+    """
+    at = [column.index for role, column in columns.items() if role not in WORDS or role == "cycle"]
+    numbered = [(row[k], line) for row, line in zip(rows, lines, strict=True) for k in at if k < len(row) and _NUMBER.fullmatch(row[k])]
+    commas = [(cell, line) for cell, line in numbered if "," in cell]
+    if not commas:
+        return rows
+    points = [(cell, line) for cell, line in numbered if "." in cell and "," not in cell]
+    odd = [(cell, line) for cell, line in commas if not _COMMA.fullmatch(cell)]
+    if points or odd or all(_THOUSANDS.fullmatch(cell) for cell, _ in commas):
+        cell, line = (odd or commas)[0]
+        beside = f", and {shown(points[0][0])} in line {points[0][1]}" if points and not odd else ""
+        many = f"{len(commas)} number{'s' * (len(commas) > 1)} with a comma, {shown(cell)}{beside}"
+        expected = "a decimal point in all numbers, or a decimal comma in all, and nothing between thousands"
+        refuse(file, f"line {line}", many, expected, "320.2129; export with the decimal point, or with more than three decimals")
+    changed = set(at)
+    return [[cell.replace(",", ".") if k in changed and _COMMA.fullmatch(cell) else cell for k, cell in enumerate(row)] for row in rows]
