@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from rich import box
 from rich.console import Console
@@ -18,40 +18,60 @@ if TYPE_CHECKING:
 
 _SECONDS_BEFORE_BAR = 1.0
 
+# A remark in a narrower column than this is no longer read easily.
+_REMARK: Final = 20
+
 
 def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
-    """Print every figure of a sheet, section by section."""
+    """Print every figure of a sheet, section by section, and last, where a terminal stands, the answer in a sentence or three."""
     screen = console or Console()
     screen.print()
     screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
     for section in sheet.sections:
         screen.print()
-        table = _table(section)
+        beside = _fits(screen, section)
+        table = _table(section, remarks=beside)
         # Rather a line that the terminal folds than a figure cut to another one.
         screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
+        if not beside:
+            for row in section.rows:
+                if row.note:
+                    screen.print(Text.assemble((f"{row.label}: ", "none"), (row.note, "dim")))
         if section.note:
             screen.print(Text(section.note, style="dim"))
     for note in sheet.notes:
         screen.print(Text(f"note: {note}", style="yellow"))
+    if sheet.verdict:
+        screen.print()
+        screen.print(Text(sheet.verdict, style="bold"))
 
 
-def _table(section: Section) -> Table:
+def _fits(screen: Console, section: Section) -> bool:
+    """Say whether the rows' remarks have room at the right of the figures; if not, they are better told below."""
+    longest = max((len(row.note) for row in section.rows), default=0)
+    taken = screen.measure(_table(section, remarks=False)).maximum
+    return taken + min(longest, _REMARK) <= screen.width
+
+
+def _table(section: Section, *, remarks: bool) -> Table:
     plain = section.columns == ("value",) and not any(row.figures[0].interval for row in section.rows)  # what "value" heads needs no heading
     table = Table(title=Text(section.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=not plain, pad_edge=False)
     table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
-        table.add_column(name, justify="right", min_width=max((len(str(row.figures[k])) for row in section.rows), default=0))
+        widest = max((len(word) for word in (*(str(row.figures[k]) for row in section.rows), *name.split())), default=0)
+        table.add_column(name, justify="right", min_width=widest)
         if interval:
             table.add_column("95 % interval", justify="left", no_wrap=True, style="dim")
-    table.add_column("", style="dim", overflow="fold")
+    if remarks:
+        table.add_column("", style="dim", overflow="fold")
     for row in section.rows:
         cells = []
         for figure, interval in zip(row.figures, with_interval, strict=True):
             cells.append(str(figure))
             if interval:
                 cells.append(figure.interval)
-        table.add_row(Text(row.label), *cells, Text(row.note))  # as Text: brackets in them are no markup
+        table.add_row(Text(row.label), *cells, *([Text(row.note)] if remarks else []))  # as Text: brackets in them are no markup
     return table
 
 
