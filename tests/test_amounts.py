@@ -206,3 +206,16 @@ def test_what_are_no_poses_is_refused(arm, poses):
     """Neither a count nor joint values: one message that says which shape is expected."""
     with pytest.raises(lostmotion.InputError, match="poses"):
         chosen_poses(arm, poses, "sobol", 1)
+
+
+@pytest.mark.parametrize(("name", "given"), [("robots", "many"), ("visits", 2.5), ("robots", None)])
+def test_a_count_that_is_no_whole_number_is_refused(arm, name, given):
+    """Robots and visits are counted: text, half of one or nothing gets a message that says so."""
+    with pytest.raises(lostmotion.InputError, match=f"{name}[^§]*a whole number from 1 to"):
+        lostmotion.study(arm, 8, **{"robots": 10, "visits": 2, name: given})
+
+
+def test_a_yield_needs_a_target(arm):
+    """Nothing to keep is no target: the message names it."""
+    with pytest.raises(lostmotion.InputError, match="target"):
+        lostmotion.production_yield(arm, None)

@@ -10,6 +10,7 @@ from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import pairwise
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, Final, Literal, Self, get_args
 
 import numpy as np
@@ -96,8 +97,8 @@ class Plan:
         device "gpu": errors are formed by JAX on its graphics processor; LostmotionError where there is none.
         """
         for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
-            if not 1 <= value <= most:
-                raise refuse_argument(name, value, f"from 1 to {most}", f"{name} = 30")
+            if not isinstance(value, Integral) or not 1 <= value <= most:
+                raise refuse_argument(name, value, f"a whole number from 1 to {most}", f"{name} = 30")
         if approach not in (-1, 0, 1):
             raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
         check_device(device)
