@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from rich.console import Console
 
 import lostmotion
 from lostmotion import Arm
 from lostmotion.figures import find_row
 from lostmotion.plots.surfaces import level_surface
 from lostmotion.plots.zones import zones_plots
+from lostmotion.screen import print_sheet
 from lostmotion.studies.zones.by_cell import QUANTILE
 from lostmotion.studies.zones.radial import radial, vertical_axis
 
@@ -59,6 +61,31 @@ def test_the_sheet_says_what_was_found(mapped):
     assert f"around {', '.join(f'{a} {v * 1e3:.0f}' for a, v in zip('xyz', box.centre, strict=True))} mm" in sheet.verdict
     json.dumps(mapped.result(), allow_nan=False)
     assert "AccuracyMap of 'Z-arm'" in repr(mapped)
+
+
+def test_every_figure_of_a_map_has_its_interval(mapped):
+    """Cells, shares, sizes, places and the volume have ends, one side open where nothing is known; counts are whole numbers."""
+    for section in mapped.sheet.sections:
+        if section.key in {"map", "within", "places"}:
+            for note, figure in ((row.note, figure) for row in section.rows for figure in row.figures):
+                assert figure.interval or "1 configuration in the cell" in note  # of one that was drawn nothing is known of the others
+                assert figure.samples
+                assert np.nanmin([figure.low, figure.value]) == (figure.value if math.isnan(figure.low) else figure.low)
+                assert np.nanmax([figure.high, figure.value]) == (figure.value if math.isnan(figure.high) else figure.high)
+    volume = find_row(mapped.sheet.sections, "reach", "volume").figures[0]
+    assert volume.low < volume.value < volume.high
+    assert "." not in str(find_row(mapped.sheet.sections, "reach", "configurations in a cell, median").figures[0])
+
+
+def test_a_narrow_screen_cuts_no_word(mapped):
+    """At 80 columns no heading ends in dots, and no remark is broken within a word."""
+    page = io.StringIO()
+    print_sheet(mapped.sheet, Console(file=page, width=80))
+    lines = page.getvalue().splitlines()
+    assert not [line for line in lines if "…" in line.replace(" … ", "")]
+    words = {word for section in mapped.sheet.sections for row in section.rows for word in row.note.split()}
+    shown = {word for line in lines for word in line.split()}
+    assert words <= shown
 
 
 def test_plots_show_the_map(mapped):

@@ -188,8 +188,10 @@ def _map(found: Zones) -> Section:
 def _median(found: Zones, measure: int, column: int) -> tuple[float, float, float]:
     """Give the median over the cells with ends that hold that over the workspace as well."""
     known = _known(found)
-    value, ends = float(np.median(found.figures[measure, column][known])), np.median(found.ends[:, measure, column][:, known], axis=1)
-    low, high = (float(end) for end in ends)  # NaN: nothing is known on that side
+    value, ends = float(np.median(found.figures[measure, column][known])), found.ends[:, measure, column][:, known]
+    # A cell of which nothing is known on one side may lie anywhere there; if that leaves the median nowhere to stand, nothing is known of it.
+    low, high = (float(np.median(np.where(np.isnan(end), beyond, end))) for end, beyond in zip(ends, (-np.inf, np.inf), strict=True))
+    low, high = (end if math.isfinite(end) else math.nan for end in (low, high))
     if found.afresh is not None:
         over = found.afresh.quantile(measure, BYS[column], 0.5)
         low = low if math.isnan(low + over.low) else min(low, over.low)
