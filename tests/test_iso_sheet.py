@@ -1,6 +1,7 @@
 """ISO 9283 from the file to the folder: what is asked, said, drawn and written."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -195,6 +196,31 @@ def test_mistakes_are_one_message(tmp_path, words, said):
     assert done.returncode == 2
     assert said in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((Z_ARM, "--load", "10 kg", "--measured", VISITS), "--load"),
+        ((Z_ARM, "--measured", "nowhere.csv"), "example   examples/measured/z-arm.csv"),
+        ((Z_ARM, "--measured", "torn.csv"), "a visit to a pose"),
+        ((Z_ARM, "--path", "P1 P9"), "two different ones of P1"),
+        ((Z_ARM, "--cube", "400 mm"), '--cube, --centre\n(.|\n)*--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"\n'),
+        ((Z_ARM, "--load", "10 %"), '--measured visits.csv --load "10 %"\n'),
+        ((), "FILE, --measured\n(.|\n)*example   lostmotion iso9283 "),
+        ((Z_ARM,), "--force"),
+    ],
+)
+def test_what_was_asked_is_refused_before_the_folder(tmp_path, words, said):
+    """An older folder hides no mistake in options or files; only where all of them hold, it is what is told. Examples can be typed."""
+    for name in ("z-arm-iso9283", "robot-iso9283"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "torn.csv").write_text("pose,path,cycle,x [mm],y [mm],z [mm]\nP1,P2-P4,1,1,2,3\n", encoding="utf-8")
+    done = ran(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert re.search(said, done.stderr)
+    assert "lostmotion.iso9283(" not in done.stderr
+    assert ("--force" in done.stderr) == (said == "--force")
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,6 @@ AMOUNTS: Final[dict[str, Quantity | Three]] = {
     "instrument": Quantity("m", "10 µm", low=0, high=1),
     "warm_up": Quantity("K", "25 K", low=-1000, high=1000),
 }
-_STATED = "with centre=(0.6, 0, 0.4), m"
 
 
 def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
@@ -58,6 +57,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     commands: str | Path | None = None,
     instrument: Amount = 0.0,
     progress: Callable[[str, int, int], None] | None = None,
+    ready: Callable[[], object] | None = None,
 ) -> Iso9283:
     """What would ISO 9283 say of robots built to this design, what does it say of a measured one, and do the two agree? Never 'certified'.
 
@@ -71,6 +71,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     tool_rpy    how the tool is held in the cube, ("180 deg", 0, 0) about the fixed x, y, z; left out: what allows the largest cube
     floor       height below which the cube must not reach, "0 mm"; None: no floor
     path        the poses whose joining line is followed for AT and RT; left out: the one measured, else P2 and P4
+    ready       called once all that is asked and measured is read and holds, before the cube is looked for and robots are built
     warm_up     by how much the links warm, "25 K", 63 % of it within an hour, or a `WarmUp`; left out: no drift
 
     Lengths, angles and the rise are amounts: text with a unit, or numbers in SI.
@@ -92,17 +93,17 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     if arm is None and measured is None:
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
     if shares and measured is None:
-        raise refuse_argument("load", shares, "a measured file that it belongs to", 'lostmotion.iso9283(measured="visits.csv", load=0.1)')
+        raise refuse_argument("load", shares, "a measured file that it belongs to", 'measured = "visits.csv", load = "10 %"')
     _refuse_places(side, middle, path)
     visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
     if visits is not None:
         visits = _commanded(visits, side, middle, held, predicted=arm is not None)
-    chosen = None
-    if arm is not None:
-        chosen = _cube(arm, side, middle, held, read.get("floor"), visits, progress)
-        if visits is not None and chosen.rotation is None:  # orientations come as they come
+        if arm is not None and len(arm.moving) < _HOLDS:  # orientations come as they come
             visits = visits.unturned()
     judged = None if visits is None else judge(visits)
+    if ready is not None:
+        ready()
+    chosen = None if arm is None else _cube(arm, side, middle, held, read.get("floor"), visits, progress)
     return _sheet_of(arm, chosen, judged, cycles, robots, whole_seed(seed), _ends(path, judged), warmth, progress)
 
 
@@ -111,7 +112,7 @@ def _refuse_places(cube: float | None, centre: Sequence[float] | None, path: tup
     from lostmotion.studies.iso9283.cube import NAMES
 
     if (cube is None) != (centre is None):
-        raise refuse_argument("cube, centre", "one without the other", "both, or neither", f"cube=0.4 {_STATED}")
+        raise refuse_argument("cube, centre", "one without the other", "both, or neither", 'cube = "400 mm", centre = "600 mm, 0 mm, 400 mm"')
     if path is not None and (len(path) != 2 or not set(path) <= set(NAMES)):  # noqa: PLR2004 - from one to another
         raise refuse_argument("path", " ".join(path), "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
 

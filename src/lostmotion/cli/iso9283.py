@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -50,6 +51,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.ask.iso9283 import AMOUNTS
     from lostmotion.ask.iso9283 import iso9283 as ask
     from lostmotion.ask.read import read
+    from lostmotion.errors import InputError, Problem
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
     from lostmotion.studies.iso9283.predicted import HEAVIEST
@@ -57,7 +59,9 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
 
     stem = (file or next(iter(measured or ()), Path("robot"))).stem
     folder = out or Path(f"{stem}-iso9283")
-    refuse_existing(folder, force=force)
+    if file is None and not measured:
+        expected = "an arm, a CSV of measured visits, or both"
+        raise InputError([Problem("", "FILE, --measured", "neither", expected, 'lostmotion iso9283 arm.toml --measured "visits.csv"')])
     rise = amount("--warm-up", warm_up, "K", "25 K")
     constant = amount("--warm-up-time", warm_up_time, "s", "1 h") or 0.0
     lowest = None if floor.strip().lower() == "none" else floor
@@ -83,6 +87,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
             commands=commands,
             instrument=read_words.get("instrument", 0.0),
             progress=bar,
+            ready=partial(refuse_existing, folder, force=force),
         )
     if stopped:
         raise typer.Exit(STOPPED)

@@ -27,8 +27,8 @@ def refuse(*fields: str) -> NoReturn:
     raise InputError([Problem(*fields)])
 
 
-def read_text(path: Path, megabytes: int) -> str:
-    """What does this file say? Its text, at most so many megabytes (1e6 bytes).
+def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") -> str:
+    """What does this file say? Its text, at most so many megabytes (1e6 bytes); `example` is a file of its kind, for the message.
 
     Nothing is read from a folder, device or pipe, nor beyond the size. A byte order mark is dropped. Raises InputError where the file is missing,
     no regular file, unreadable, too big, not UTF-8, or holds a NUL.
@@ -41,9 +41,9 @@ def read_text(path: Path, megabytes: int) -> str:
             with path.open("rb") as stream:
                 raw = stream.read(megabytes * _MEGABYTE + 1)
     except FileNotFoundError:
-        refuse(file, "", "no such file", "the path of a file that exists", "examples/z-arm.toml", _near_file(path))
+        refuse(file, "", "no such file", "the path of a file that exists", example, _near_file(path))
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path itself
-        refuse(file, "", getattr(error, "strerror", None) or str(error), "a file that can be read", "examples/z-arm.toml")
+        refuse(file, "", getattr(error, "strerror", None) or str(error), "a file that can be read", example)
     if not stat.S_ISREG(kind):
         refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm.toml")
     if len(raw) > megabytes * _MEGABYTE:
