@@ -1,5 +1,6 @@
 """ISO 9283 from the file to the folder: what is asked, said, drawn and written."""
 
+import io
 import json
 import re
 import subprocess
@@ -8,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import lostmotion
 from lostmotion.figures import find_row
 from lostmotion.plots.iso9283 import iso_plots
+from lostmotion.screen import print_sheet
 from lostmotion.studies.iso9283.warm_up import WarmUp
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -73,6 +76,29 @@ def test_a_measured_robot_alone():
     assert found.predicted is None
     assert find_row(found.sheet.sections, "measured-data", "visits").figures[0].value == 420
     assert find_row(found.sheet.sections, "measured-poses", "P4").figures[0].value == pytest.approx(0.717, abs=1e-3)
+    assert [row.label for section in found.sheet.sections if section.key == "measured-sides" for row in section.rows] == ["P1", "P2", "P4"]
+
+
+def test_no_table_is_wider_than_a_terminal(both, tmp_path):
+    """Two loads, an instrument, sides, a path and warmth: at 80 columns no line is longer, and no figure, interval or head is cut."""
+    rows = [line.split(",") for line in VISITS.read_text(encoding="utf-8").splitlines() if not line.startswith("#")][1:]
+    path = [line.split(",") for line in LOADS.read_text(encoding="utf-8").splitlines() if ",P2-P4," in line]
+    lines = ["pose,path,cycle,side,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]"]
+    lines += [",".join([row[0], "", row[1], row[2], load, *row[3:]]) for load in ("100", "10") for row in rows]
+    lines += [",".join(["", row[1], row[2], "", *row[3:]]) for row in path]
+    file = tmp_path / "wide.csv"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=60, cycles=10, instrument=5e-6, warm_up=WarmUp(25.0))
+    for sheet in (both.sheet, beside.sheet):
+        screen = Console(width=80, record=True, file=io.StringIO())
+        print_sheet(sheet, screen)
+        said = screen.export_text()
+        assert max(len(line.rstrip()) for line in said.splitlines()) <= 80
+        words = set(said.split())
+        assert not [word for word in words if word.endswith("…") and word != "…"]
+        for section in sheet.sections:
+            for row in section.rows:
+                assert {word for figure in row.figures for word in f"{figure} {figure.interval}".split()} <= words
 
 
 @pytest.fixture(scope="module")

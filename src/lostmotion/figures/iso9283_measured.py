@@ -102,7 +102,7 @@ def measured_sections(found: Measured) -> list[Section]:
     """Give the sheet of the measured robot, each figure under its loads."""
     out = [section for load in found.loads for section in _pooled(found, load)]
     if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
-        out += [_poses(found), _axes(found)]
+        out += [*_poses(found), _axes(found)]
     rows = [
         Row(under(f"{name}, P2-P4", load.load, found.loads), (of(load.distance[k], "cycles with both"),))
         for k, name in enumerate(("AD_p", "RD"))
@@ -142,28 +142,36 @@ def _in_order(found: Measured) -> list[tuple[MeasuredLoad, MeasuredPose]]:
     return [(load, pose) for name in names for load in found.loads for pose in load.poses if pose.name == name]
 
 
-def _poses(found: Measured) -> Section:
+def _poses(found: Measured) -> list[Section]:
+    """Give a table for each characteristic: side by side they are wider than a terminal."""
     shown = _in_order(found)
-    with_instrument = found.visits.instrument > 0
-    with_sides = any(_known(pose.multi_directional) for load in found.loads for pose in load.poses)
-
-    def row(load: MeasuredLoad, pose: MeasuredPose) -> Row:
-        counted = f"{pose.visits} visits"
-        figures = [of(pose.accuracy, counted), of(Estimate(pose.fitted, math.nan, math.nan)), of(pose.repeatability, counted)]
-        if with_instrument:
-            figures.append(length(pose.without_instrument))
-        if with_sides:
-            figures.append(of(pose.multi_directional))
-        return Row(under(pose.name, load.load, found.loads), tuple(figures))
-
-    columns = ("AP_p", "best-fit frames", "RP_l", *(("less instrument",) if with_instrument else ()), *(("vAP_p",) if with_sides else ()))
     count, all_poses = len({pose.name for _, pose in shown}), len({pose.name for load in found.loads for pose in load.poses})
-    note = "" if count == all_poses else f"the first {count} of {all_poses} poses; "
-    note += "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"
+    first = "" if count == all_poses else f"the first {count} of {all_poses} poses"
+
+    def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
+        return under(pose.name, load.load, found.loads)
+
+    accurate = tuple(
+        Row(label(load, pose), (of(pose.accuracy, f"{pose.visits} visits"), of(Estimate(pose.fitted, math.nan, math.nan))))
+        for load, pose in shown
+        if _known(pose.accuracy)
+    )
+    out = [Section("measured-poses", "Measured: AP_p", ("AP_p", "best-fit frames"), accurate, first)] if accurate else []
+    with_instrument = found.visits.instrument > 0
+    repeats = []
+    for load, pose in shown:
+        figures = of(pose.repeatability, f"{pose.visits} visits"), *((length(pose.without_instrument),) if with_instrument else ())
+        repeats.append(Row(label(load, pose), figures))
+    note = (f"{first}; " if first else "") + (
+        "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"
+    )
     if with_instrument:
         floor = max(load.floor for load in found.loads)
         note += f". The instrument alone would show an RP_l of {length(floor)}; it is taken off in squares, zero where no more is left"
-    return Section("measured-poses", "Measured: poses", columns, tuple(row(*each) for each in shown), note)
+    columns = ("RP_l", *(("less instrument",) if with_instrument else ()))
+    out.append(Section("measured-repeatability", "Measured: RP_l", columns, tuple(repeats), note))
+    sides = tuple(Row(label(load, pose), (of(pose.multi_directional),)) for load, pose in shown if _known(pose.multi_directional))
+    return [*out, *([Section("measured-sides", "Measured: vAP_p, from three sides", ("vAP_p",), sides, first)] if sides else [])]
 
 
 def _axes(found: Measured) -> Section:

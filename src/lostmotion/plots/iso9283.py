@@ -77,7 +77,7 @@ def _measured(measured: Measured) -> list[Plot]:
         ]
         names = [under("measured", load.load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
         if about:
-            drawn.append(Plot("measured-visits", "measured-poses", visits(about, several, names), "Measured visits about their barycentres."))
+            drawn.append(Plot("measured-visits", "measured-repeatability", visits(about, several, names), "Measured visits about their barycentres."))
     for load in measured.loads:
         if load.fit is not None:
             key = "measured-accuracy" if load is measured.loads[0] else f"measured-accuracy-{100 * load.load:g}"
