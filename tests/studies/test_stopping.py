@@ -56,6 +56,25 @@ def test_two_stages_are_mostly_enough():
     assert max(stages) <= STAGES
 
 
+def test_a_modest_stage_comes_before_a_large_one():
+    """Poses whose scatter is known from eight sets, and so falls faster than assumed: a modest stage between spares most of the samples."""
+
+    def sobol(poses, robots):
+        rng = np.random.default_rng([7, poses])
+        return 1 + np.random.default_rng(3).normal(0, 0.3, 50_000)[:robots] + rng.normal(0, 6 / poses, (SETS, 1))  # error as 1 / poses
+
+    _, stopping = settle(sobol, watch, 64, 50, Tolerance.of("2 %"), most_poses=65_536, most_robots=50_000)
+    samples = [stage.poses * stage.robots for stage in stopping.stages]
+    assert stopping.reached
+    assert 3 <= len(samples) <= STAGES
+    assert 2 < samples[1] / samples[0] <= 8.1
+    half = stopping.stages[-1].figures["mean"].relative
+    assert half > 0.008  # not several times surer than asked for
+    # What is far off gets there all the same: the stages after it take what they take.
+    _, far = settle(made_up(1, 0.3, 0.5, 0.2), watch, 64, 20, Tolerance.of("0.5 %"), most_poses=65_536, most_robots=50_000)
+    assert far.reached
+
+
 def test_what_was_not_reached_is_said_with_its_reason():
     """Too few robots allowed, or poses that are fixed: not reached, for want of that; the most that was allowed was used."""
     _, short = settle(made_up(1, 0.3, 0, 0), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)

@@ -3,8 +3,9 @@
 After JCGM 101:2008, 7.9, in the form of two stages (G. Wübbeler et al., Metrologia 47 (2010) 317): a first run says how far its figures scatter,
 and from that how many robots, and poses where they are sampled, the wanted half-width takes. More robots keep the first ones and a longer sequence of
 poses its beginning, so a later run enlarges an earlier one; every interval is that of the last run alone. Where the second run falls short (its
-scatter came out larger than the first one's), further ones follow, four in all: each looks once more at nearly the same figures, so that intervals
-hold the truth slightly less often than those of a run of a size fixed beforehand. The tests say how often.
+scatter came out larger than the first one's), or was kept small because so little was known, further ones follow, four in all: each looks once more
+at nearly the same figures, so that intervals hold the truth slightly less often than those of a run of a size fixed beforehand. The tests say how
+often.
 """
 
 from __future__ import annotations
@@ -34,7 +35,14 @@ MOST_ROBOTS: Final = 10_000
 MOST_POSES: Final = 65_536
 # The second stage aims at this share of the wanted half-width, since the first one knows the scatter of its figures only so well.
 _AIM: Final = 0.85
+# The last stage, where a stage before it fell short: nothing after it can make good what it lacks.
+_AIM_LAST: Final = 0.6
 _FOR_POSES: Final = 0.5
+# What few robots, or the few independent sets of poses, leave of uncertainty is itself hardly known, and a Sobol sequence's falls faster than with
+# the number of poses. So the first stage that would take more poses, or begins with few robots, takes so many times the samples where it would take
+# more than the square of that; where it would take less, a stage between spares too little, and is better kept for what falls short.
+_MOST_GROWTH: Final = 8.0
+_FEW_ROBOTS: Final = 30
 # A stage that adds less than this is not worth its time.
 _LEAST_GROWTH: Final = 1.2
 _EXAMPLE: Final = 'until = "1 %"'
@@ -198,14 +206,19 @@ def settle(
     Poses go up by factors of two, up to `most_poses` (give the number itself where poses are fixed). Gives the last run, and what each stage found.
     """
     stages: list[Stage] = []
+    spared = modest_now = False
     while True:
         found = sample(poses, robots)
         stages.append(Stage(poses, robots, watch(found)))
         off = [each for each in stages[-1].figures.values() if _off(tolerance, each) > 1]
-        wanted = _larger(stages[-1], tolerance, most_poses, most_robots)
+        short = spared and not modest_now and len(stages) == STAGES - 1
+        wanted = _larger(stages[-1], tolerance, most_poses, most_robots, _AIM_LAST if short else _AIM)
         if not off or len(stages) == STAGES or wanted == (poses, robots):
             return found, Stopping(tolerance, tuple(stages), most_robots, most_poses)
-        poses, robots = wanted
+        modest = wanted if spared else _capped(stages[-1], *wanted)
+        modest_now = modest != wanted
+        spared = spared or modest_now
+        poses, robots = modest
 
 
 def _off(tolerance: Tolerance, figure: Watched) -> float:
@@ -216,9 +229,9 @@ def _off(tolerance: Tolerance, figure: Watched) -> float:
     return figure.half / allowed if allowed > 0 and math.isfinite(figure.half) else math.inf
 
 
-def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int) -> tuple[int, int]:
+def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float) -> tuple[int, int]:
     """How many poses and robots will do, at the least cost? Variances fall with their number; as many as are allowed where nothing will do."""
-    off = [(_off(tolerance, each) / _AIM, each.of_poses) for each in stage.figures.values()]
+    off = [(_off(tolerance, each) / aim, each.of_poses) for each in stage.figures.values()]
     if any(math.isinf(ratio) for ratio, _ in off):  # too few robots to tell anything
         return stage.poses, min(4 * stage.robots, max(most_robots, stage.robots))
     choices: list[tuple[int, int]] = []
@@ -240,6 +253,16 @@ def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: in
     if poses == stage.poses:
         robots = min(max(robots, math.ceil(_LEAST_GROWTH * stage.robots)), max(most_robots, stage.robots))
     return poses, robots
+
+
+def _capped(stage: Stage, poses: int, robots: int) -> tuple[int, int]:
+    """How much of this growth is worth its time while so little is known of the variances? Poses and robots share it as they would the whole."""
+    growth = poses * robots / (stage.poses * stage.robots)
+    if growth <= _MOST_GROWTH**2 or (poses == stage.poses and stage.robots >= _FEW_ROBOTS):
+        return poses, robots
+    share = math.log(_MOST_GROWTH) / math.log(growth)
+    doublings = round(share * math.log2(poses / stage.poses))
+    return stage.poses << doublings, max(min(math.ceil(stage.robots * _MOST_GROWTH / 2**doublings), robots), stage.robots)
 
 
 def _doubled(count: int, most: int) -> Iterator[int]:
