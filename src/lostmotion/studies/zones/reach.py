@@ -32,9 +32,11 @@ MOST_POSES: Final = 4_000_000
 _STARTS: Final = 3
 # And of points amid others that are in reach: the nearest poses may all stand beyond a joint's limit from there.
 _STARTS_AMID: Final = 16
+# And of points that plain steps from the nearest did not reach, most of them out of reach.
+_STARTS_UNLIKE: Final = 5
 # Of so many nearest poses the starts are chosen that differ most from each other: other elbows, other sides of a limit; further ones by nearness.
 _AMONG: Final = 64
-_UNLIKE: Final = 16
+_UNLIKE: Final = 8
 # Joint values nearer than this, rad, are one configuration; of sliding joints this share of the cells' edge.
 _SAME: Final = 0.02
 _STEPS: Final = 12
@@ -138,7 +140,10 @@ def brought_to(arm: Arm, found: Reached, wanted: Floats, threads: int = 1) -> tu
     if not len(wanted):
         return np.zeros((0, len(arm.moving))), np.zeros(0, bool)
     with ThreadPoolExecutor(threads) as pool:
-        q, done, _ = _arrived(arm, found, wanted, _STARTS_AMID, pool)
+        q, done, _ = _arrived(arm, found, wanted, _STARTS, pool, found.grid.edge)
+        left = np.flatnonzero(~done)
+        if len(left):
+            q[left], done[left], _ = _arrived(arm, found, wanted[left], _STARTS_UNLIKE, pool)
     # A stretched-out arm comes near its goal by ever shorter steps: as near as the middle of a cell has to be is near enough.
     return q, np.asarray(done | (np.abs(tool_points(arm, q) - wanted) < _NEAR * found.grid.edge).all(axis=1))
 
