@@ -7,6 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion.arm import tool_points
+from lostmotion.errors import InputError
 from lostmotion.figures.in_zone import stopped_in
 from lostmotion.studies import places
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
@@ -260,3 +261,14 @@ def test_what_is_no_zone_is_refused_alike(zone, named):
         lostmotion.study(arm, 8, 20, 2, zone=zone)
     with pytest.raises(lostmotion.InputError, match=named):
         lostmotion.target(arm, error="1 mm", poses=8, zone=zone)
+
+
+def test_a_zone_too_small_to_be_met_is_told_from_one_out_of_reach(arm):
+    """A cube of a tenth of a millimetre where the tool goes is too small for poses drawn by chance; one five metres off is out of reach."""
+    middle = tool_points(arm, sample_poses(arm, 1, "uniform").q)[0]
+    small = {axis: (float(x) + 3e-5, float(x) + 1.3e-4) for axis, x in zip("xyz", middle, strict=True)}
+    with pytest.raises(InputError, match="too small to be met by chance"):
+        poses_in_zone(arm, 8, small)
+    with pytest.raises(InputError) as far:
+        poses_in_zone(arm, 8, {"x": (5.0, 6.0)})
+    assert "by chance" not in str(far.value)

@@ -65,7 +65,7 @@ def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 
             )
         name = "the zone asked for"
     if not mask.any():
-        raise _nowhere(name, tool)
+        raise _nowhere(name, zone, tool)
     return mask, name
 
 
@@ -96,7 +96,7 @@ def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]],
             first = np.concatenate([np.flatnonzero(inside)[:each] + k * of_sets.shape[1] for k, inside in enumerate(of_sets)])
             return InZone(name, Poses(sampled.q[first], law, len(of_sets)), len(sampled))
     if not mask.any():
-        raise _nowhere(name, tool)
+        raise _nowhere(name, zone, tool)
     return InZone(name, _dealt(sampled, mask, name, tool, count), len(sampled))
 
 
@@ -116,8 +116,15 @@ def _dealt(poses: Poses, mask: np.ndarray, name: str, tool: Floats, most: int = 
     return Poses(poses.q[inside[: len(inside) // sets * sets].reshape(sets, -1)[:, :each].ravel()], poses.law, sets)
 
 
-def _nowhere(name: str, tool: Floats) -> InputError:
-    return _refused(f"{name}: none of the {len(tool)} poses is in it", "a zone that some reach", tool)
+def _nowhere(name: str, zone: Any, tool: Floats) -> InputError:  # noqa: ANN401 - a mask, or ends by axis
+    """Refuse a zone without a pose; one that lies where the tool goes may only be too small to be met by chance."""
+    ends = checked_ends(zone).items() if hasattr(zone, "items") else ()
+    along = [(tool[:, _AXES.index(axis)], low, high) for axis, (low, high) in ends]
+    within = bool(along) and all(low <= reached.max() and high >= reached.min() for reached, low, high in along)
+    expected = (
+        "a larger one, for it may be reached but is too small to be met by chance, or one that some reach" if within else "a zone that some reach"
+    )
+    return _refused(f"{name}: none of the {len(tool)} poses is in it", expected, tool)
 
 
 def _refused(found: str, expected: str, tool: Floats) -> InputError:
