@@ -27,7 +27,7 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     file: Annotated[Path, typer.Argument(help="Arm: native TOML, or URDF with its sidecar TOML.")],
     error: Annotated[str | None, typer.Option(help="Target: so far may 95 % of all positions over the workspace be off, '0.5 mm'.")] = None,
     repeatability: Annotated[str | None, typer.Option(help="Target instead: within this do 95 % of the robots repeat (RP), '0.1 mm'.")] = None,
-    share: Annotated[float, typer.Option(help="Share of positions, or of robots, 0.5 to 0.999.")] = 0.95,
+    share: Annotated[str, typer.Option(help="Share of positions, or of robots, 50 % to 99.9 %.")] = "0.95",
     poses: Annotated[int, typer.Option(min=1, help="How many poses to visit; rounded up to 8 x a power of two.")] = 1024,
     poses_file: Annotated[Path | None, typer.Option(help="CSV of poses to visit instead: one column per joint, header like 'A [deg]'.")] = None,
     zone: Annotated[str | None, typer.Option(help="Only poses with the tool in this zone, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'.")] = None,
