@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from numbers import Real
@@ -73,17 +72,25 @@ def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]
 
 def each_of(name: str, values: Sequence[object], wanted: Sequence[Quantity]) -> list[float]:
     """How much are these, in SI, as many as are wanted? Raises InputError with every mistake, all under one name."""
-    read = amounts({k: math.nan if value is None else value for k, value in enumerate(values)}, dict(enumerate(wanted)), lambda _: name)
-    return list(read.values())
+    return list(amounts(dict(enumerate(values)), dict(enumerate(wanted)), lambda _: name, needed=True).values())
 
 
-def amounts(asked: Mapping[Any, object], wanted: Mapping[Any, Quantity | Three], named: Any = str) -> dict[Any, Any]:  # noqa: ANN401 - from key to name
-    """How much are all of these, in SI? Those that `wanted` knows; what is None is left out. Raises InputError with every mistake at once."""
+def amounts(
+    asked: Mapping[Any, object],
+    wanted: Mapping[Any, Quantity | Three],
+    named: Any = str,  # noqa: ANN401 - from key to name
+    *,
+    needed: bool = False,
+) -> dict[Any, Any]:
+    """How much are all of these, in SI? Those that `wanted` knows; what is None is left out, or refused where all are `needed`.
+
+    Raises InputError with every mistake at once.
+    """
     out: dict[Any, Any] = {}
     problems: dict[Problem, None] = {}
     for key, value in asked.items():
         field = wanted.get(key)
-        if field is None or value is None:
+        if field is None or (value is None and not needed):
             continue
         try:
             out[key] = three(named(key), value, field) if isinstance(field, Three) else amount(named(key), value, field)

@@ -137,7 +137,7 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.targets.production import production_of
 
-    read = amounts({"target": "nothing" if target is None else target, "share": share}, {"target": LENGTH, "share": SHARE})
+    read = amounts({"target": target, "share": share}, {"target": LENGTH, "share": SHARE}, needed=True)
     value, of = read["target"], read["share"]
     if isinstance(subject, Arm):
         seed = whole_seed(seed)
