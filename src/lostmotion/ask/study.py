@@ -151,8 +151,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
             raise ValueError("a study by no route")
         blame = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=sign)
         return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones)
-    built = found.sampled
-    told = answer(arm, found.poses, robots=built.robots, visits=visits, seed=seed, approach=sign, progress=progress, sampled=built)
+    told = answer(arm, found.poses, found.sampled, seed, approach=sign, threads=route.threads, progress=progress)
     besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": zones}
     return Study(**{name: getattr(told, name) for name in Answer.__dataclass_fields__} | besides)
 

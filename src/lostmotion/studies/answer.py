@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from lostmotion.arm import tool_points
 from lostmotion.studies.budget import Budget, budget
 from lostmotion.studies.montecarlo.halving import Halving, halving
-from lostmotion.studies.montecarlo.montecarlo import Sampled, run
 from lostmotion.studies.montecarlo.waterfall import Waterfall, waterfall
 from lostmotion.studies.poses import POSE_LAWS
 from lostmotion.studies.statics.causes import LinkBending, bending
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic, Pooled
+    from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.montecarlo.stopping import Stopping
     from lostmotion.studies.poses import Poses
     from lostmotion.studies.route import FoundInZone
@@ -61,30 +61,26 @@ class Answer:
         return (*self.budgets, *(zone.budget for zone in self.zones))
 
 
-def answer(  # noqa: PLR0913 - a study is these numbers
+def answer(
     arm: Arm,
     poses: Poses,
-    *,
-    robots: int,
-    visits: int,
+    sampled: Sampled,
     seed: int,
+    *,
     approach: float = 0.0,
     threads: int = 1,
-    tile: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
-    sampled: Sampled | None = None,
 ) -> Answer:
     """How accurate is this arm over these poses, where does it reach, what does it hold, and which part is to blame?
 
-    Arguments and errors as `montecarlo.run`. The workspace is sampled more densely by the same law of poses (Sobol where they were given).
-    `sampled` is what such a run has found already.
+    `sampled` is what `montecarlo.run` found at these poses; other arguments as there. The workspace is sampled more densely by the same law of poses
+    (Sobol where they were given).
     """
-    if sampled is None:
-        sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, tile=tile, progress=progress)
+    robots, visits = sampled.robots, sampled.visits
     torques, worst = holding_torques(arm, poses.q)
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
-    gains = halving(arm, poses, robots, visits, seed, approach=approach, progress=progress)
-    remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, progress=progress)
+    gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
+    remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach)
     if progress is not None:
         progress("exploring the workspace", 0, 1)

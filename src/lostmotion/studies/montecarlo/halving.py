@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -45,6 +46,7 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     *,
     by: By = "part",
     approach: float = 0.0,
+    threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Halving:
     """What does the 95 % error gain from halving each part, and each kind of error, with every draw kept?
@@ -59,16 +61,19 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     labels = tuple(label_of(each) for each in groupings)
     still = tuple({cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings)
     wanted = [(k, name) for k, label in enumerate(labels) for name in dict.fromkeys(map(label, infos))]
+
+    def gain(k: int, name: str) -> Estimate:
+        if name in still[k]:
+            return Estimate(0.0, 0.0, 0.0)  # of what does not move the tool, exactly
+        after = paired.run(np.array([0.5 if labels[k](info) == name else 1.0 for info in infos]))
+        return quantile_drop((before.groups, before.sets), (after.groups, after.sets), LEVEL)
+
     gains: list[dict[str, Estimate]] = [{}, {}]
-    for done, (k, name) in enumerate(wanted):
-        if progress is not None:
-            progress("halving each error", done, len(wanted))
-        mine = np.array([labels[k](info) == name for info in infos])
-        gain = Estimate(0.0, 0.0, 0.0)  # of what does not move the tool, exactly
-        if name not in still[k]:
-            after = paired.run(np.where(mine, 0.5, 1.0))
-            gain = quantile_drop((before.groups, before.sets), (after.groups, after.sets), LEVEL)
-        gains[k][name] = gain
+    with ThreadPoolExecutor(threads) as pool:
+        for done, ((k, name), found) in enumerate(zip(wanted, pool.map(gain, *zip(*wanted, strict=True)), strict=True), start=1):
+            gains[k][name] = found
+            if progress is not None:
+                progress("halving each error", done, len(wanted))
     return Halving(gains[0], quantile(before.groups.sum(axis=0), LEVEL), paired.samples, gains[1])
 
 

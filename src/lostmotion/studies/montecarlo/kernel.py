@@ -167,9 +167,22 @@ def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
 
 
 @compiled
+def _bin_of(ladder, rank):
+    """Which is the first bin that counts up to `rank`, or the last? By halves; NumPy's search takes a second to compile."""
+    low, high = 0, len(ladder) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if ladder[middle] < rank:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@compiled
 def _quantile(ladder, rank, low, width):
     """Which error leaves `rank` samples below it? Straight line within a bin; `ladder` counts up the bins, which begin at `low`."""
-    b = min(np.searchsorted(ladder, rank), len(ladder) - 1)
+    b = _bin_of(ladder, rank)
     before = ladder[b - 1] if b > 0 else 0.0
     return low + width * (b + max(rank - before, 0.0) / max(ladder[b] - before, 1.0))
 
@@ -200,7 +213,7 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
         ladder[b] = counted
     for k in range(len(LEVELS)):
         level = LEVELS[k]
-        at = min(np.searchsorted(ladder, level * samples), FINE - 1)
+        at = _bin_of(ladder, level * samples)
         below = ladder[at] / samples
         spread2 = below
         if visits > 1:
@@ -251,7 +264,9 @@ def run_block(
     tiles = robot_draws.shape[0]
     n_robot, n_visit, n_product = len(robot_columns), len(visit_columns), len(product_columns)
     robot_screws, visit_screws, product_screws = np.empty((3, n_robot)), np.empty((3, n_visit)), np.empty((3, n_product))
-    at_robot, at_visit, at_product = np.arange(n_robot) * LANES, np.empty(n_visit, np.int64), np.empty(n_product, np.int64)
+    at_robot, at_visit, at_product = np.empty(n_robot, np.int64), np.empty(n_visit, np.int64), np.empty(n_product, np.int64)
+    for t in range(n_robot):
+        at_robot[t] = t * LANES
     fixed = np.empty((3, LANES))
     weight = np.empty(LANES)
     kept = np.empty((visits, 3, LANES))
@@ -260,7 +275,9 @@ def run_block(
     squares = words.view(np.float64)
     places = np.empty((visits, LANES), np.uint16)
     total, total2, between2 = np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    group_of = np.arange(robots) * groups // robots
+    group_of = np.empty(robots, np.int64)
+    for r in range(robots):
+        group_of[r] = r * groups // robots
     per_visit = 1.0 / visits
     sizes = np.empty((tiles, visits, LANES), np.float32)
     bins = np.empty((tiles, visits, LANES), np.uint16)

@@ -13,6 +13,7 @@ Each remedy is ideal, so what is left is the least that a real one can leave.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -60,7 +61,7 @@ class Waterfall:
     visits: int
 
 
-def waterfall(
+def waterfall(  # noqa: PLR0913 - a study is these numbers
     arm: Arm,
     poses: Poses,
     robots: int,
@@ -68,6 +69,7 @@ def waterfall(
     seed: int,
     *,
     approach: float = 0.0,
+    threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Waterfall:
     """How far off is the tool as built, calibrated, load compensated, both, and with each robot mapped as well?
@@ -78,16 +80,20 @@ def waterfall(
     chosen = thinned(poses, _POSES)
     paired = Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, approach)
     geometry = constant_screws(arm, chosen.q, approach=approach)
-    stages: list[Stage] = []
-    before: Sample | None = None
-    for done, name in enumerate(STAGES):
-        if progress is not None:
-            progress("calibrating and compensating", done, len(STAGES))
-        sample = paired.run(left(paired.matrices[0].infos, name, geometry))
-        off = Estimate(0.0, 0.0, 0.0) if before is None else quantile_drop((before.groups, before.sets), (sample.groups, sample.sets), LEVEL)
-        before = before or sample
-        stages.append(Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), off))
+    kept = [left(paired.matrices[0].infos, name, geometry) for name in STAGES]
+    samples: list[Sample] = []
+    with ThreadPoolExecutor(threads) as pool:
+        for sample in pool.map(paired.run, kept):
+            samples.append(sample)
+            if progress is not None:
+                progress("calibrating and compensating", len(samples), len(STAGES))
+    stages = [_stage(name, sample, samples[0]) for name, sample in zip(STAGES, samples, strict=True)]
     return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), paired.plan.robots, paired.plan.visits)
+
+
+def _stage(name: str, sample: Sample, built: Sample) -> Stage:
+    off = Estimate(0.0, 0.0, 0.0) if sample is built else quantile_drop((built.groups, built.sets), (sample.groups, sample.sets), LEVEL)
+    return Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), off)
 
 
 def left(infos: Sequence[TermInfo], stage: str, geometry: frozenset[str]) -> Floats:
