@@ -143,6 +143,7 @@ def test_a_pose_and_a_zone_are_read_from_a_line_of_text(arm):
     np.testing.assert_allclose(read_pose("B=-10deg O = 0.1rad, A=30 deg", arm), [0.1, np.radians(30), np.radians(-10)])
     assert read_pose(" 17 ", arm) == 17
     assert read_zone("x 0.2..0.5 m, Y -100 .. 1e2 mm") == {"x": (0.2, 0.5), "y": (-0.1, 0.1)}
+    assert read_zone("x 200 mm..0.5m, z -10µm .. 1 m") == {"x": (0.2, 0.5), "z": (-1e-5, 1)}
 
 
 @pytest.mark.parametrize(
@@ -166,11 +167,26 @@ def test_text_that_is_no_pose_is_refused(arm, text, named):
         read_pose(text, arm)
 
 
-@pytest.mark.parametrize("text", ["", "x 1..2", "q 1..2 m", "x 2..1 m", "x 1..2 m, x 1..2 m", "x 1..2 kg", "x 1.2 m", "x -inf..2 m"])
-def test_text_that_is_no_zone_is_refused(text):
-    """One message that says what was found and shows what passes."""
-    with pytest.raises(lostmotion.InputError, match="lower one first"):
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "no '..'"),
+        ("x 1..2", "no unit"),
+        ("q 1..2 m", "no axis 'q'"),
+        ("1..2 m", "no axis, and a space,"),
+        ("x 2..1 m", "higher end stands first"),
+        ("x 300 mm..0.2 m", "higher end stands first"),
+        ("x 1..2 m, X 1..2 m", "x comes twice"),
+        ("x 1..2 kg", "not a unit of length"),
+        ("x 1.2 m", "no '..'"),
+        ("x -inf..2 m", "no numbers with their unit"),
+    ],
+)
+def test_text_that_is_no_zone_is_refused(text, why):
+    """One message that says what was found, why it does not pass, and shows what does."""
+    with pytest.raises(lostmotion.InputError, match=why) as refused:
         read_zone(text)
+    assert "lower one first" in str(refused.value)
 
 
 def test_what_moves_the_tool_by_rounding_only_is_nothing_everywhere():

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _LONGEST: Final = 2000
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _VALUE: Final = re.compile(rf"\s*(?P<name>[^=,]{{1,100}}?)\s*=\s*(?P<value>{_NUMBER}\s*[^\s,=]*)\s*(?:,|(?=\s)|$)")
-_ENDS: Final = re.compile(rf"\s*(?P<axis>[a-zA-Z])\s+(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER})\s*(?P<unit>\S+)\s*")
+_ENDS: Final = re.compile(rf"\s*(?P<axis>[a-zA-Z])\s+(?P<low>{_NUMBER})\s*(?P<own>[^\s.\d]+)?\s*\.\.\s*(?P<high>{_NUMBER})\s*(?P<unit>\S+)\s*")
 _ZONE: Final = "x 0.2..0.5 m, y -100..100 mm"
 _ROUNDING: Final = 1e-9
 
@@ -81,23 +81,41 @@ def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float
     example = _given(option, _ZONE)
     out: dict[str, tuple[float, float]] = {}
     mistakes: list[Problem] = []
+
+    def refuse(part: str, why: str) -> None:
+        mistakes.append(Problem("", option, f"{shown(part.strip())} ({why})", expected, example))
+
     for part in text[:_LONGEST].split(","):
         match = _ENDS.fullmatch(part)
         axis = match["axis"].lower() if match else ""
-        if match is None or axis not in {"x", "y", "z"} or axis in out:
-            mistakes.append(Problem("", option, shown(part.strip()), expected, example))
+        if match is None:
+            refuse(part, _amiss(part))
+            continue
+        if axis not in {"x", "y", "z"} or axis in out:
+            refuse(part, f"{axis} comes twice" if axis in out else f"no axis '{axis}'")
             continue
         try:
-            low, high = (read_quantity(f"{match[end]} {match['unit']}", "m").nominal for end in ("low", "high"))
+            units = match["own"] or match["unit"], match["unit"]
+            low, high = (read_quantity(f"{match[end]} {unit}", "m").nominal for end, unit in zip(("low", "high"), units, strict=True))
         except UnitError as error:
-            mistakes.append(Problem("", option, f"{shown(part.strip())} ({error})", expected, example))
+            refuse(part, str(error))
             continue
         if low > high:
-            mistakes.append(Problem("", option, shown(part.strip()), expected, example))
+            refuse(part, "the higher end stands first")
         out[axis] = (low, high)
     if mistakes:
         raise InputError(mistakes)
     return out
+
+
+def _amiss(part: str) -> str:
+    """Say what keeps a part of a zone's text from being read."""
+    axis, _, ends = part.strip().partition(" ")
+    if ".." not in part:
+        return "no '..' between two ends"
+    if not axis.isalpha():
+        return "no axis, and a space, before the ends"
+    return "no unit after the ends" if ends.strip()[-1:].isdigit() else "the ends are no numbers with their unit"
 
 
 def _given(option: str, text: str) -> str:
