@@ -143,7 +143,7 @@ def test_a_pose_and_a_zone_are_read_from_a_line_of_text(arm):
     np.testing.assert_allclose(read_pose("B=-10deg O = 0.1rad, A=30 deg", arm), [0.1, np.radians(30), np.radians(-10)])
     assert read_pose(" 17 ", arm) == 17
     assert read_zone("x 0.2..0.5 m, Y -100 .. 1e2 mm") == {"x": (0.2, 0.5), "y": (-0.1, 0.1)}
-    assert read_zone("x 200 mm..0.5m, z -10µm .. 1 m") == {"x": (0.2, 0.5), "z": (-1e-5, 1)}
+    assert read_zone("x 200 mm..0.5m, z -10mm .. 1 m") == {"x": (0.2, 0.5), "z": (-0.01, 1)}
 
 
 @pytest.mark.parametrize(
