@@ -7,7 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion.arm import frames
-from lostmotion.studies.inverse import CLOSE, apart, bring, jacobian
+from lostmotion.studies.inverse import CLOSE, apart, bring, jacobian, tool_and_jacobian
 from lostmotion.studies.poses import sample_poses
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -27,6 +27,34 @@ def test_the_jacobian_is_the_slope_of_the_frames(six):
         moved = np.eye(q.shape[1])[k] * step
         slope = apart(frames(six, q - moved)[-1], frames(six, q + moved)[-1]) / (2 * step)
         assert found[:, :, k] == pytest.approx(slope, abs=1e-8)
+
+
+def test_the_compiled_chain_ends_at_the_last_frame():
+    """On an arm of turning, sliding and fixed joints, tilted axes and a tool, as on the examples."""
+    joints = [
+        {
+            "name": "A",
+            "type": "revolute",
+            "axis": (1.0, 2.0, -0.5),
+            "limits": (-3.0, 3.0),
+            "link": {"tip": {"xyz": (0.1, 0.2, 0.3), "rpy": (0.1, -0.7, 2.0)}},
+        },
+        {"name": "B", "type": "fixed", "origin": {"xyz": (0.0, 0.1, 0.0), "rpy": (1.0, 0.0, 0.3)}},
+        {"name": "C", "type": "prismatic", "axis": (0.0, 1.0, 1.0), "limits": (-0.3, 0.5), "origin": {"xyz": (0.2, 0.0, -0.1)}},
+        {"name": "D", "type": "revolute", "axis": "-y", "limits": (-2.0, 2.0), "link": {"tip": {"xyz": (0.4, 0.0, 0.0), "rpy": (0.0, 0.5, 0.0)}}},
+        {"name": "E", "type": "fixed"},
+    ]
+    tool = {"frame": {"xyz": (0.0, 0.05, 0.1), "rpy": (0.2, 0.0, 0.0)}}
+    arms = [lostmotion.Arm.model_validate({"name": "mixed", "joints": joints, "tool": tool})]
+    arms += [lostmotion.read(EXAMPLES / name) for name in ("z-arm.toml", "ur5e.urdf")]
+    for arm in arms:
+        q = sample_poses(arm, 64, "uniform", 5).q
+        found, levers = tool_and_jacobian(arm, q)
+        assert np.abs(found - frames(arm, q)[-1]).max() < 1e-14
+        slope = np.stack(
+            [apart(*(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))) / 2e-6 for k in range(q.shape[1])], axis=-1
+        )
+        assert levers == pytest.approx(slope, abs=1e-8)
 
 
 @pytest.mark.parametrize("turned", [True, False])

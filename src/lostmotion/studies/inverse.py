@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.arm import as_poses, frames
+from lostmotion.arm import as_poses
 from lostmotion.parts.joint import FixedJoint
-from lostmotion.spatial import cross
+from lostmotion.studies.inverse_kernel import tool_and_levers
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
@@ -22,25 +22,29 @@ _DAMPING: Final = 1e-4
 _BARELY: Final = 1e-9
 
 
-def jacobian(arm: Arm, q: Floats, at: Floats | None = None) -> Floats:
+def jacobian(arm: Arm, q: Floats) -> Floats:
     """How does the tool turn and its point move per motion of each joint? (pose, 6, joint) in the base's axes, rad or m per rad or m.
 
-    `at` are the frames at q where they are known. Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
+    Raises ValueError for q of another shape or not finite. Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
-    values = as_poses(arm, q)
-    here = frames(arm, values) if at is None else at
-    tool = here[-1, :, :3, 3]
-    out = np.empty((len(values), 6, len(arm.moving)))
-    column = 0
-    for k, joint in enumerate(arm.joints):
-        if isinstance(joint, FixedJoint):
-            continue
-        place = here[3 * k + 2]
-        turning = place[:, :3, :3] @ joint.twist[:3]
-        out[:, :3, column] = turning
-        out[:, 3:, column] = cross(turning, tool - place[:, :3, 3]) + place[:, :3, :3] @ joint.twist[3:]
-        column += 1
-    return out
+    return tool_and_jacobian(arm, q)[1]
+
+
+def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
+    """Where is the tool, `frames(arm, q)[-1]` (pose, 4, 4) to rounding, and how does each joint move it, `jacobian(arm, q)`?"""
+    values = np.ascontiguousarray(as_poses(arm, q))
+    fixed, way = [], np.eye(4)
+    for joint in arm.joints:
+        way = way @ joint.origin.pose
+        if not isinstance(joint, FixedJoint):
+            fixed.append(way)
+            way = np.eye(4)
+        way = way @ joint.link.tip_pose
+    fixed.append(way @ arm.tool.frame.pose)
+    twists = np.array([joint.twist for joint in arm.moving])
+    frame, levers = np.empty((len(values), 4, 4)), np.empty((len(values), 6, len(twists)))
+    tool_and_levers(values, np.array(fixed), twists[:, :3].copy(), twists[:, 3:].copy(), frame, levers)
+    return frame, levers
 
 
 def apart(reached: Floats, wanted: Floats) -> Floats:
@@ -69,15 +73,15 @@ def bring(arm: Arm, wanted: Floats, start: Floats, *, turned: bool, steps: int =
     longest = _LONGEST_STEP * np.array([1.0 if joint.type == "revolute" else size for joint in arm.moving])
     active = np.arange(len(q))
     for _ in range(steps):
-        at = frames(arm, q[active])
-        miss = apart(at[-1], wanted[active])[:, rows]
+        here = q[active]
+        at, push = tool_and_jacobian(arm, here)
+        miss = apart(at, wanted[active]) if turned else wanted[active, :3, 3] - at[:, :3, 3]
         near = (np.abs(miss) < CLOSE).all(axis=1)
         done[active[near]] = True
         active, miss = active[~near], miss[~near]
         if not len(active):
             break
-        here = q[active]
-        push = jacobian(arm, here, at[:, ~near])[:, rows] * weight[:, None] * longest
+        here, push = here[~near], push[~near][:, rows] * weight[:, None] * longest
         move = _step(push, miss * weight, size)
         blocked = ((here <= low + _BARELY) & (move < 0)) | ((here >= high - _BARELY) & (move > 0))
         if blocked.any():

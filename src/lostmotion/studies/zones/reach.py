@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from lostmotion.arm import frames, tool_points
+from lostmotion.arm import tool_points
 from lostmotion.errors import refuse_argument
-from lostmotion.studies.inverse import bring, jacobian
+from lostmotion.studies.inverse import bring, tool_and_jacobian
 from lostmotion.studies.poses import REPLICATES, sample_poses
 from lostmotion.studies.zones.cells import Grid, amid, grid_over, near
 
@@ -282,11 +282,11 @@ def _short_way(arm: Arm, q: Floats, goal: Floats, steps: int) -> Floats:
     """Go a short way to points (pose, 3) by plain Newton steps, least motion as a share of the joints' ranges, within their limits."""
     low, high = arm.limits.T
     for _ in range(steps):
-        at = frames(arm, q)
-        push = jacobian(arm, q, at)[:, 3:] * (high - low)
+        at, levers = tool_and_jacobian(arm, q)
+        push = levers[:, 3:] * (high - low)
         square = push @ np.swapaxes(push, 1, 2)
         square += (_DAMPING * np.einsum("pii->p", square) + np.finfo(float).tiny)[:, None, None] * np.eye(3)
-        move = np.linalg.solve(square, (goal - at[-1, :, :3, 3])[..., None])
+        move = np.linalg.solve(square, (goal - at[:, :3, 3])[..., None])
         q = np.clip(q + (np.swapaxes(push, 1, 2) @ move)[..., 0] * (high - low), low, high)
     return q
 
