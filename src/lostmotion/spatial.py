@@ -43,9 +43,10 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 def across(axis: Floats) -> tuple[Floats, Floats]:
     """Which two unit directions (3,) lie across a unit axis (3,), and across each other?"""
-    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)
+    round_axis = skew(axis)
+    first = round_axis[:, int(np.argmin(np.abs(axis)))]
+    first = first / np.linalg.norm(first)
+    return first, round_axis @ first
 
 
 def moved(here: Floats, twist: Floats, amount: Floats) -> Floats:

@@ -20,7 +20,7 @@ from lostmotion.parts.source import (
     Term,
     play_terms,
 )
-from lostmotion.spatial import across, cross
+from lostmotion.spatial import across, cross, skew
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -104,9 +104,4 @@ class RollingPair(Part, ErrorSource):
 
 def per_shift(axis: Floats, side: float, span: float) -> Floats:
     """Which twist (3, 6) follows per radial shift of one bearing while the other stays? Half shift, and a tilt of 1/span."""
-    out = np.zeros((3, 6))
-    for k in range(3):
-        unit = np.eye(3)[k]
-        out[k, :3] = side * np.cross(axis, unit) / span
-        out[k, 3:] = (unit - (unit @ axis) * axis) / 2
-    return out
+    return np.hstack([skew(axis).T * (side / span), (np.eye(3) - np.outer(axis, axis)) / 2])
