@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,21 +14,25 @@ from lostmotion.studies.montecarlo.histogram import linear_bins, share_intervals
 from lostmotion.studies.statics.statics import holding_torques
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray
 
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.analytic.analytic import Analytic
     from lostmotion.studies.answer import Answer
+    from lostmotion.studies.poses import Poses
     from lostmotion.studies.route import FoundInZone
     from lostmotion.studies.zones.zones import Zones
 
 
 def dataset(answer: Answer) -> xarray.Dataset:
-    """Give what the study found per pose and per robot, in SI, with units and long names."""
+    """Give what the study found per pose and per robot, in SI, with units and long names; what it found without sampling as `analytic_...`."""
     import xarray
 
     sampled = answer.sampled
     table = sampled.per_pose
-    joints = [joint.name for joint in answer.arm.moving]
-    units = ["rad" if joint.type == "revolute" else "m" for joint in answer.arm.moving]
     quantiles = table[:, kernel.FIRST_QUANTILE :].reshape(len(table), len(kernel.QUANTILES), 3)
     per_pose = {
         "error_mean": (table[:, kernel.MEAN], "m", "mean position error over robots and visits"),
@@ -41,10 +45,9 @@ def dataset(answer: Answer) -> xarray.Dataset:
         "root_sum_square": (sampled.rss, "m", "|bias| + root of the sum of squared limits"),
         "rotation_rms": (np.sqrt(sampled.rotation_ms), "rad", "root mean square rotation error of the tool"),
     }
-    data: dict[str, object] = {name: ("pose", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in per_pose.items()}
-    data["q"] = (("pose", "joint"), answer.poses.q, {"units": "rad or m (see joint_unit)", "long_name": "joint values"})
+    data: dict[str, Any] = {name: ("pose", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in per_pose.items()}
+    data |= _visited(answer.poses, answer.tool)
     data["holding_torque"] = (("pose", "joint"), answer.torques, {"units": "N m or N", "long_name": "static torque or force that the drive holds"})
-    data["tool"] = (("pose", "axis"), answer.tool, {"units": "m", "long_name": "commanded tool point, base frame"})
     data["bias"] = (("pose", "axis"), sampled.bias[:, 3:], {"units": "m", "long_name": "error common to all robots and visits"})
     data["error_quantile"] = (
         ("pose", "level"),
@@ -84,24 +87,79 @@ def dataset(answer: Answer) -> xarray.Dataset:
         data[f"error_share{name}"] = ("bin", shares, {"units": "1", "long_name": f"{text}, counting robots"})
     data["bin_low"] = ("bin", edges[:-1], {"units": "m", "long_name": "least position error of the bin"})
     data["bin_high"] = ("bin", edges[1:], {"units": "m", "long_name": "largest position error of the bin"})
-    coordinates = {"joint": joints, "joint_unit": ("joint", units), "axis": ["x", "y", "z"], "level": list(kernel.QUANTILES)}
+    coordinates = {**_axes(answer.arm), "level": list(kernel.QUANTILES)}
+    if answer.analytic is not None:
+        data |= _summed(answer.analytic, "analytic_")
+        coordinates |= {"with_axis": list("xyz"), "analytic_level": list(answer.analytic.levels)}
     for k, zone in enumerate(answer.zones, start=1):
-        data |= _of_zone(answer, zone, f"zone_{k}")
+        q = zone.poses.q
+        inside = replace(seen_in(answer, zone), tool=tool_points(answer.arm, q), torques=holding_torques(answer.arm, q)[0])
+        data |= _of_zone(dataset(inside), f"zone_{k}")
     attributes = {
         "arm": answer.arm.name,
         "seed": str(answer.seed),  # NetCDF 3 has no long whole numbers
         "robots": sampled.robots,
         "visits": sampled.visits,
         "pose_law": answer.poses.law,
-        **{f"zone_{k}": f"{zone.name}: {len(zone.poses)} poses, found among {zone.tried}" for k, zone in enumerate(answer.zones, start=1)},
+        **_zones_said(answer.zones),
     }
     return xarray.Dataset(data, coordinates, attributes)
 
 
-def _of_zone(answer: Answer, zone: FoundInZone, key: str) -> dict[str, object]:
-    """Give the same arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
-    q = zone.poses.q
-    inside = dataset(replace(seen_in(answer, zone), tool=tool_points(answer.arm, q), torques=holding_torques(answer.arm, q)[0]))
+def analytic_dataset(arm: Arm, poses: Poses, found: Analytic, zones: Sequence[FoundInZone] = ()) -> xarray.Dataset:
+    """Give what sums over terms say of every pose, in SI, with units and long names; NaN where they do not tell."""
+    import xarray
+
+    data = {**_visited(poses, tool_points(arm, poses.q)), **_summed(found)}
+    for k, zone in enumerate(zones, start=1):
+        if zone.analytic is not None:
+            data |= _of_zone(analytic_dataset(arm, zone.poses, zone.analytic), f"zone_{k}")
+    attributes = {"arm": arm.name, "pose_law": poses.law, **_zones_said(zones)}
+    return xarray.Dataset(data, {**_axes(arm), "with_axis": list("xyz"), "level": list(found.levels)}, attributes)
+
+
+def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
+    """Give the error at every pose by sums over terms and quadrature; a bound is NaN where its figure is. `prefix` goes before every name."""
+    off = "how far {} may be off: quadrature, and what lies beyond fourth cumulants"
+    sides, shares = ("pose", "axis"), ("pose", f"{prefix}level")
+    told = {
+        "error_mean": ("pose", found.mean, "m", "mean position error over robots and visits"),
+        "error_mean_bound": ("pose", np.where(np.isnan(found.mean), np.nan, found.mean_bound), "m", off.format("error_mean")),
+        "error_quantile": (shares, found.quantiles, "m", "position error that this share of errors stays below"),
+        "error_quantile_bound": (shares, np.where(np.isnan(found.quantiles), np.nan, found.quantiles_bound), "m", off.format("error_quantile")),
+        "error_rms": ("pose", np.sqrt(found.mean_square), "m", "root mean square position error, exact sum over terms"),
+        "bias": (sides, found.bias, "m", "mean vector of the error, base frame"),
+        "covariance": ((*sides, "with_axis"), found.covariance, "m2", "covariance of the error, base frame"),
+        "worst_case": ("pose", found.worst, "m", "bound: everything at its limit at once"),
+        "root_sum_square": ("pose", found.rss, "m", "|bias| + root of the sum of squared limits"),
+        "excess": ("pose", found.excess, "1", "mean fourth power of the scatter against a normal vector's: 0 normal, less flat or two-sided"),
+        "every_figure": ("pose", found.normal.astype(np.int8), "1", "1 where the mean and all quantiles are told"),
+    }
+    return {
+        f"{prefix}{name}": (dims, values, {"units": unit, "long_name": f"{text}; without sampling"})
+        for name, (dims, values, unit, text) in told.items()
+    }
+
+
+def _visited(poses: Poses, tool: Floats) -> dict[str, Any]:
+    """Give the poses, and where they put the tool."""
+    return {
+        "q": (("pose", "joint"), poses.q, {"units": "rad or m (see joint_unit)", "long_name": "joint values"}),
+        "tool": (("pose", "axis"), tool, {"units": "m", "long_name": "commanded tool point, base frame"}),
+    }
+
+
+def _axes(arm: Arm) -> dict[str, Any]:
+    units = ["rad" if joint.type == "revolute" else "m" for joint in arm.moving]
+    return {"joint": [joint.name for joint in arm.moving], "joint_unit": ("joint", units), "axis": list("xyz")}
+
+
+def _zones_said(zones: Sequence[FoundInZone]) -> dict[str, str]:
+    return {f"zone_{k}": f"{zone.name}: {len(zone.poses)} poses, found among {zone.tried}" for k, zone in enumerate(zones, start=1)}
+
+
+def _of_zone(inside: xarray.Dataset, key: str) -> dict[str, object]:
+    """Give the arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
     own = {"pose", "robot", "bin"}
     return {
         f"{key}_{name}": (

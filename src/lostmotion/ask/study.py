@@ -237,7 +237,7 @@ class Study(Answer, Blamed, Shown):
 class AnalyticStudy(Blamed, Shown):
     """A study without sampling: `analytic` holds every pose, `pooled` all of them, `budget` who is to blame, `budgets` the same where it was asked.
 
-    `summary()`, `report("out/")`, `result()`.
+    `summary()`, `report("out/")`, `arrays()`, `result()`.
     """
 
     arm: Arm
@@ -262,16 +262,20 @@ class AnalyticStudy(Blamed, Shown):
         return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, self.budget, self.places, self.zones)
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
-        """Write report.html and result.json into the folder `out`, whole or not at all; gives the folder.
+        """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.
 
         Raises OutputExistsError where the folder exists and `force` is not set.
         """
         from lostmotion.plots.budget import of_budget
-        from lostmotion.report.folder import refuse_existing, write_whole
-        from lostmotion.report.page import contents
+        from lostmotion.report.arm import write_analytic
 
-        refuse_existing(out, force=force)
-        return write_whole(contents(self.sheet, of_budget(self.budget, self.places)), out, force=force)
+        return write_analytic(self.sheet, of_budget(self.budget, self.places), self.arrays(), out, force=force)
+
+    def arrays(self) -> xarray.Dataset:
+        """Give every figure per pose with its name, unit and coordinates; NaN where it is not told."""
+        from lostmotion.arrays import analytic_dataset
+
+        return analytic_dataset(self.arm, self.poses, self.analytic, self.zones)
 
     def __repr__(self) -> str:
         """Tell in a line what was studied."""

@@ -72,6 +72,7 @@ def analytic_sheet(
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn",
+        arrays="what was found for every pose",
         facts={"arm": arm.name, "method": "analytic", "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates}},
     )
 

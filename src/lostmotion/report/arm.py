@@ -9,8 +9,13 @@ from lostmotion.report.folder import refuse_existing, write_whole
 from lostmotion.report.page import contents
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
+    import xarray
+
+    from lostmotion.figures import Sheet
+    from lostmotion.plots import Plot
     from lostmotion.studies.answer import Answer
 
 
@@ -22,6 +27,12 @@ def write_folder(study: Answer, out: str | Path, *, force: bool = False) -> Path
     """
     refuse_existing(out, force=force)
     return write_whole(_contents(study), out, force=force)
+
+
+def write_analytic(sheet: Sheet, drawn: Sequence[Plot], arrays: xarray.Dataset, out: str | Path, *, force: bool = False) -> Path:
+    """Where do the results without sampling lie? Writes the same files into the folder `out`; errors as `write_folder`."""
+    refuse_existing(out, force=force)
+    return write_whole({**contents(sheet, drawn), "arrays.nc": bytes(arrays.to_netcdf(engine="scipy"))}, out, force=force)
 
 
 def _contents(study: Answer) -> dict[str, bytes]:

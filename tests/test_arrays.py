@@ -1,0 +1,82 @@
+"""The labelled arrays of a study without sampling, by themselves and beside those of Monte Carlo."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from typer.testing import CliRunner
+
+import lostmotion
+from lostmotion.cli import app
+
+ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
+ZONE = "x 0.1..0.6 m"
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """Read the Z-arm."""
+    return lostmotion.read(ARM)
+
+
+@pytest.fixture(scope="module")
+def summed(arm):
+    """Study it without sampling, in a zone too."""
+    return lostmotion.study(arm, 64, method="analytic", zone=ZONE)
+
+
+def test_every_pose_has_its_figures_without_sampling(summed):
+    """Mean, quantiles, their bounds, mean vector and covariance of each pose, with units and names; they are those that the study holds."""
+    data, found = summed.arrays(), summed.analytic
+    assert all(values.attrs["units"] and values.attrs["long_name"] for values in data.data_vars.values())
+    assert data.level.values.tolist() == [0.5, 0.95, 0.99, 0.997]
+    for name, values in (
+        ("error_mean", found.mean),
+        ("error_mean_bound", found.mean_bound),
+        ("error_quantile", found.quantiles),
+        ("error_quantile_bound", found.quantiles_bound),
+        ("bias", found.bias),
+        ("covariance", found.covariance),
+        ("worst_case", found.worst),
+        ("root_sum_square", found.rss),
+        ("q", summed.poses.q),
+    ):
+        np.testing.assert_array_equal(data[name].values, values)
+    trace = data.covariance.sel(axis="x", with_axis="x") + data.covariance.sel(axis="y", with_axis="y") + data.covariance.sel(axis="z", with_axis="z")
+    np.testing.assert_allclose(data.error_rms**2, (data.bias**2).sum("axis") + trace, rtol=1e-12)
+    np.testing.assert_array_equal(data.zone_1_error_mean.values, summed.zones[0].analytic.mean)
+    assert (data.zone_1_tool.sel(axis="x") <= 0.6).all()
+
+
+def test_what_is_not_told_is_nan_with_its_bound(summed):
+    """A figure that sums over terms do not tell is NaN, and no bound stands beside it as if it were known."""
+    mean, quantiles = summed.analytic.mean.copy(), summed.analytic.quantiles.copy()
+    mean[3] = quantiles[5, 1] = np.nan
+    data = replace(summed, analytic=replace(summed.analytic, mean=mean, quantiles=quantiles)).arrays()
+    assert np.isnan(data.error_mean_bound[3])
+    assert np.isnan(data.error_quantile_bound[5, 1])
+    assert int(np.isnan(data.error_mean_bound).sum() + np.isnan(data.error_quantile_bound).sum()) == 2
+
+
+def test_a_study_by_both_routes_holds_both_at_each_pose(arm, summed):
+    """Beside each pose's samples lie its figures without sampling, in the zone too, and at most poses each lies in the other's interval."""
+    data = lostmotion.study(arm, 64, robots=200, visits=3, method="both", zone=ZONE).arrays()
+    for key in ("", "zone_1_"):
+        apart = np.abs(data[f"{key}analytic_error_mean"] - data[f"{key}error_mean"]) / data[f"{key}error_mean_half_interval"]
+        assert float((apart <= 1).mean()) > 0.5
+        alone = summed.arrays()
+        np.testing.assert_array_equal(data[f"{key}analytic_covariance"].values, alone[f"{key}covariance"].values)
+        np.testing.assert_allclose(data[f"{key}analytic_bias"].values, data[f"{key}bias"].values, rtol=0, atol=1e-15)
+
+
+def test_a_run_without_sampling_writes_its_arrays(tmp_path):
+    """`run --method analytic` leaves report.html, result.json and arrays.nc, as its help says, and the page links them."""
+    out = tmp_path / "out"
+    told = CliRunner().invoke(app, ["run", str(ARM), "--poses", "64", "--method", "analytic", "--out", str(out), "--quiet"])
+    assert told.exit_code == 0, told.output
+    assert sorted(path.name for path in out.iterdir()) == ["arrays.nc", "report.html", "result.json"]
+    with xarray.open_dataset(out / "arrays.nc", engine="scipy") as read:
+        assert read.covariance.shape == (64, 3, 3)
+    assert 'href="arrays.nc"' in (out / "report.html").read_text(encoding="utf-8")
