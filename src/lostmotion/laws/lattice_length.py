@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws import lattice_length_kernel as kernel
-from lostmotion.laws.normal_length import share_and_density
+from lostmotion.laws.normal_length import normal_length, share_and_density
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -76,21 +76,22 @@ class Vectors:
         return Vectors(self.shift[some], self.bias[some], self.covariance[some], self.third[some], self.fourth[some])
 
 
-def lattice_quantiles(
+def lattice_length(
     draws: Callable[[int], Draws], vectors: Vectors, levels: Floats, guess: Floats, wanted: NDArray[np.bool_], enough: float
 ) -> tuple[Floats, Floats]:
-    """Which lengths do these shares of each vector's stay below? (n, level), and how far each may be off; NaN where the lattice does not tell.
+    """How long is each vector on average, and which lengths do these shares of it stay below? And how far may each figure be off?
 
-    `draws` by how many steps the length's waves are followed, one of FINE; `guess` (n, level) or NaN. Finer lattices are tried until every bound
-    that is `wanted` (n, level) is at most the share `enough` of its length, and no longer where they are far from that.
+    Both (n, 1 + level), the mean first; NaN where the lattice does not tell. `draws` by how many steps the length's waves are followed, one of FINE;
+    `guess` (n, level) or NaN. Finer lattices are tried until every bound that is `wanted` (n, 1 + level) is at most the share `enough` of its figure,
+    and no longer where they are far from that.
     """
-    values, bounds = np.full(guess.shape, np.nan), np.full(guess.shape, np.nan)
+    values, bounds = np.full(wanted.shape, np.nan), np.full(wanted.shape, np.nan)
     size = np.trace(vectors.covariance, axis1=1, axis2=2)
     short = np.flatnonzero((size > 0) & np.isfinite(size) & np.isfinite(vectors.bias).all(axis=1))
     for fine in FINE:
         if not len(short):
             break
-        start = np.where(np.isfinite(values[short]), values[short], guess[short])
+        start = np.where(np.isfinite(values[short, 1:]), values[short, 1:], guess[short])
         value, bound, missed = _attempt(draws(fine), vectors.of(short), levels, start, fine)
         better = ~(bounds[short] <= bound) & np.isfinite(bound)
         values[short], bounds[short] = np.where(better, value, values[short]), np.where(better, bound, bounds[short])
@@ -101,6 +102,14 @@ def lattice_quantiles(
 
 def _attempt(draws: Draws, vectors: Vectors, levels: Floats, guess: Floats, fine: int) -> tuple[Floats, Floats, Floats]:
     lengths = _Lengths(draws, vectors, fine)
+    at, bound = _quantiles(lengths, levels, guess)
+    # Shares that are off by so much wherever a length may be move the mean by so much of that range.
+    mean, of_mean = (np.where(lengths.known, each, np.nan) for each in (lengths.mean(), lengths.missed * lengths.ends))
+    return np.column_stack([mean, at]), np.column_stack([of_mean, bound]), lengths.missed
+
+
+def _quantiles(lengths: _Lengths, levels: Floats, guess: Floats) -> tuple[Floats, Floats]:
+    """Find these quantiles (n, level) by Newton's steps, kept between what is below and above, and their bounds."""
     size = np.sqrt(lengths.square)
     low, high = np.zeros(guess.shape), np.minimum(size[:, None] / np.sqrt(1 - levels), lengths.ends[:, None])
     at = np.where((guess > low) & (guess < high), guess, np.minimum(size[:, None], 0.5 * high))
@@ -127,7 +136,7 @@ def _attempt(draws: Draws, vectors: Vectors, levels: Floats, guess: Floats, fine
         below, above = (lengths.share(sure, at[sure] + sign * by)[0] for sign in (-1, 1))
         holds = np.isnan(bound[sure]) & (below <= levels - left) & (above >= levels + left)
         bound[sure] = np.where(holds, by, bound[sure])
-    return at, bound, lengths.missed
+    return at, bound
 
 
 class _Lengths:
@@ -161,3 +170,11 @@ class _Lengths:
         more, denser = np.empty(lengths.shape), np.empty(lengths.shape)
         kernel.read(self._halves[some], self._waves[some], self._series[some], lengths, more, denser)
         return share + more, density + denser
+
+    def mean(self) -> Floats:
+        """How long are the vectors on average? The nearly normal ones' mean, and the moment of the series, term by term."""
+        own = self._vectors
+        waves = np.arange(1, kernel.MOST_WAVES + 1, 2)  # those of even number are even about the middle of the range
+        kept = np.where(waves <= self._waves[:, None], self._series[:, 1::2], 0.0)
+        more = self._halves * (self._series[:, 0] / 2 - (kept * (2 / (np.pi * waves) ** 2)).sum(axis=1))
+        return np.asarray(normal_length(own.bias, own.covariance, (), own.fourth, third=own.third).mean + more)

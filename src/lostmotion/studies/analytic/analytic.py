@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, cast
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.lattice_length import FINE, Draws, Vectors, lattice_quantiles
+from lostmotion.laws.lattice_length import FINE, Draws, Vectors, lattice_length
 from lostmotion.laws.normal_length import ACCURACY, WORST, Mixture, normal_length, share_and_density
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
@@ -203,22 +203,22 @@ def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic
 def _on_lattice(
     matrix: Screws, known: _Known, whole: Sums, levels: tuple[float, ...], figures: Floats, bounds: Floats, told: np.ndarray
 ) -> np.ndarray:
-    """Tell the quantiles that are still missing by the characteristic function on a lattice: change figures, bounds and told in place.
+    """Tell the figures of poses where some is missing by the characteristic function on a lattice: change figures, bounds and told in place.
 
-    Gives (pose,) whether that told any.
+    Missing ones, and those that it knows better. Gives (pose,) whether that told any.
     """
     out = np.zeros(len(told), bool)
-    short = np.flatnonzero(~told[:, 1:].all(axis=1))
+    short = np.flatnonzero(~told.all(axis=1))
     if not len(short) or known.values(FINE[0]) is None:
         return out
     vectors = Vectors(matrix.tool[short, 3:], *(array[short] for array in whole.arrays))
     every = cast("Callable[[int], Draws]", known.values)
-    value, bound = lattice_quantiles(every, vectors, np.array(levels), figures[short, 1:], ~told[short, 1:], MOST_LEFT_OUT)
+    value, bound = lattice_length(every, vectors, np.array(levels), figures[short, 1:], ~told[short], MOST_LEFT_OUT)
     bound += WORST * value
-    better = ~told[short, 1:] & (bound <= MOST_LEFT_OUT * value)
-    rows, columns = short[np.nonzero(better)[0]], np.nonzero(better)[1] + 1
-    figures[rows, columns], bounds[rows, columns], told[rows, columns] = value[better], bound[better], True
-    out[rows] = True
+    better = (bound <= MOST_LEFT_OUT * value) & (~told[short] | (bound < bounds[short]))
+    rows, columns = np.nonzero(better)
+    figures[short[rows], columns], bounds[short[rows], columns], told[short[rows], columns] = value[better], bound[better], True
+    out[short[rows]] = True
     return out
 
 
