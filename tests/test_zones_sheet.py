@@ -5,6 +5,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,11 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion import Arm
-from lostmotion.figures import find_row
+from lostmotion.figures import find_row, length
 from lostmotion.plots.surfaces import level_surface
-from lostmotion.plots.zones import zones_plots
+from lostmotion.plots.zones import _heat, zones_plots
 from lostmotion.screen import print_sheet
+from lostmotion.studies.analytic.analytic import analytic
 from lostmotion.studies.zones.by_cell import QUANTILE
 from lostmotion.studies.zones.radial import radial, vertical_axis
 
@@ -199,9 +201,69 @@ def test_a_share_and_its_size_agree():
     whole = asked.found.size.value
     rows = next(section for section in asked.sheet.sections if section.key == "within").rows
     assert whole > 0
-    assert len(rows) == 3
+    assert len(rows) == 1  # and is told once
     for row in rows:
         assert row.figures[1].value == pytest.approx(row.figures[0].value / 100 * whole)
+
+
+def bounds_alone(monkeypatch, where):
+    """Let the error be too far from normal for a quantile at poses whose first joint value passes `where`."""
+
+    def far(arm, poses, **more):
+        found = analytic(arm, poses, **more)
+        off = where(poses.q[:, 0])[:, None]
+        return replace(found, quantiles=np.where(off, np.nan, found.quantiles), quantiles_bound=np.where(off, np.inf, found.quantiles_bound))
+
+    monkeypatch.setattr("lostmotion.studies.zones.by_cell.analytic", far)
+
+
+def slid(**asked):
+    """Map an arm that slides, of play and of a position that is not well known."""
+    encoder, play = {"zero": 1e-4}, {"ratio": 1, "backlash": "50 µm"}
+    slide = {"name": "A", "type": "prismatic", "axis": "x", "limits": (0.0, 0.5), "encoder": encoder, "gearbox": play, "link": {"length": 0.1}}
+    return lostmotion.zones(Arm(name="slide", joints=[slide]), cell=0.05, poses=512, per_cell=2, **asked)
+
+
+def test_a_bound_is_never_told_as_the_error(monkeypatch):
+    """Where of every cell an upper bound is known alone, headline, rows, tiles and colour bar say so, and a share within is not known, not 0 %."""
+    target = 1.02 * float(np.nanmax(slid().found.shown))
+    true = slid(target=target).sheet
+    assert "100 % (" in true.verdict
+    assert "at most" not in true.verdict
+    bounds_alone(monkeypatch, lambda q: q >= -1)
+    mapped = slid(target=target)
+    found, sheet = mapped.found, mapped.sheet
+    assert found.bounded[np.isfinite(found.shown)].all()
+    assert "at most in every cell" in sheet.verdict
+    assert f"Which share of the workspace is within {length(target)} is not known" in sheet.verdict
+    assert [card.number for card in sheet.cards] == [f"≤ {length(float(np.nanmax(found.shown)))}"] * 2 + ["not known"]
+    rows = next(section for section in sheet.sections if section.key == "map").rows
+    assert {row.label.split(",")[0]: row.figures[0].bound for row in rows} == {"95 % below": "upper", "mean error": ""}
+    share, size = find_row(sheet.sections, "within", f"within {length(target)}").figures
+    assert str(share) == str(size) == "not known"
+    assert (share.low, share.high) == (0, 100)
+    plain = next(section for section in mapped.result()["sections"] if section["key"] == "map")
+    assert plain["rows"][0]["figures"][0]["bound"] == "upper"
+    curve = next(plot for plot in zones_plots(found) if plot.key == "share")
+    assert "upper bound" in curve.figure.layout.xaxis.title.text
+    assert _heat(found, np.zeros(1), np.zeros(1), np.zeros((1, 1)), ("x", "y")).colorbar.title.text.startswith("95 % below, upper bound, mean")
+
+
+def test_bounds_in_some_cells_bound_what_rests_on_them(monkeypatch):
+    """Where bounds stand in half of the cells the least accurate one is known by a bound, and at least the other half is within."""
+    target = 1.02 * float(np.nanmax(slid().found.shown))
+    bounds_alone(monkeypatch, lambda q: q > 0.25)
+    sheet = slid(target=target, box=(0.1, 0, 0)).sheet
+    figures = {row.label: row.figures[0] for row in next(section for section in sheet.sections if section.key == "map").rows}
+    assert figures["95 % below, least accurate cell"].bound == "upper"
+    share = find_row(sheet.sections, "within", f"within {length(target)}").figures[0]
+    assert share.bound == "lower"
+    assert str(share).startswith("≥ ")
+    assert share.value == pytest.approx(50, abs=8)
+    assert share.high > 90
+    assert "At least " in sheet.verdict
+    places = next(section for section in sheet.sections if section.key == "places")
+    assert places.rows[0].figures[0].bound == ""  # where errors are known the work stands better
 
 
 def test_mapping_works_out_of_the_box(tmp_path):

@@ -46,7 +46,7 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.ask.amounts import amounts
     from lostmotion.ask.read import read
     from lostmotion.ask.zones import AMOUNTS, zones
-    from lostmotion.figures.zones import boxes_said
+    from lostmotion.figures.zones_places import boxes_said
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,7 +19,7 @@ _NOTHING = 1e-7
 class Figure:
     """One number: value and ends of its 95 % interval in `unit` ("1" for a pure number; NaN where there is none), and what it was counted from.
 
-    stated: it was given, not found, so that no zeros stand behind it.
+    stated: it was given, not found, so that no zeros stand behind it. bound: the true value is no larger ("upper"), or no smaller ("lower").
     """
 
     value: float
@@ -29,9 +29,13 @@ class Figure:
     samples: str = ""
     ends: str = "95 % interval"
     stated: bool = False
+    bound: Literal["", "upper", "lower"] = ""
 
     def __str__(self) -> str:
-        """Say the value with its unit, to the digits that its interval or its size deserves."""
+        """Say the value with its unit, to the digits that its interval or its size deserves; a bound with its sign."""
+        return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._said()
+
+    def _said(self) -> str:
         unit = "" if self.unit == "1" else self.unit
         if isinstance(self.value, int):  # counted, not measured
             return f"{self.value} {unit}".strip()
@@ -182,4 +186,5 @@ def _plain(name: str, figure: Figure, seed: int | None) -> dict[str, Any]:
         "interval_kind": None if ends == [None, None] else figure.ends,
         "samples": figure.samples,
         "seed": seed,
+        **({"bound": figure.bound} if figure.bound else {}),
     }

@@ -3,23 +3,35 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
-from lostmotion.studies.intervals import Estimate
-from lostmotion.studies.zones.afresh import of_count
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.figures.zones_places import boxes_said, in_box, places_facts, places_section
+from lostmotion.figures.zones_said import (
+    SAME,
+    at_most,
+    by_said,
+    counted,
+    edge_said,
+    level_said,
+    over_cells,
+    per_cell_said,
+    place_said,
+    share_within,
+    unit_said,
+    whole,
+)
 from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable
 
     from lostmotion.spatial import Floats
-    from lostmotion.studies.zones.boxes import Box, Boxes
     from lostmotion.studies.zones.zones import Zones
 
-_UNITS: Final = {3: "m³", 2: "m²", 1: "m"}
 # Shares of the workspace for which the error that they stay within is told.
 _SHARES: Final = (0.1, 0.5, 0.9)
 # Share of raised figures from which it is said before all else.
@@ -47,8 +59,10 @@ def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
         subject="accuracy map",
         verdict=_verdict(found),
         cards=tuple(_cards(found)),
-        sections=tuple(section for section in (_map(found), _within(found), _places(found), _budget(found), _reach(found)) if section is not None),
-        counts=f"{_cells(found)} of {edge_said(found)}, {_per_cell(found)}",
+        sections=tuple(
+            section for section in (_map(found), _within(found), places_section(found), _budget(found), _reach(found)) if section is not None
+        ),
+        counts=f"{several(int(np.isfinite(found.shown).sum()), 'cell')} of {edge_said(found)}, {per_cell_said(found)}",
         notes=(*found.arm.remarks, *_remarks(found), *_off_the_map(found, at)),
         words=_WORDS,
         source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "
@@ -59,135 +73,92 @@ def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
     )
 
 
-def level_said(found: Zones) -> str:
-    """Name the share of errors that the figures are of."""
-    return f"{100 * found.level:.6g} %"
-
-
-def by_said(found: Zones) -> str:
-    """Name the configuration that cells are judged by."""
-    return "mean over configurations" if found.by == "mean" else f"{found.by} configuration"
-
-
-def edge_said(found: Zones) -> str:
-    """Name the cells' edge as it was asked for."""
-    return f"{found.reached.grid.edge * 1e3:.6g} mm"
-
-
-def place_said(box: Box) -> str:
-    """Name a place by its middle, and its yaw where it is turned."""
-    text = ", ".join(f"{axis} {value * 1e3:.0f}" for axis, value in zip("xyz", box.centre, strict=True)) + " mm"
-    return text + (f", yaw {math.degrees(box.yaw):.0f}°" if box.yaw else "")
-
-
-def size_said(size: Iterable[float]) -> str:
-    """Name a box by its sides."""
-    return " x ".join(f"{side * 1e3:.4g}" if side < 10 else f"{side * 1e3:.0f}" for side in size) + " mm"  # noqa: PLR2004 - no powers of ten
-
-
-def _known(found: Zones) -> np.ndarray:
-    return found.centre & np.isfinite(found.shown)
-
-
-def _cells(found: Zones) -> str:
-    return f"{int(np.isfinite(found.shown).sum())} cells"
-
-
-def _per_cell(found: Zones) -> str:
-    counts = found.reached.counts[found.reached.counts > 0]
-    return f"{_whole(float(np.median(counts)))} configurations in each (median; least {int(counts.min())})"
-
-
-def _whole(value: float, samples: str = "") -> Figure:
-    """Give a median of counts: a whole number, or one and a half."""
-    return Figure(int(value) if value.is_integer() else value, "1", samples=samples)
-
-
 def _drawn(found: Zones) -> str:
     afresh = found.afresh
     return "cells reached at their middle" if afresh is None else f"{len(afresh.points)} of {afresh.drawn} points drawn around are in reach"
 
 
-def _unit(found: Zones) -> str:
-    return _UNITS[max(found.reached.grid.dimensions, 1)]
-
-
 def _verdict(found: Zones) -> str:
-    values = found.shown[_known(found)]
-    text = f"By the {by_said(found)}, {level_said(found)} of positions lie within {length(float(np.median(values)))} in the median cell"
-    text += f", {length(float(values.min()))} in the most accurate one and {length(float(values.max()))} in the least accurate one."
+    least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
+    text = f"By the {by_said(found)}, {level_said(found)} of positions lie within "
+    if str(least) == str(most):
+        text += f"{at_most(least)} in every cell."
+    else:
+        text += f"{at_most(middle)} in the median cell, {at_most(least)} in the most accurate one and {at_most(most)} in the least accurate one."
     if found.within is not None:
-        text += f" {_percent(found.within.share)} of the workspace is within {length(found.within.target)}."
+        text += f" {_share_said(found, found.within.target)}"
     if found.boxes is not None:
         text += " " + boxes_said(found.boxes, found)
     return text
 
 
-def boxes_said(boxes: Boxes, found: Zones) -> str:
-    """Say where the box should stand, or that it fits nowhere, and which one would."""
-    if boxes.found:
-        box = boxes.found[0]
-        return (
-            f"Work of {size_said(boxes.size)} is best placed around {place_said(box)}: {level_said(found)} within {length(box.worst)} "
-            f"in the worst of its cells ({len(box.cells)}); looked at afresh, {length(box.afresh_worst)}."
-        )
-    if boxes.largest is None:
-        return f"No box of the proportions {size_said(boxes.size)} fits into the reach on this grid, however small."
-    return f"No place within reach holds {size_said(boxes.size)}; the largest box of these proportions that fits here is {size_said(boxes.largest)}."
+def _over_shown(found: Zones, what: Callable[[Floats], float]) -> Figure:
+    return over_cells(found, QUANTILE, BYS.index(found.by), what)
 
 
-def _percent(share: Estimate) -> str:
-    return f"{100 * share.value:.3g} % ({100 * share.low:.3g} … {100 * share.high:.3g})"
+def _share_said(found: Zones, target: float) -> str:
+    share, _ = share_within(found, target)
+    if math.isnan(share.value):
+        return f"Which share of the workspace is within {length(target)} is not known: of the error there an upper bound is known alone."
+    least = "At least " if share.bound else ""
+    return f"{least}{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace is within {length(target)}."
 
 
 def _cards(found: Zones) -> list[Card]:
-    values = found.shown[_known(found)]
+    least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
     out = [
-        Card(f"{level_said(found)} below, median cell", str(length(float(np.median(values)))), by_said(found)),
-        Card("most accurate cell", str(length(float(values.min()))), f"least accurate {length(float(values.max()))}"),
+        Card(f"{level_said(found)} below, median cell", str(middle), by_said(found)),
+        Card("most accurate cell", str(least), f"least accurate {most}"),
     ]
     if found.within is not None:
-        share = found.within.share
-        out.append(
-            Card(
-                f"within {length(found.within.target)}",
-                f"{100 * share.value:.3g} %",
-                f"of the workspace, {100 * share.low:.3g} … {100 * share.high:.3g} %",
-            )
-        )
+        share, _ = share_within(found, found.within.target)
+        number = "not known" if math.isnan(share.value) else f"{'≥ ' if share.bound else ''}{share.value:.3g} %"
+        out.append(Card(f"within {length(found.within.target)}", number, f"of the workspace, {share.low:.3g} … {share.high:.3g} %"))
     if found.boxes is not None and found.boxes.found:
         box = found.boxes.found[0]
-        out.append(Card("best place", str(length(box.afresh_worst)), f"{place_said(box)}; worst point, looked at afresh"))
+        out.append(Card("best place", str(in_box(box, box.afresh_worst, found)), f"{place_said(box)}; worst point, looked at afresh"))
     return out
 
 
 def _map(found: Zones) -> Section:
-    known = _known(found)
+    known = counted(found)
     counts = found.reached.counts[known]
-    rows = []
+    usual = int(np.median(counts))
+    all_cells = f"{several(len(counts), 'cell')}, {per_cell_said(found)}"
+    rows: list[Row] = []
+    alike: list[str] = []
     for measure, name in ((QUANTILE, f"{level_said(found)} below"), (MEAN, "mean error")):
-        for k, by in enumerate(BYS):
+        every = found.figures[measure][:, known]
+        columns = [(k, f"{name}, {by}") for k, by in enumerate(BYS)]
+        if np.allclose(every, every[1], rtol=SAME, atol=0):  # one configuration, or all are as good
+            columns, alike = [(1, name)], [*alike, name]
+        for k, label in columns:
             values, (low, high) = found.figures[measure, k][known], found.ends[:, measure, k][:, known]
-            middle = _median(found, measure, k)
-            shown = " (in the plots)" if measure == QUANTILE and by == found.by else ""
-            for cell, at in (("most accurate cell", int(values.argmin())), ("median cell", None), ("least accurate cell", int(values.argmax()))):
+            for cell, what, at in (("most", np.min, int(values.argmin())), ("median", np.median, None), ("least", np.max, int(values.argmax()))):
+                figure = over_cells(found, measure, k, what)
                 if at is None:
-                    all_cells = f"{int(known.sum())} cells, {_per_cell(found)}"
-                    rows.append(Row(f"{name}, {by}, {cell}", (length(*middle, samples=all_cells),), _counted_in_median(found)))
+                    middle = length(*_median(found, measure, k), samples=all_cells)
+                    rows.append(Row(f"{label}, median cell", (replace(middle, bound=figure.bound),)))
                     continue
-                said = f"{counts[at]} configuration{'s' * int(counts[at] != 1)} in the cell"
-                rows.append(Row(f"{name}, {by}, {cell}", (length(float(values[at]), float(low[at]), float(high[at]), said),), said + shown))
+                said = f"{several(int(counts[at]), 'configuration')} in the cell"
+                shown = length(float(values[at]), float(low[at]), float(high[at]), said)
+                rows.append(Row(f"{label}, {cell} accurate cell", (replace(shown, bound=figure.bound),), said if counts[at] != usual else ""))
     note = (
-        f"cells of {edge_said(found)} reached at their middle. Interval of a cell: what the sums over terms leave out, and of a mean over drawn "
+        f"cells of {edge_said(found)} reached{' at their middle' * bool(found.reached.centre.any())}, "
+        f"{several(usual, 'configuration')} looked at in a cell where no other number stands; "
+        f"medians of {_counted_in_median(found)}. The plots show {level_said(found)} below, {by_said(found)}. "
+        "Interval of a cell: what the sums over terms leave out, and of a mean over drawn "
         "configurations 95 % (Student); ?: more configurations may be better, or worse, without a limit known. Chosen as extremes, the two extreme "
         "cells stand a little too far out"
     )
+    if alike:
+        note = f"{' and '.join(alike)}: best, mean and worst configuration looked at are the same in every cell; " + note
     return Section("map", "Accuracy map", ("value",), tuple(rows), note)
 
 
 def _median(found: Zones, measure: int, column: int) -> tuple[float, float, float]:
     """Give the median over the cells with ends that hold that over the workspace as well."""
-    known = _known(found)
+    known = counted(found)
     value, ends = float(np.median(found.figures[measure, column][known])), found.ends[:, measure, column][:, known]
     # A cell of which nothing is known on one side may lie anywhere there; if that leaves the median nowhere to stand, nothing is known of it.
     low, high = (float(np.median(np.where(np.isnan(end), beyond, end))) for end, beyond in zip(ends, (-np.inf, np.inf), strict=True))
@@ -200,81 +171,23 @@ def _median(found: Zones, measure: int, column: int) -> tuple[float, float, floa
 
 
 def _counted_in_median(found: Zones) -> str:
-    return f"{int(_known(found).sum())} cells" + ("" if found.afresh is None else f", {len(found.afresh.points)} points afresh")
+    return several(int(counted(found).sum()), "cell") + ("" if found.afresh is None else f", {several(len(found.afresh.points), 'point')} afresh")
 
 
 def _within(found: Zones) -> Section:
-    values = found.shown[_known(found)]
-    unit, afresh = _unit(found), found.afresh
-    counted = f"{len(values)} cells, {_per_cell(found)}" if afresh is None else f"{len(afresh.points)} points, {afresh.poses} poses"
-    told = [] if found.within is None else [(found.within.target, found.within.share, found.within.size, "the target")]
+    values, afresh = found.shown[counted(found)], found.afresh
+    told = {} if found.within is None else {str(length(found.within.target)): (found.within.target, "the target")}
     for part in _SHARES:
         error = float(np.quantile(values, part))
-        if afresh is not None:
-            told.append((error, *afresh.share(QUANTILE, found.by, error), ""))
-        else:
-            share = of_count(int((values <= error).sum()), len(values))
-            size = Estimate(share.value * found.size.value, share.low * found.size.low, share.high * found.size.high)
-            told.append((error, share, size, ""))
-    rows = [
-        Row(
-            f"within {length(error)}",
-            (
-                Figure(100 * share.value, "%", 100 * share.low, 100 * share.high, counted),
-                Figure(size.value, unit, size.low, size.high, counted),
-            ),
-            remark,
-        )
-        for error, share, size, remark in told
-    ]
+        told.setdefault(str(length(error)), (error, ""))
+    rows = tuple(Row(f"within {said}", share_within(found, error), remark) for said, (error, remark) in told.items())
     note = f"by the {by_said(found)}, {level_said(found)} of errors. " + (
         "No point drawn in space is in reach (the workspace is next to a surface): shares of the cells, with intervals as if those were drawn"
         if afresh is None
-        else f"At {len(afresh.points)} points drawn evenly over the workspace, looked at afresh; intervals of a count (Clopper and Pearson), "
-        "from the points that are surely within to those that may be"
+        else f"At {several(len(afresh.points), 'point')} drawn evenly over the workspace, looked at afresh; intervals of a count "
+        "(Clopper and Pearson), from the points that are surely within to those that may be"
     )
-    return Section("within", "How much of the workspace is how accurate", ("share", "size"), tuple(rows), note)
-
-
-def _places(found: Zones) -> Section | None:
-    boxes = found.boxes
-    if boxes is None:
-        return None
-    title = f"Where work of {size_said(boxes.size)} should stand"
-    if not boxes.found:
-        return Section("places", title, ("value",), (), boxes_said(boxes, found))
-    rows, places = [], []
-    for number, box in enumerate(boxes.found, start=1):
-        cells = f"{len(box.cells)} cells of the map"
-        other = f"{box.afresh_reached} of {box.afresh_points} other points reached, {box.afresh_poses} other poses"
-        low, high = (np.round(end, 9) + 0.0 for end in (box.centre - box.size / 2, box.centre + box.size / 2))  # no -0
-        sides = ", ".join(f"{axis} {a * 1e3:.0f} … {b * 1e3:.0f}" for axis, a, b in zip("xyz", low, high, strict=True)) + " mm"
-        sides = sides if not box.yaw else f"sides along x, y turned by {math.degrees(box.yaw):.0f}°"
-        said = (
-            ("worst cell", box.worst, cells),
-            ("mean of cells", box.mean, cells),
-            ("worst point, afresh", box.afresh_worst, other),
-            ("mean, afresh", box.afresh_mean, other),
-        )
-        for (what, value, counted), (low, high) in zip(said, box.ends.T, strict=True):
-            rows.append(Row(f"{number}. {what}", (length(value, float(low), float(high), counted),), _counts_said(box, afresh=counted == other)))
-        places.append(f"{number}. around {place_said(box)}: {sides}")
-    judged = "mean over its cells" if boxes.by_mean else "worst cell"
-    turned = ", any yaw in steps of 15°" if boxes.turned else ""
-    note = (
-        f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; the best of all {boxes.tried} places on the grid"
-        f"{turned} of which the tool was brought to every cell's middle and corners; no two share a cell"
-    )
-    note = "; ".join(places) + ". " + note + ". Interval: what the sums leave out, and of means over drawn configurations 95 % (Student)"
-    if boxes.largest is not None:
-        note += f". The largest box of these proportions in reach: {size_said(boxes.largest)}"
-    return Section("places", title, ("value",), tuple(rows), note)
-
-
-def _counts_said(box: Box, *, afresh: bool) -> str:
-    if not afresh:
-        return f"{len(box.cells)} cell{'s' * (len(box.cells) != 1)}"
-    return f"{box.afresh_reached} of {box.afresh_points} points, {box.afresh_poses} poses"
+    return Section("within", "How much of the workspace is how accurate", ("share", "size"), rows, note)
 
 
 def _budget(found: Zones) -> Section | None:
@@ -302,12 +215,12 @@ def _reach(found: Zones) -> Section:
         Row("of them only in part", (Figure(rim, "1"),), "the middle is out of reach, or was not found"),
         Row(
             {3: "volume", 2: "area", 1: "length"}[max(reached.grid.dimensions, 1)],
-            (Figure(size.value, _unit(found), size.low, size.high, _drawn(found)),) if size.value else (Figure(0.0, _unit(found)),),
+            (Figure(size.value, unit_said(found), size.low, size.high, _drawn(found)),) if size.value else (Figure(0.0, unit_said(found)),),
             _drawn(found) if size.value else "the workspace is a surface on this grid",
         ),
         Row("poses sampled", (Figure(reached.sampled, "1"),), "Sobol sequences"),
         Row("poses brought by inverse kinematics", (Figure(int(reached.brought.sum()), "1"),), "from cells around"),
-        Row("configurations in a cell, median", (_whole(float(np.median(counts)), poses),), "each once: those that differ"),
+        Row("configurations in a cell, median", (whole(float(np.median(counts)), poses),), "each once: those that differ"),
         Row(
             "cells with fewer than asked", (Figure(int((counts < found.per_cell).sum()), "1"),), f"least {int(counts.min())}, asked {found.per_cell}"
         ),
@@ -379,21 +292,4 @@ def _facts(found: Zones) -> dict[str, Any]:
     }
     if found.within is not None:
         facts["target_m"] = found.within.target
-    if found.boxes is not None:
-        facts["box_m"] = list(found.boxes.size)
-        facts["largest_box_m"] = None if found.boxes.largest is None else found.boxes.largest.tolist()
-        facts["places"] = [
-            {
-                "centre_m": box.centre.tolist(),
-                "yaw_rad": box.yaw,
-                "worst_m": box.worst,
-                "mean_m": box.mean,
-                "afresh_worst_m": _number(box.afresh_worst),
-            }
-            for box in found.boxes.found
-        ]
-    return facts
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return facts if found.boxes is None else facts | places_facts(found.boxes)
