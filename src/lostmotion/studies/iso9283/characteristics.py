@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.laws.normal_length import normal_length
-
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
@@ -32,33 +30,6 @@ def pose_repeatability(attained: Floats) -> Floats:
         raise ValueError(f"{attained.shape[-2]} visit; repeatability needs at least 2")
     distance = np.linalg.norm(attained - attained.mean(axis=-2, keepdims=True), axis=-1)
     return np.asarray(distance.mean(axis=-1) + 3 * distance.std(axis=-1, ddof=1))
-
-
-def expected_repeatability(covariance: Floats, visits: int | None = None) -> tuple[Floats, Floats]:
-    """Which RP_l is to be expected of visits that scatter normally with this covariance (n, 3, 3), and how much will it vary? Both (n,).
-
-    `visits` None: what RP_l tends to with many visits, deviation 0. Otherwise the mean and standard deviation over sets of so many visits, to first
-    order in 1 / visits: distances from the barycentre are shorter by sqrt(1 - 1/n), and s follows from the distances' third and fourth moments
-    (M. Kendall, A. Stuart, The Advanced Theory of Statistics, vol. 1, ch. 10). Within 0.1 % of the mean and 2 % of the deviation at n = 30. Not for
-    scatter by a few two-sided or flat draws. Raises ValueError for fewer than two visits.
-    """
-    if visits is not None and visits < 2:  # noqa: PLR2004 - a scatter needs two
-        raise ValueError(f"{visits} visit; repeatability needs at least 2")
-    covariance = np.asarray(covariance, dtype=float)
-    found = normal_length(np.zeros((len(covariance), 3)), covariance, ())
-    mean, square, cube = found.mean, found.mean_square, found.cube_mean
-    fourth = square**2 + 2 * np.einsum("nij,nij->n", covariance, covariance)
-    spread = np.sqrt(np.maximum(square - mean**2, 0.0))
-    if visits is None:
-        return mean + 3 * spread, np.zeros_like(mean)
-    safe = np.where(spread > 0, spread, 1.0)
-    skew = (cube - 3 * mean * square + 2 * mean**3) / safe**3
-    excess = (fourth - 4 * mean * cube + 6 * mean**2 * square - 3 * mean**4) / safe**4 - 3
-    noise = 2 / (visits - 1) + excess / visits
-    shrunk = np.sqrt(1 - 1 / visits)
-    expected = shrunk * (mean + 3 * spread * (1 - noise / 8))
-    deviation = shrunk * spread * np.sqrt(np.maximum(1 / visits + 9 * noise / 4 + 3 * skew / visits, 0.0))
-    return np.asarray(expected), np.asarray(deviation)
 
 
 def axis_accuracy(errors: Floats) -> Floats:

@@ -15,6 +15,7 @@ import numpy as np
 from lostmotion.studies.draws import key
 from lostmotion.studies.intervals import Estimate, student
 from lostmotion.studies.iso9283 import characteristics as iso
+from lostmotion.studies.iso9283.expected import expected_repeatability
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -76,7 +77,7 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     if not value > 0 or count <= FEWEST:
         return Estimate(value, math.nan, math.nan)
     covariance = _shrunk(np.cov(errors.T), count)
-    limit = float(iso.expected_repeatability(covariance[None] / np.trace(covariance))[0][0]) * math.sqrt(float(np.trace(covariance)))
+    limit = float(expected_repeatability(covariance[None] / np.trace(covariance))[0][0]) * math.sqrt(float(np.trace(covariance)))
     sets = generator("repeatability").standard_normal((_DRAWN, count, 3)) @ _root(covariance).T
     low, high = np.quantile(iso.pose_repeatability(sets) / limit, [(1 - level) / 2, (1 + level) / 2])
     return Estimate(value, value / float(high), value / float(low))
@@ -85,7 +86,7 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
 @functools.cache
 def round_repeatability(count: int) -> float:
     """Give RP_l that so many visits show on the average, in deviations of a round normal scatter; zero for a single visit."""
-    return float(iso.expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= FEWEST else 0.0
+    return float(expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= FEWEST else 0.0
 
 
 def _shrunk(covariance: Floats, count: int) -> Floats:
@@ -148,7 +149,7 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     centred = centred * _alike(centred)[:, None, None]
     covariance = np.swapaxes(centred, 1, 2) @ centred / (count - 1)
     trace = float(np.trace(covariance, axis1=1, axis2=2).max())
-    many = 3.0 if size == 1 else float(iso.expected_repeatability(covariance / trace)[0].max())
+    many = 3.0 if size == 1 else float(expected_repeatability(covariance / trace)[0].max())
     root = np.linalg.qr(np.swapaxes(centred, 0, 1).reshape(count, -1) / math.sqrt(count - 1), mode="r")
     ratio, rng = np.empty(_DRAWN), generator("largest scatter")
     for k in range(0, _DRAWN, _BATCH):

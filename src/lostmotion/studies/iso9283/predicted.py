@@ -16,6 +16,7 @@ from lostmotion.studies.draws import key
 from lostmotion.studies.inverse import bring
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.cube import NAMES
+from lostmotion.studies.iso9283.expected import expected_repeatability
 from lostmotion.studies.iso9283.fitted import left_by_frames
 from lostmotion.studies.iso9283.paths import PATH_FIGURES, at_plane
 from lostmotion.studies.montecarlo import exact
@@ -242,7 +243,7 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
     command = cube.poses[:, :3, 3]
-    expected, deviation = iso.expected_repeatability(visit_covariance(matrix) + instrument**2 * np.eye(3), cycles)
+    expected, deviation = expected_repeatability(visit_covariance(matrix) + instrument**2 * np.eye(3), cycles)
     a, b = DISTANCE
     ends = command[a] + shift[a], command[b] + shift[b]
     far = float(np.linalg.norm(command[b] - command[a]))
