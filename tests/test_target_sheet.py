@@ -133,8 +133,14 @@ def folder(tmp_path_factory):
     done = ran(ARM, "--error", "2 mm", *WORDS, cwd=where)
     assert done.returncode == 0, done.stderr
     assert "One item at a time" in done.stdout
-    assert "robots built keep it" in done.stdout
+    assert " ".join(done.stdout.split()).count("robots built keep it") == 1
     return where / "z-arm-lumped-target"
+
+
+def test_a_share_out_of_range_is_told_in_per_cent_too():
+    """Who asks for 60 as a share learns that it may be stated in per cent, and from where to where."""
+    with pytest.raises(lostmotion.InputError, match=r"a plain number or per cent, at least 0.5 \(50 %\), at most 0.999 \(99.9 %\)"):
+        lostmotion.target(lostmotion.read(ARM), error="2 mm", share="60")
 
 
 def test_the_command_writes_a_folder_and_leaves_it_alone(folder):

@@ -285,7 +285,7 @@ def test_a_value_out_of_range_is_refused_with_what_was_expected(fields: dict[str
 def test_a_field_says_what_it_takes():
     """A field tells its dimension, its range and whether it takes a tolerance."""
     assert Quantity("N m/rad", "1 N m/rad", above=0).expected == "angular stiffness (N m/arcmin, N m/rad), above zero"
-    assert Quantity("", "10 %", low=0, high=0.33).expected == "a plain number, zero or more, at most 0.33"
+    assert Quantity("", "10 %", low=0, high=0.33).expected == "a plain number or per cent, zero or more, at most 0.33 (33 %)"
     assert Quantity("", "2", low=1).expected == "a plain number, at least 1"
     assert Quantity("m", "1 mm", toleranced=True).expected == "length (mm, µm, m, in), with or without ± tolerance"
 

@@ -98,13 +98,13 @@ class Arm(Part):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Give the notes, and of which springs of its gearboxes nothing is said: no spring is left out in silence."""
-        silent: dict[tuple[str, ...], list[str]] = {}
+        silent: dict[str, list[str]] = {}
         for joint in self.moving:
             if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
-                silent.setdefault(joint.gearbox.rigid, []).append(joint.name)
+                silent.setdefault(joint.gearbox.rigid_said, []).append(joint.name)
         return (
             *self.notes,
-            *(f"gearbox of {', '.join(joints)}: taken as rigid, for nothing is said of {', '.join(rigid)}" for rigid, joints in silent.items()),
+            *(f"gearbox of {', '.join(joints)}: taken as rigid, for nothing is said of {rigid}" for rigid, joints in silent.items()),
         )
 
     @property

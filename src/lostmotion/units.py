@@ -177,7 +177,7 @@ class Quantity:
     @property
     def expected(self) -> str:
         """Say in words what this field takes."""
-        words = spoken(self.si)
+        words = spoken(self.si) + (" or per cent" if self._is_share else "")
         if self.above == 0:
             words += ", above zero"
         elif self.low == 0:
@@ -190,8 +190,14 @@ class Quantity:
             words += f", at most {self._told(self.high)}"
         return words + (", with or without ± tolerance" if self.toleranced else "")
 
+    @property
+    def _is_share(self) -> bool:
+        return not self.si and self.example.endswith("%")
+
     def _told(self, end: float) -> str:
-        """Say where the range ends: angles in degrees, as they are drawn."""
+        """Say where the range ends: angles in degrees, as they are drawn; shares as they may be stated."""
+        if self._is_share:
+            return f"{end:g} ({100 * end:.6g} %)"
         return f"{math.degrees(end):g} deg" if self.si == "rad" else f"{end:g} {self.si}".rstrip()
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds

@@ -153,6 +153,8 @@ def test_tables_that_cannot_be_are_refused(tmp_path, table):
     with pytest.raises(lostmotion.InputError) as caught:
         asked(tmp_path, table)
     assert all(problem.expected for problem in caught.value.problems)
+    # An angle is no example for a mass: an example of a range stands beside a key that takes it.
+    assert all('"gearboxes.' in problem.example for problem in caught.value.problems if "arcmin" in problem.example)
 
 
 def test_combinations_that_do_not_fit_are_told(tmp_path):

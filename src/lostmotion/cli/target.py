@@ -75,4 +75,4 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
         raise typer.Exit(STOPPED)
     written = answer.report(folder, force=force)
     answer.summary()
-    typer.echo(f"\n{answer.sheet.verdict}\n\nReport: {written / 'report.html'}")
+    typer.echo(f"\nReport: {written / 'report.html'}")

@@ -69,7 +69,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     """What should the reader be warned of?"""
     said = []
     if gearbox.rigid:
-        said.append(f"taken as rigid: {', '.join(gearbox.rigid)}. The drawing says nothing of them, so the wind-up leaves them out")
+        said.append(f"taken as rigid: {gearbox.rigid_said}. The drawing says nothing of them, so the wind-up leaves them out")
     if drawn.jammed:
         said.append("gearboxes that jam have flanks that interfere: no play is counted for them, and their lost motion is that of a preload")
     if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
@@ -204,7 +204,7 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
     if whole:
         stiffness = Figure(torque / whole * ARCMIN, "N m/arcmin", samples=counted)
         rows.append(Row("all together", (_angle(whole, counted), Figure(100.0, "%", samples=counted), stiffness)))
-    rigid = f"taken as rigid: {', '.join(gearbox.rigid)}" if gearbox.rigid else "nothing is taken as rigid"
+    rigid = f"taken as rigid: {gearbox.rigid_said}" if gearbox.rigid else "nothing is taken as rigid"
     note = f"under {torque:.4g} N m at the output, play not counted; stiffness: torque over wind-up; {rigid}"
     return Section("members", "What gives way", ("wind-up", "share", "stiffness"), tuple(rows), note)
 

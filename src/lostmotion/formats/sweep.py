@@ -32,7 +32,8 @@ MOST_VALUES: Final = 1000
 MOST_DESIGNS: Final = 10_000
 _LONGEST_KEY: Final = 200
 _LONG_LABEL: Final = 12
-_RANGE: Final = '{ from = "0.5 arcmin", to = "1 arcmin", steps = 5 }'
+# With a key of its own, since other keys take other amounts.
+_RANGE: Final = '"gearboxes.cycloidal.backlash" = { from = "0.5 arcmin", to = "1 arcmin", steps = 5 }'
 _RANGE_KEYS: Final = ("from", "to", "steps", "spacing")
 _SPACINGS: Final = ("even", "log")
 _AMOUNT: Final = re.compile(r"^\s*(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(?P<unit>[^0-9.±+-][^0-9±+-]{0,30})?\s*$")
@@ -148,7 +149,7 @@ def _axis(file: str, key: str, value: Any, mistakes: list[Problem]) -> Axis | No
         values = _range(file, where, value, mistakes)
     elif not isinstance(value, list) or not 1 <= len(value) <= MOST_VALUES:
         found = f"{len(value)} values" if isinstance(value, list) else shown(value)
-        mistakes.append(Problem(file, where, found, f"a list of 1 to {MOST_VALUES} values, or a range", f"{key_said(key)} = {_RANGE}"))
+        mistakes.append(Problem(file, where, found, f"a list of 1 to {MOST_VALUES} values, or a range", _RANGE))
         return None
     odd = [each for each in values if not _is_plain(each)]
     mistakes += [Problem(file, where, shown(each), "text, numbers, lists or tables", EXAMPLE) for each in odd]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from lostmotion.laws.cycloid import ratio as ratio_of
-from lostmotion.parts.gearbox.cycloidal_behaviour import Behaviour, behaviour, sources
+from lostmotion.parts.gearbox.cycloidal_behaviour import FIRST_STAGE, Behaviour, behaviour, sources
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.source import AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, Part, TorqueAmount
@@ -119,9 +119,14 @@ class CycloidalGearbox(CycloidalStage):
         if isinstance(first, PlanetaryFirstStage) and first.mesh_stiffness is None:
             out.append("first stage")
         elif isinstance(first, CycloidalFirstStage):
-            out += [f"first stage, {name}" for name in first.rigid_in_stage]
+            out += [f"{FIRST_STAGE}{name}" for name in first.rigid_in_stage]
         out += [name for name, stated in (("frame", self.frame), ("input shaft", self.input_shaft)) if stated is None]
         return tuple(out)
+
+    @property
+    def rigid_said(self) -> str:
+        """Name the same in a sentence, each with the stage that it is of."""
+        return ", ".join(f"{name.removeprefix(FIRST_STAGE)} of the first stage" if name.startswith(FIRST_STAGE) else name for name in self.rigid)
 
     @property
     def friction_at_rest(self) -> float:

@@ -34,6 +34,8 @@ _WAVED: Final = (0.1, 1.0)
 # Fewer gearboxes where every crank angle counts.
 _WAVING: Final = 48
 _MOST_WAVES: Final = 4
+# Before the names of a cycloidal first stage's members.
+FIRST_STAGE: Final = "first stage, "
 # Members that are plain springs and the same in all gearboxes.
 _ALIKE: Final = ("output pins", "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the levels
@@ -162,13 +164,13 @@ def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
     out = {name: share * angle for name, angle in cycloid_drive.members(gearbox.drive, share * torque).items()}
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
-        out |= {f"first stage, {name}": angle / steps for name, angle in cycloid_drive.members(first.drive, torque / steps).items()}
+        out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in cycloid_drive.members(first.drive, torque / steps).items()}
     return out | _outside(gearbox, torque)
 
 
 def plain_springs(members: dict[str, Floats]) -> Floats:
     """Which part of the members' wind-up (torque,) is the same in all gearboxes, and so not in what `gearboxes` gives?"""
-    return np.asarray(np.sum([angle for name, angle in members.items() if name.removeprefix("first stage, ") in _ALIKE], axis=0))
+    return np.asarray(np.sum([angle for name, angle in members.items() if name.removeprefix(FIRST_STAGE) in _ALIKE], axis=0))
 
 
 def _outside(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
