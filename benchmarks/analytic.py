@@ -19,7 +19,8 @@ from scipy import stats
 
 import lostmotion
 from lostmotion.laws.normal_length import normal_length
-from lostmotion.studies.analytic.analytic import LEVELS, analytic, pooled
+from lostmotion.studies.analytic.analytic import LEVELS, analytic
+from lostmotion.studies.analytic.pooled import pooled
 from lostmotion.studies.poses import Poses
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

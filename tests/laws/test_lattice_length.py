@@ -25,10 +25,10 @@ def told(terms, bias=(0.0, 0.0, 0.0)):
     columns = np.arange(len(infos))
     whole = sums(np.ascontiguousarray(shift.transpose(1, 2, 0)), cumulants(infos, columns), np.array([bias], float))
     wanted = np.ones((1, 1 + len(LEVELS)), bool)
-    value, bound = lattice_length(
+    found = lattice_length(
         lambda fine: values_of(infos, columns, fine), Vectors(shift, *whole.arrays), LEVELS, np.full((1, len(LEVELS)), np.nan), wanted, 1e-3
     )
-    return value[0], bound[0]
+    return found.values[0], found.bounds[0]
 
 
 def figures_of(quantile):
@@ -106,9 +106,10 @@ def test_an_amount_times_its_side_is_told_within_its_bound():
     shift = np.zeros((1, 3, 3))
     shift[0, 0] = k, scale, noise
     whole = sums(np.ascontiguousarray(shift.transpose(1, 2, 0)), cumulants(infos, np.arange(3)), np.zeros((1, 3)))
-    value, bound = lattice_length(
+    found = lattice_length(
         lambda fine: values_of(infos, np.arange(3), fine), Vectors(shift, *whole.arrays), LEVELS, np.full((1, 4), np.nan), np.ones((1, 5), bool), 1e-3
     )
+    value, bound = found.values, found.bounds
     nodes, weights = np.polynomial.hermite_e.hermegauss(80)
     weights = weights / weights.sum()
     means = [stats.foldnorm.mean(abs(k * nodes + side * (1 + k * nodes)) / noise) * noise for side in (-1, 1)]
@@ -147,6 +148,7 @@ def test_what_does_not_vary_or_is_no_number_is_not_told():
     draws = values_of((TermInfo("a", "", "robot", 4.0, Stream("a", Uniform()), None),), np.arange(1), 8)
     nothing, wanted = np.full((2, 4), np.nan), np.ones((2, 5), bool)
     vectors = Vectors(np.ones((2, 3, 1)), np.array([[1.0, 0, 0], [np.nan, 0, 0]]), np.stack([np.zeros((3, 3)), np.eye(3)]), *np.zeros((2, 2, 1)))
-    value, bound = lattice_length(lambda _: draws, vectors, LEVELS, nothing, wanted, 0.02)
-    assert np.isnan(value).all()
-    assert np.isnan(bound).all()
+    found = lattice_length(lambda _: draws, vectors, LEVELS, nothing, wanted, 0.02)
+    assert np.isnan(found.values).all()
+    assert np.isnan(found.bounds).all()
+    assert not found.lengths

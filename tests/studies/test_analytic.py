@@ -13,8 +13,9 @@ from lostmotion.laws.chance import Amount, Cosine, Normal, Sine, TwoSided, Unifo
 from lostmotion.laws.normal_length import normal_length
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS
 from lostmotion.studies.analytic import analytic as route
-from lostmotion.studies.analytic.analytic import analytic, of_screws, pooled
+from lostmotion.studies.analytic.analytic import analytic, of_screws
 from lostmotion.studies.analytic.cumulants import cumulants
+from lostmotion.studies.analytic.pooled import pooled
 from lostmotion.studies.draws import Stream
 from lostmotion.studies.iso9283 import expected_repeatability
 from lostmotion.studies.screws import Screws, TermInfo
@@ -109,7 +110,7 @@ def test_threads_change_no_bit(arm, monkeypatch):
     assert np.array_equal(one.quantiles, other.quantiles, equal_nan=True)
     assert np.array_equal(one.quantiles_bound, other.quantiles_bound, equal_nan=True)
     for field in dataclasses.fields(one):
-        if field.name != "parts":
+        if field.name not in {"parts", "laws"}:
             assert np.array_equal(getattr(one, field.name), getattr(three, field.name), equal_nan=field.name != "normal"), field.name
 
 
@@ -128,7 +129,7 @@ def test_mean_square_bounds_and_order(arm):
 
 
 def test_few_plays_alone_are_told(monkeypatch):
-    """An arm that errs by two two-sided draws alone: exact where a level falls inside one of four lengths; not told where draws may not be cut."""
+    """An arm that errs by two two-sided draws alone: exact where a level falls inside one of four lengths, by parts and by points."""
     arm = arm_of(2, gearbox=None, bearing=None, encoder=None, mounting=None, link={"length": 0.4}, lumped={"angle": "3 arcmin", "law": "two-sided"})
     poses = sample_poses(arm, 64)
     found = analytic(arm, poses)
@@ -140,12 +141,10 @@ def test_few_plays_alone_are_told(monkeypatch):
     assert found.quantiles[:, 1] == pytest.approx(lengths.max(axis=1), rel=1e-4)
     monkeypatch.setattr(route, "PARTS", ())
     bare = analytic(arm, poses)
-    assert np.isnan(bare.quantiles[:, 1:]).all()
-    assert not bare.normal.any()
+    assert bare.points.all()
+    assert bare.mean == pytest.approx(lengths.mean(axis=1), rel=1e-6)
+    assert bare.quantiles[:, 1:] == pytest.approx(np.tile(lengths.max(axis=1)[:, None], 3), rel=1e-6)
     assert np.isfinite(bare.worst).all()
-    assert np.isnan(pooled(bare, poses.replicates).quantiles[1].value)
-    study = lostmotion.study(arm, 64, method="analytic")
-    assert "use Monte Carlo" in str(study.result()["sections"][0])
 
 
 PLAY, FLAT, SLIGHT, AMOUNT = TwoSided(), Uniform(), Normal(), Amount(0.3, Normal())
@@ -171,6 +170,18 @@ def screws_of(terms, bias):
     tool = np.zeros((1, 6, len(infos)))
     tool[0, 3:] = np.array(columns).T
     return Screws(tuple(infos), np.zeros(len(infos), int), tool, tool, np.zeros((1, 1, 4, 4)))
+
+
+def test_points_tell_no_length_in_a_gap(monkeypatch):
+    """Two plays and nothing else, four lengths that are two: half of the errors are the shorter, half the longer, and their median is neither."""
+    monkeypatch.setattr(route, "PARTS", ())
+    found = of_screws(screws_of([((1, 0, 0), None, ("a", PLAY)), ((0.3, 0.5, 0), None, ("b", PLAY))], (0, 0, 0)))
+    short, long = np.hypot(0.7, 0.5), np.hypot(1.3, 0.5)
+    assert found.points.all()
+    assert np.isnan(found.quantiles[0, 0])
+    assert found.quantiles[0, 1:] == pytest.approx([long] * 3, rel=1e-9)
+    assert found.mean[0] == pytest.approx((short + long) / 2, rel=1e-9)
+    assert np.isnan(pooled(found).quantiles[0].value)
 
 
 @pytest.mark.parametrize("case", DOMINANT)

@@ -14,7 +14,8 @@ from lostmotion.errors import InputError
 from lostmotion.formats import read
 from lostmotion.laws.chance import Normal
 from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.studies.analytic.analytic import of_screws, pooled
+from lostmotion.studies.analytic.analytic import of_screws
+from lostmotion.studies.analytic.pooled import pooled
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.intervals import pooled_quantile
 from lostmotion.studies.montecarlo.montecarlo import run

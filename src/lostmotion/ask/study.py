@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from lostmotion.ask.settings import Approach, Zone
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
-    from lostmotion.studies.analytic.analytic import Analytic, Pooled
+    from lostmotion.studies.analytic.analytic import Analytic
+    from lostmotion.studies.analytic.pooled import Pooled
     from lostmotion.studies.budget import Budget
     from lostmotion.studies.places import InZone
     from lostmotion.studies.route import FoundInZone

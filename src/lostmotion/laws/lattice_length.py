@@ -76,39 +76,53 @@ class Vectors:
         return Vectors(self.shift[some], self.bias[some], self.covariance[some], self.third[some], self.fourth[some])
 
 
-def lattice_length(
-    draws: Callable[[int], Draws], vectors: Vectors, levels: Floats, guess: Floats, wanted: NDArray[np.bool_], enough: float
-) -> tuple[Floats, Floats]:
-    """How long is each vector on average, and which lengths do these shares of it stay below? And how far may each figure be off?
+@dataclass(frozen=True)
+class Found:
+    """Of each vector its mean length and quantiles, (n, 1 + level) the mean first, how far each may be off, and where its lengths stand.
 
-    Both (n, 1 + level), the mean first; NaN where the lattice does not tell. `draws` by how many steps the length's waves are followed, one of FINE;
-    `guess` (n, level) or NaN. Finer lattices are tried until every bound that is `wanted` (n, 1 + level) is at most the share `enough` of its figure,
-    and no longer where they are far from that.
+    NaN where the lattice does not tell. `lengths`: which vectors, their laws, and which of those they are.
+    """
+
+    values: Floats
+    bounds: Floats
+    lengths: tuple[tuple[NDArray[np.int64], Lengths, NDArray[np.int64]], ...]
+
+
+def lattice_length(draws: Callable[[int], Draws], vectors: Vectors, levels: Floats, guess: Floats, wanted: NDArray[np.bool_], enough: float) -> Found:
+    """How long is each vector on average, which lengths do these shares of it stay below, and how far may each figure be off?
+
+    `draws` by how many steps the length's waves are followed, one of FINE; `guess` (n, level) or NaN. Finer lattices are tried until every bound that
+    is `wanted` (n, 1 + level) is at most the share `enough` of its figure, and no longer where they are far from that.
     """
     values, bounds = np.full(wanted.shape, np.nan), np.full(wanted.shape, np.nan)
     size = np.trace(vectors.covariance, axis1=1, axis2=2)
     short = np.flatnonzero((size > 0) & np.isfinite(size) & np.isfinite(vectors.bias).all(axis=1))
+    tried: list[tuple[NDArray[np.int64], Lengths]] = []
+    best, missed = np.full(len(size), -1), np.full(len(size), np.inf)
     for fine in FINE:
         if not len(short):
             break
-        start = np.where(np.isfinite(values[short, 1:]), values[short, 1:], guess[short])
-        value, bound, missed = _attempt(draws(fine), vectors.of(short), levels, start, fine)
+        lengths = Lengths(draws(fine), vectors.of(short), fine)
+        value, bound = _figures(lengths, levels, np.where(np.isfinite(values[short, 1:]), values[short, 1:], guess[short]))
         better = ~(bounds[short] <= bound) & np.isfinite(bound)
         values[short], bounds[short] = np.where(better, value, values[short]), np.where(better, bound, bounds[short])
+        nearer = lengths.known & (lengths.missed < missed[short])
+        best[short[nearer]], missed[short[nearer]] = len(tried), lengths.missed[nearer]
+        tried.append((short, lengths))
         done = ~wanted[short] | (bounds[short] <= enough * values[short])
-        short = short[~done.all(axis=1) & (missed < _HOPELESS)]
-    return values, bounds
+        short = short[~done.all(axis=1) & (lengths.missed < _HOPELESS)]
+    kept = [(which, lengths, np.flatnonzero(best[which] == n)) for n, (which, lengths) in enumerate(tried)]
+    return Found(values, bounds, tuple((which[own], lengths, own) for which, lengths, own in kept if len(own)))
 
 
-def _attempt(draws: Draws, vectors: Vectors, levels: Floats, guess: Floats, fine: int) -> tuple[Floats, Floats, Floats]:
-    lengths = _Lengths(draws, vectors, fine)
+def _figures(lengths: Lengths, levels: Floats, guess: Floats) -> tuple[Floats, Floats]:
     at, bound = _quantiles(lengths, levels, guess)
     # Shares that are off by so much wherever a length may be move the mean by so much of that range.
     mean, of_mean = (np.where(lengths.known, each, np.nan) for each in (lengths.mean(), lengths.missed * lengths.ends))
-    return np.column_stack([mean, at]), np.column_stack([of_mean, bound]), lengths.missed
+    return np.column_stack([mean, at]), np.column_stack([of_mean, bound])
 
 
-def _quantiles(lengths: _Lengths, levels: Floats, guess: Floats) -> tuple[Floats, Floats]:
+def _quantiles(lengths: Lengths, levels: Floats, guess: Floats) -> tuple[Floats, Floats]:
     """Find these quantiles (n, level) by Newton's steps, kept between what is below and above, and their bounds."""
     size = np.sqrt(lengths.square)
     low, high = np.zeros(guess.shape), np.minimum(size[:, None] / np.sqrt(1 - levels), lengths.ends[:, None])
@@ -139,11 +153,15 @@ def _quantiles(lengths: _Lengths, levels: Floats, guess: Floats) -> tuple[Floats
     return at, bound
 
 
-class _Lengths:
-    """Shares of the vectors' lengths: the nearly normal ones', and the series that correct them."""
+class Lengths:
+    """Shares of the vectors' lengths: the nearly normal ones', and the series that correct them.
+
+    known (n,) whether the lattice tells any; missed (n,) how far shares may be off; ends (n,) no length is beyond.
+    """
 
     def __init__(self, draws: Draws, vectors: Vectors, fine: int) -> None:
-        self._vectors = vectors
+        """Find the series of these vectors."""
+        self._nearly = (vectors.bias, vectors.covariance, vectors.fourth, vectors.third)
         spread, turn = np.linalg.eigh(vectors.covariance)
         varying = spread > _FLAT * spread[:, -1:]
         root = np.sqrt(np.where(varying, spread, 0.0))
@@ -164,17 +182,19 @@ class _Lengths:
         self.known, self.ends = self._waves > 0, self._halves
 
     def share(self, some: NDArray[np.int64], lengths: Floats) -> tuple[Floats, Floats]:
-        """Which share of each of some vectors' lengths lies below these (some, length), and how dense are they there?"""
-        own = self._vectors.of(some)
-        share, density, _ = share_and_density(own.bias, own.covariance, lengths, own.fourth, third=own.third)
+        """Which share of each of some vectors' lengths lies below these (some, length), and how dense are they there? All of it beyond the ends."""
+        beyond = lengths > self.ends[some, None]
+        lengths = np.minimum(lengths, self.ends[some, None])
+        bias, covariance, fourth, third = (array[some] for array in self._nearly)
+        share, density, _ = share_and_density(bias, covariance, lengths, fourth, third=third)
         more, denser = np.empty(lengths.shape), np.empty(lengths.shape)
         kernel.read(self._halves[some], self._waves[some], self._series[some], lengths, more, denser)
-        return share + more, density + denser
+        return np.where(beyond, 1.0, share + more), np.where(beyond, 0.0, density + denser)
 
     def mean(self) -> Floats:
         """How long are the vectors on average? The nearly normal ones' mean, and the moment of the series, term by term."""
-        own = self._vectors
+        bias, covariance, fourth, third = self._nearly
         waves = np.arange(1, kernel.MOST_WAVES + 1, 2)  # those of even number are even about the middle of the range
         kept = np.where(waves <= self._waves[:, None], self._series[:, 1::2], 0.0)
         more = self._halves * (self._series[:, 0] / 2 - (kept * (2 / (np.pi * waves) ** 2)).sum(axis=1))
-        return np.asarray(normal_length(own.bias, own.covariance, (), own.fourth, third=own.third).mean + more)
+        return np.asarray(normal_length(bias, covariance, (), fourth, third=third).mean + more)

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
-    from lostmotion.studies.analytic.analytic import Analytic, Pooled
+    from lostmotion.studies.analytic.analytic import Analytic
+    from lostmotion.studies.analytic.pooled import Pooled
     from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.montecarlo.stopping import Stopping
     from lostmotion.studies.poses import Poses

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.arm import Arm
-    from lostmotion.studies.analytic.analytic import Analytic, Pooled
+    from lostmotion.studies.analytic.analytic import Analytic
+    from lostmotion.studies.analytic.pooled import Pooled
     from lostmotion.studies.montecarlo.montecarlo import Device, Sampled
     from lostmotion.studies.montecarlo.stopping import Stopping, Tolerance
     from lostmotion.studies.places import InZone
@@ -100,7 +101,8 @@ class Route:
                 progress=progress,
             )
         if self.method != "montecarlo":
-            from lostmotion.studies.analytic.analytic import analytic, pooled
+            from lostmotion.studies.analytic.analytic import analytic
+            from lostmotion.studies.analytic.pooled import pooled
 
             every = analytic(arm, poses, approach=self.approach, threads=self.threads, progress=progress)
             pool = pooled(every, poses.replicates, self.threads)

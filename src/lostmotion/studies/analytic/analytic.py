@@ -11,19 +11,19 @@ import functools
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import prod
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias, cast
 
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.lattice_length import FINE, Draws, Vectors, lattice_length
-from lostmotion.laws.normal_length import ACCURACY, WORST, Mixture, normal_length, share_and_density
+from lostmotion.laws.lattice_length import FINE, Draws, Lengths, Vectors, lattice_length
+from lostmotion.laws.normal_length import WORST, Mixture, normal_length
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
 from lostmotion.studies.analytic.cumulants import cumulants
+from lostmotion.studies.analytic.points import EACH, Points, by_points, points_of
 from lostmotion.studies.analytic.sums import Sums, sums
 from lostmotion.studies.analytic.values import values_of
-from lostmotion.studies.intervals import Estimate, student
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
 if TYPE_CHECKING:
@@ -41,16 +41,23 @@ BLOCK: Final = 1024
 PARTS: Final = (16, 48)
 MOST_PARTS: Final = 400_000
 _AT_ONCE: Final = 16_384
-# Newton's steps over all poses; one of this share of the value is the last.
-_TRIES: Final = 60
-_SHORT: Final = 2e-4
 # A figure that the next order may move by a larger share of itself is not told, and none at a pose where it moves the mean of a mixture by the
 # second share, or any figure of one nearly normal part by the third.
 MOST_LEFT_OUT: Final = 0.02
 SURE_MEAN: Final = 0.01
 FAR_FROM_NORMAL: Final = 0.1
-# Over all poses: their departures partly cancel, and the bound that is told counts them all alike.
-MOST_LEFT_OUT_POOLED: Final = 0.05
+
+
+class Law(Protocol):
+    """Shares of the lengths of some errors; missed (n,) how far they may be off."""
+
+    missed: Floats
+
+    def share(self, some: NDArray[np.int64], lengths: Floats) -> tuple[Floats, Floats]:
+        """Which share of some errors' lengths lies below these (some, length), and how dense are they there?"""
+
+
+Known: TypeAlias = "tuple[NDArray[np.int64], Law, NDArray[np.int64]]"
 
 
 @dataclass(frozen=True)
@@ -59,15 +66,16 @@ class Analytic:
 
     bias            (pose, 3) mean error, m
     covariance      (pose, 3, 3) of the error, m^2
-    fourth          (pose, 15) fourth cumulants of the error as a quartic form (`normal_length_FOURTHS`), m^4
+    fourth          (pose, 15) fourth cumulants of the error as a quartic form (`normal_length.FOURTHS`), m^4
     mean            (pose,) mean distance, m; NaN where the error is too far from normal for it
     mean_bound      (pose,) how far `mean` may be off: quadrature, and an estimate of what lies beyond fourth cumulants
     quantiles       (pose, level) distance that this share stays below, NaN likewise; quantiles_bound as mean_bound
     normal          (pose,) whether the error is near enough to normal for all of these figures
-    lattice         (pose,) whether a quantile there was told by the characteristic function on a lattice
+    lattice, points (pose,) whether a figure there was told off a lattice of the characteristic function, and by points of Sobol sequences
     excess          (pose,) by which share the scatter's mean fourth power differs from a normal vector's: 0 normal, below 0 flat or two-sided
     worst, rss      (pose,) everything at its limit, and root-sum-square
     parts           the nearly normal parts of every pose's error, most often one: what `pooled` sums over
+    laws            poses whose lengths are known better than by their parts: which, their laws, and which of those they are
     """
 
     levels: tuple[float, ...]
@@ -81,10 +89,12 @@ class Analytic:
     quantiles_bound: Floats
     normal: np.ndarray
     lattice: np.ndarray
+    points: np.ndarray
     excess: Floats
     worst: Floats
     rss: Floats
     parts: tuple[Sums, Mixture]
+    laws: tuple[Known, ...]
 
     @property
     def mean_square(self) -> Floats:
@@ -111,12 +121,12 @@ def analytic(
     if approach not in (-1, 0, 1):
         raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
     asked = tuple(float(level) for level in levels)
-    known: list[_Known] = []  # of the draws: the same at every pose
+    known: list[_Draws] = []  # of the draws: the same at every pose
 
     def block(first: int) -> Analytic:
         matrix = screws(arm, poses.q[first : first + BLOCK], approach=approach)
         if not known:
-            known.append(_Known(matrix, ("robot", "visit", "robot x visit")))
+            known.append(_Draws(matrix, ("robot", "visit", "robot x visit")))
         return _block(matrix, known[0], asked)
 
     starts = range(0, len(poses), BLOCK)
@@ -133,9 +143,10 @@ def analytic(
                 room -= count - len(one.mean)
             if progress is not None:
                 progress("summing up terms", min(len(found) * BLOCK, len(poses)), len(poses))
-    arrays = [name for name in Analytic.__dataclass_fields__ if name not in {"levels", "parts"}]
+    arrays = [name for name in Analytic.__dataclass_fields__ if name not in {"levels", "parts", "laws"}]
     joined = {name: np.concatenate([getattr(one, name) for one in found]) for name in arrays}
-    return Analytic(levels=asked, parts=_joined([one.parts for one in found]), **joined)
+    laws = tuple((first + at, law, own) for first, one in zip(starts, found, strict=True) for at, law, own in one.laws)
+    return Analytic(levels=asked, parts=_joined([one.parts for one in found]), laws=laws, **joined)
 
 
 def _joined(parts: list[tuple[Sums, Mixture]]) -> tuple[Sums, Mixture]:
@@ -146,29 +157,36 @@ def _joined(parts: list[tuple[Sums, Mixture]]) -> tuple[Sums, Mixture]:
 
 def of_screws(matrix: Screws, levels: Sequence[float] = LEVELS, *, only: Sequence[str] = ("robot", "visit", "robot x visit")) -> Analytic:
     """What do the terms of these poses say by themselves? `only` names the levels of chance that vary; the bias counts whole."""
-    return _block(matrix, _Known(matrix, only), tuple(levels))
+    return _block(matrix, _Draws(matrix, only), tuple(levels))
 
 
-class _Known:
+class _Draws:
     """What is known of an arm's draws without any pose: the cumulants of the terms that vary, and into which cells they can be cut."""
 
     def __init__(self, matrix: Screws, only: Sequence[str]) -> None:
-        self._infos, self._columns = matrix.infos, matrix.columns(*only)  # type: ignore[arg-type]
-        self.cumulants = cumulants(self._infos, self._columns)
+        self._infos, self.columns = matrix.infos, matrix.columns(*only)  # type: ignore[arg-type]
+        self.cumulants = cumulants(self._infos, self.columns)
         self._values: dict[int, Draws | None] = {}
+        self._points: dict[int, Floats] = {}
 
     @functools.cached_property
     def cuts(self) -> tuple[Cut, ...]:
-        return cuts(self._infos, self._columns, self.cumulants)
+        return cuts(self._infos, self.columns, self.cumulants)
+
+    def points(self, each: int) -> Floats:
+        """Give the draws (term, point) that stand for all, so many in each set."""
+        if each not in self._points:
+            self._points[each] = points_of(self._infos, self.columns, each)
+        return self._points[each]
 
     def values(self, fine: int) -> Draws | None:
         """Give what the draws can be where the length is followed so finely."""
         if fine not in self._values:
-            self._values[fine] = values_of(self._infos, self._columns, fine)
+            self._values[fine] = values_of(self._infos, self.columns, fine)
         return self._values[fine]
 
 
-def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic:
+def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...]) -> Analytic:
     whole = sums(matrix.along_poses[3:], known.cumulants, np.asarray(matrix.bias[:, 3:]))
     figures, bounds = _figures(whole, None, levels)
     told = _told(figures, bounds)
@@ -183,7 +201,13 @@ def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic
             # Between the lengths of two parts a quantile is vague or none; that says nothing against the others, but the mean must be sure.
             told[poses] |= better & (bound <= MOST_LEFT_OUT * value) & (bound[:, :1] <= SURE_MEAN * value[:, :1])
             parts.append((np.repeat(poses, len(mixture.weights) // len(poses)), part, mixture.weights))
-    lattice = _on_lattice(matrix, known, whole, levels, figures, bounds, told)
+    laws = [
+        *_better(_on_lattice(matrix, known, whole, levels, figures, told), figures, bounds, told),
+        *(law for each in EACH for law in _better(_by_points(matrix, known, whole, levels, told, each), figures, bounds, told)),
+    ]
+    lattice, points = (
+        np.isin(np.arange(len(told)), [pose for at, law, _ in laws if isinstance(law, kind) for pose in at]) for kind in (Lengths, Points)
+    )
     return Analytic(
         levels,
         *whole.arrays,
@@ -193,36 +217,58 @@ def _block(matrix: Screws, known: _Known, levels: tuple[float, ...]) -> Analytic
         bounds[:, 1:],
         np.asarray(told.all(axis=1)),
         lattice,
+        points,
         _excess(whole.covariance, whole.fourth),
         worst_case(matrix),
         root_sum_square(matrix),
         _finest(parts, len(figures)),
+        tuple(laws),
     )
 
 
-def _on_lattice(
-    matrix: Screws, known: _Known, whole: Sums, levels: tuple[float, ...], figures: Floats, bounds: Floats, told: np.ndarray
-) -> np.ndarray:
-    """Tell the figures of poses where some is missing by the characteristic function on a lattice: change figures, bounds and told in place.
-
-    Missing ones, and those that it knows better. Gives (pose,) whether that told any.
-    """
-    out = np.zeros(len(told), bool)
+def _on_lattice(matrix: Screws, known: _Draws, whole: Sums, levels: tuple[float, ...], figures: Floats, told: np.ndarray) -> _Found | None:
+    """Find the figures of poses where some is missing by the characteristic function on a lattice."""
     short = np.flatnonzero(~told.all(axis=1))
     if not len(short) or known.values(FINE[0]) is None:
-        return out
+        return None
     vectors = Vectors(matrix.tool[short, 3:], *(array[short] for array in whole.arrays))
     every = cast("Callable[[int], Draws]", known.values)
-    value, bound = lattice_length(every, vectors, np.array(levels), figures[short, 1:], ~told[short], MOST_LEFT_OUT)
-    bound += WORST * value
-    better = (bound <= MOST_LEFT_OUT * value) & (~told[short] | (bound < bounds[short]))
+    found = lattice_length(every, vectors, np.array(levels), figures[short, 1:], ~told[short], MOST_LEFT_OUT)
+    return _Found(short, found.values, found.bounds + WORST * found.values, found.lengths)
+
+
+def _by_points(matrix: Screws, known: _Draws, whole: Sums, levels: tuple[float, ...], told: np.ndarray, each: int) -> _Found | None:
+    """Find the figures of poses where some is missing still by points of Sobol sequences."""
+    short = np.flatnonzero(~told.all(axis=1))
+    if not len(short) or not len(known.columns):
+        return None
+    values, bounds, law = by_points(known.points(each), whole.bias[short], matrix.tool[short, 3:][:, :, known.columns], np.array(levels))
+    every = np.arange(len(short))
+    return _Found(short, values, bounds + WORST * values, ((every, law, every),))
+
+
+class _Found(NamedTuple):
+    """Figures (n, figure) of some poses and their bounds, and the laws they were read off: which of the n, the law, which of its own."""
+
+    poses: NDArray[np.int64]
+    values: Floats
+    bounds: Floats
+    laws: Sequence[Known]
+
+
+def _better(found: _Found | None, figures: Floats, bounds: Floats, told: np.ndarray) -> list[Known]:
+    """Take what was missing, or is known better now: change figures, bounds and told in place. Gives the laws of the poses where that told any."""
+    if found is None:
+        return []
+    poses, value, bound, laws = found
+    better = (bound <= MOST_LEFT_OUT * value) & (~told[poses] | (bound < bounds[poses]))
     rows, columns = np.nonzero(better)
-    figures[short[rows], columns], bounds[short[rows], columns], told[short[rows], columns] = value[better], bound[better], True
-    out[short[rows]] = True
-    return out
+    figures[poses[rows], columns], bounds[poses[rows], columns], told[poses[rows], columns] = value[better], bound[better], True
+    used = np.asarray(better.any(axis=1))
+    return [(poses[at[used[at]]], law, own[used[at]]) for at, law, own in laws if used[at].any()]
 
 
-def _worth_cutting(matrix: Screws, known: _Known, poses: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, tuple[Cut, ...]]]:
+def _worth_cutting(matrix: Screws, known: _Draws, poses: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, tuple[Cut, ...]]]:
     """Give some poses at a time with the groups of terms that are worth cutting there."""
     if not len(poses) or not known.cuts:
         return
@@ -266,77 +312,3 @@ def _excess(covariance: Floats, forms: Floats) -> Floats:
     weight = np.array([1.0 if max(powers) == 4 else 1 / 3 if sorted(powers) == [0, 2, 2] else 0.0 for powers in FOURTHS])  # noqa: PLR2004 - x^4; x^2 y^2
     normal = np.einsum("pii->p", covariance) ** 2 + 2 * np.einsum("pij,pij->p", covariance, covariance)
     return np.asarray(forms @ weight / np.where(normal > 0, normal, 1.0))
-
-
-@dataclass(frozen=True, slots=True)
-class Pooled:
-    """Figures over all poses, m: the mean, and the lengths that these shares of all errors stay below.
-
-    Each `Estimate` holds what the choice of poses leaves (independent sets of poses, 95 %) and what the quadrature and the terms' departure from the
-    normal law may add; poses that were given are taken as they are. NaN where that departure may move a value by more than MOST_LEFT_OUT_POOLED.
-    """
-
-    levels: tuple[float, ...]
-    mean: Estimate
-    quantiles: tuple[Estimate, ...]
-
-
-def pooled(found: Analytic, replicates: int = 1, threads: int = 1) -> Pooled:
-    """How far off is the tool over all poses together? `replicates` independent sets of poses of equal size follow each other."""
-    parts, mixture = found.parts
-    length = normal_length(parts.bias, parts.covariance, (), parts.fourth, third=parts.third, mixture=mixture, threads=threads)
-    # Nothing moves a mean further than to the root mean square.
-    left = np.minimum(length.mean_left, np.sqrt(length.mean_square)) + WORST * length.mean
-    mean = _estimate(float(length.mean.mean()), length.mean.reshape(replicates, -1).mean(axis=1), float(left.mean()))
-    return Pooled(found.levels, mean, _pooled_quantiles(found, replicates, threads))
-
-
-def _pooled_quantiles(found: Analytic, replicates: int, threads: int) -> tuple[Estimate, ...]:
-    """Find the roots of the mean of all poses' shares below: Newton's steps for all levels at once, kept between what is below and above."""
-    parts, mixture = found.parts
-    wanted = np.array(found.levels)
-    # The mean square bounds every quantile (Chebyshev).
-    low, high = np.zeros(len(wanted)), np.sqrt(found.mean_square.mean() / (1 - wanted))
-    if not (high > 0).all():
-        return tuple(Estimate(0.0, 0.0, 0.0) for _ in wanted)
-    at = _first_guess(found, wanted)
-    for _ in range(_TRIES):
-        shares, densities, left = share_and_density(
-            parts.bias, parts.covariance, at, parts.fourth, third=parts.third, mixture=mixture, threads=threads
-        )
-        # A pose whose share is not known may have any.
-        unknown = ~(np.isfinite(shares) & np.isfinite(densities))
-        shares, densities, left = np.where(unknown, 0.5, shares), np.where(unknown, 0.0, densities), np.where(unknown, 1.0, np.minimum(left, 1.0))
-        share, density = shares.mean(axis=0), densities.mean(axis=0)
-        low, high = np.where(share < wanted, at, low), np.where(share >= wanted, at, high)
-        step = (wanted - share) / np.maximum(density, 1e-300)
-        inside = (at + step > low) & (at + step < high)
-        value = np.where(inside | (np.abs(step) < ACCURACY * at), at + step, 0.5 * (low + high))
-        # A step so short leaves its square.
-        if (np.abs(value - at) < _SHORT * at).all():
-            break
-        at = value
-    of_sets = value - (shares.reshape(replicates, -1, len(wanted)).mean(axis=1) - share) / np.maximum(density, 1e-300)
-    bounds = left.mean(axis=0) / np.maximum(density, 1e-300) + WORST * value
-    return tuple(_estimate(float(value[k]), of_sets[:, k], float(bounds[k])) for k in range(len(wanted)))
-
-
-def _first_guess(found: Analytic, wanted: Floats) -> Floats:
-    """Guess the quantiles over all poses: as of samples that stand for the poses' own quantiles, and nothing below the first of them."""
-    order = np.argsort(wanted)
-    edges = np.concatenate([[0.0], (wanted[order][1:] + wanted[order][:-1]) / 2, [1.0]])
-    values, weights = found.quantiles[:, order].ravel(), np.tile(np.diff(edges), len(found.quantiles))
-    known = np.isfinite(values)
-    if not known.any():
-        return np.asarray(np.full(len(wanted), np.sqrt(found.mean_square.mean())))
-    rising = np.argsort(values[known])
-    share = np.cumsum(weights[known][rising])
-    return np.maximum(np.interp(wanted, (share - 0.5 * weights[known][rising]) / share[-1], values[known][rising]), 1e-300)
-
-
-def _estimate(value: float, of_sets: Floats, left: float) -> Estimate:
-    if not left <= MOST_LEFT_OUT_POOLED * value:
-        return Estimate(np.nan, np.nan, np.nan)
-    sets = len(of_sets)
-    half = left + (student(sets - 1) * float(of_sets.std(ddof=1) / np.sqrt(sets)) if sets > 1 else 0.0)
-    return Estimate(value, value - half, value + half)

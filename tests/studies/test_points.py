@@ -1,0 +1,71 @@
+"""Lengths by points of Sobol sequences over the draws, against closed forms and samples."""
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.integrate import quad
+
+import lostmotion
+from lostmotion.laws.chance import Cosine, Normal, Sine, TwoSided, Uniform
+from lostmotion.studies.analytic.analytic import analytic
+from lostmotion.studies.analytic.points import EACH, SETS, by_points, points_of
+from lostmotion.studies.analytic.pooled import pooled
+from lostmotion.studies.draws import Stream
+from lostmotion.studies.screws import TermInfo
+
+LEVELS = np.array([0.5, 0.95, 0.99, 0.997])
+ENDLESS = Normal(np.inf)
+NOISE = [(np.eye(3)[k], f"noise {k}", ENDLESS) for k in range(3)]
+CASES = {
+    "a flat draw": ([((0.6, 0, 0.8), "u", Uniform())], lambda share: share * np.sqrt(3)),
+    "a play in round noise": ([((0, 1.5, 0), "side", TwoSided()), *NOISE], lambda share: np.sqrt(stats.ncx2.ppf(share, 3, 1.5**2))),
+    "a round wave": ([((1, 0, 0), "w", Cosine()), ((0, 1, 0), "w", Sine())], lambda share: np.sqrt(2) + 0 * share),
+    "three flat draws on a line": (
+        [((1, 0, 0), f"{k}", Uniform()) for k in range(3)],
+        lambda share: (stats.irwinhall(3).ppf((1 + share) / 2) - 1.5) * 2 * np.sqrt(3),
+    ),
+}
+
+
+@pytest.mark.parametrize("each", EACH)
+@pytest.mark.parametrize("name", CASES)
+def test_lengths_by_points_are_the_closed_forms(name, each):
+    """Mean and quantiles within their bounds, which shrink with more points; the law read back says the levels."""
+    terms, quantile = CASES[name]
+    infos = [TermInfo(f"{k}", "", "robot", 4.0, Stream(stream, law), None) for k, (_, stream, law) in enumerate(terms)]
+    drawn = points_of(infos, np.arange(len(infos)), each)
+    assert drawn.shape == (len(infos), SETS * each)
+    values, bounds, law = by_points(drawn, np.zeros((1, 3)), np.array([shift for shift, *_ in terms], float).T[None], LEVELS)
+    exact = np.r_[quad(quantile, 0, 1, limit=200)[0], quantile(LEVELS)]
+    assert (np.abs(values[0] - exact) <= bounds[0] + 1e-9).all()
+    assert (bounds[0, :3] <= (0.04 if each == EACH[0] else 0.01) * exact[:3]).all()
+    if name != "a round wave":  # of one length
+        shares, densities = law.share(np.zeros(1, int), exact[None, 1:])
+        assert (np.abs(shares[0] - LEVELS) <= law.missed[0]).all()
+        assert (densities > 0).all()
+
+
+def test_a_joint_that_errs_by_play_and_friction_alone_has_every_figure():
+    """One joint, a play whose amount scatters and a friction of two sides: neither parts nor lattice tell all; against a million samples."""
+    gearbox = {"ratio": 100, "backlash": "1 arcmin ± 0.3 arcmin", "hysteresis": "0.2 arcmin"}
+    link = {"length": "1000 mm ± 50 µm"}
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": ("-90 deg", "90 deg"), "gearbox": gearbox, "link": link}
+    arm = lostmotion.Arm.model_validate({"name": "one", "joints": [joint]})
+    poses = lostmotion.sample_poses(arm, 16)
+    found = analytic(arm, poses)
+    assert found.normal.all()
+    assert found.points.all()
+    matrix, rng = lostmotion.screws(arm, poses.q), np.random.default_rng(1)
+    drawn, known = np.ones((len(matrix.infos), 1_000_000)), {}
+    for row, info in zip(drawn, matrix.infos, strict=True):
+        for level, stream in (("robot", info.robot), ("visit", info.visit)):
+            if stream is not None:
+                np.multiply(row, stream.law.quantile(known.setdefault((level, stream.name), rng.random(1_000_000))), out=row)
+    whole = pooled(found, poses.replicates)
+    for p in (0, 7, 15):
+        lengths = np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0)
+        exact = np.r_[lengths.mean(), np.quantile(lengths, found.levels)]
+        told, bounds = np.r_[found.mean[p], found.quantiles[p]], np.r_[found.mean_bound[p], found.quantiles_bound[p]]
+        assert (np.abs(told - exact) <= bounds + 2e-3 * exact).all()
+        # The joint errs alike wherever it stands.
+        assert np.array([whole.mean.value, *(one.value for one in whole.quantiles)]) == pytest.approx(exact, rel=5e-3)
