@@ -171,6 +171,26 @@ def test_bad_rows_are_told_all_at_once(tmp_path):
         read(tmp_path, "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,3,0,0,0\nA,1,2,3,0,0,1\n")
 
 
+def test_header_and_rows_are_told_at_once(tmp_path):
+    """A column without a unit, one that is missing, a map to nowhere, and rows that are no numbers: one message, as far as columns can be told."""
+    text = "pose,x,y [mm],z [mm],xc [mm],yc [mm]\nA,1,2,bad,0,0\nA,worse,2,3,0,0\nA,1,2\n"
+    with pytest.raises(lostmotion.InputError) as caught:
+        read(tmp_path, text, "side = nowhere")
+    keys = [problem.key for problem in caught.value.problems]
+    assert keys == ["--map", "line 1, x", "line 1", "line 2, z [mm]", "line 3, x", "line 4"]
+    with pytest.raises(lostmotion.InputError) as caught:  # no column names a pose: told once, not of every row
+        read(tmp_path, "place,x [mm],y [mm],z [mm]\nA,1,2,3\nA,1,2,bad\n")
+    assert [problem.key for problem in caught.value.problems] == ["line 1", "line 3, z [mm]"]
+
+
+def test_mistakes_of_several_files_are_told_at_once(tmp_path):
+    """Each file's own, under its name."""
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.csv").write_text("pose,x [mm],y [mm],z [mm]\nA,1,2,bad\n", encoding="utf-8")
+    with pytest.raises(lostmotion.InputError, match=r"2 mistakes(.|\n)*one.csv: line 2, z(.|\n)*two.csv: line 2, z"):
+        read_measured([tmp_path / "one.csv", tmp_path / "two.csv"])
+
+
 @pytest.mark.parametrize(
     ("header", "mapping", "said"),
     [

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import Problem, refuse_argument, shown
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.formats.bounds import cut, refuse_all
 from lostmotion.formats.measured_columns import (
     ATTAINED,
@@ -88,7 +88,15 @@ def read_measured(
     tables = [read_table(each) for each in files]
     names = {name for header, _, _ in tables for name in column_names(header)} if len(files) > 1 else set()
     named: Sequence[float | None] = loads or [None] * len(files)
-    parts = [_rows_of(str(each), table, mapping, names, load) for each, table, load in zip(files, tables, named, strict=True)]
+    parts: list[Visits] = []
+    mistakes: list[Problem] = []
+    for each, table, load in zip(files, tables, named, strict=True):
+        try:
+            parts.append(_rows_of(str(each), table, mapping, names, load))
+        except InputError as error:
+            mistakes += error.problems
+    if mistakes:
+        refuse_all(mistakes, MOST_MISTAKES)
     found = parts[0] if len(parts) == 1 else together(parts)
     if len(kinds := dict.fromkeys(found.load.tolist())) > MOST_LOADS:
         refuse(str(files[0]), "load", f"{len(kinds)} loads", f"at most {MOST_LOADS}", "10 % and 100 % of the payload")
@@ -106,9 +114,8 @@ def _rows_of(
 ) -> Visits:
     """Give the rows of one file."""
     header, rows, lines = table
-    columns = find_columns(file, header, mapping, elsewhere)
     cells, duplicates, lines = _without_repeats(rows, lines)
-    words, values = _values(file, header, cells, lines, columns)
+    words, values = _values(file, header, cells, lines, find_columns(file, header, mapping, elsewhere))
     count = len(cells)
     nothing = np.full((count, 3), math.nan)
     path = words.get("path", [""] * count)
@@ -171,11 +178,15 @@ def _without_repeats(rows: list[list[str]], lines: list[int]) -> tuple[list[list
 
 
 def _values(
-    file: str, header: list[str], rows: list[list[str]], lines: list[int], columns: Mapping[str, Column]
+    file: str, header: list[str], rows: list[list[str]], lines: list[int], found_columns: tuple[dict[str, Column], set[str], list[Problem]]
 ) -> tuple[dict[str, list[str]], dict[str, Floats]]:
-    """Give the words and the numbers (in SI) of each role; all bad rows at once."""
-    rows = with_points(file, rows, lines, columns)
-    mistakes: list[Problem] = []
+    """Give the words and the numbers (in SI) of each role; all mistakes of header and rows at once."""
+    columns, without_unit, mistakes = found_columns
+    try:
+        rows = with_points(file, rows, lines, columns)
+    except InputError as error:
+        refuse_all([*mistakes, *error.problems], MOST_MISTAKES)
+    columns = {role: replace(column, factor=0.0) if role in without_unit else column for role, column in columns.items()}
     words: dict[str, list[str]] = {role: [] for role in columns if role in WORDS}
     values: dict[str, list[float]] = {role: [] for role in columns if role not in WORDS}
     for row, line in zip(rows, lines, strict=True):
@@ -219,7 +230,7 @@ def _named(file: str, line: int, cells: Mapping[str, str]) -> list[Problem]:
     if path and (besides := [role for role in ("pose", "side") if cells.get(role)]):
         found = f"path {shown(path)} and {besides[0]} {shown(cells[besides[0]])}"
         return [Problem(file, f"line {line}", found, "a visit to a pose, or a reading along a path", ",P2-P4,1")]
-    if not path and not pose and ("pose" in cells or COMMANDED[0] not in cells):
+    if not path and not pose and ("pose" in cells or ("path" in cells and COMMANDED[0] not in cells)):
         expected = "the name of the pose, or of the path" if "path" in cells else "the name of the pose; or that of a path, in a column path"
         return [Problem(file, f"line {line}, {'pose' if 'pose' in cells else 'path'}", "nothing", expected, "P1")]
     return []
@@ -286,11 +297,11 @@ _ROUNDING: Final = 1e-6
 def _commands(path: Path) -> dict[str, Floats]:
     """Read the commanded pose (4, 4) of every name."""
     header, rows, lines = read_table(path)
-    columns = find_columns(str(path), header, ())
+    found = find_columns(str(path), header, ())
     for role in ("pose", "x"):
-        if role not in columns:
+        if role not in found[0]:
             refuse(str(path), "line 1", f"no column {role}", "the commanded poses: pose, x [mm], y [mm], z [mm]", "pose, x [mm], y [mm], z [mm]")
-    words, values = _values(str(path), header, rows, lines, columns)
+    words, values = _values(str(path), header, rows, lines, found)
     nothing = np.full((len(rows), 3), math.nan)
     at, rotation = _stacked(values, ATTAINED, nothing), _rotations(_stacked(values, TURNED, nothing))
     out: dict[str, Floats] = {}

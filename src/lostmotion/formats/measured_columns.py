@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import Problem, shown
-from lostmotion.formats.bounds import cut, listed, nearest, refuse_all
+from lostmotion.formats.bounds import cut, listed, nearest
 from lostmotion.formats.text import read_text, refuse
 from lostmotion.units import UnitError, read_quantity
 
@@ -88,10 +88,16 @@ def _headings(file: str, header: list[str]) -> tuple[dict[str, int], dict[str, s
     return plain, units, mistakes
 
 
-def find_columns(file: str, header: list[str], mapping: Sequence[str], elsewhere: Collection[str] = ()) -> dict[str, Column]:
-    """Find the column of every role, by the header's own names or as mapped; what is mapped may stand `elsewhere`, in another file's header."""
+def find_columns(
+    file: str, header: list[str], mapping: Sequence[str], elsewhere: Collection[str] = ()
+) -> tuple[dict[str, Column], set[str], list[Problem]]:
+    """Find the column of every role, by the header's own names or as mapped; what is mapped may stand `elsewhere`, in another file's header.
+
+    Besides: the roles whose unit is not known, so that their numbers' sizes are not either; and every mistake.
+    """
     plain, units, mistakes = _headings(file, header)
     found: dict[str, Column] = {}
+    without_unit: set[str] = set()
     asked = [(role, name, "", "") for name in plain for role in [name] if role in _ROLES]
     for text in [part for entry in mapping for part in entry.split(",") if part.strip()]:
         match = _MAP.match(text)
@@ -114,6 +120,7 @@ def find_columns(file: str, header: list[str], mapping: Sequence[str], elsewhere
             try:
                 factor = read_quantity(f"1 {unit or units[name] or 'without unit'}", si).nominal * (-1 if sign == "-" else 1)
             except UnitError as error:
+                without_unit.add(role)
                 mistakes.append(
                     Problem(
                         file,
@@ -124,10 +131,7 @@ def find_columns(file: str, header: list[str], mapping: Sequence[str], elsewhere
                     )
                 )
         found[role] = Column(plain[name], factor)
-    mistakes += _missing(file, found)
-    if mistakes:
-        refuse_all(mistakes, MOST_MISTAKES)
-    return found
+    return found, without_unit, mistakes + _missing(file, found)
 
 
 def _missing(file: str, found: Mapping[str, Column]) -> list[Problem]:

@@ -40,9 +40,9 @@ def expected_repeatability(covariance: Floats, visits: int | None = None) -> tup
     if visits is not None and visits < _PAIR:
         raise ValueError(f"{visits} visit; repeatability needs at least 2")
     covariance = np.asarray(covariance, dtype=float)
-    known = np.isfinite(covariance).all(axis=(1, 2))
+    known = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))
     variances = np.maximum(np.linalg.eigvalsh(np.where(known[:, None, None], covariance, 0.0)), 0.0)
-    total = variances.sum(axis=1)
+    total: Floats = variances.sum(axis=1)
     shares = np.where(total[:, None] > 0, variances / np.where(total > 0, total, 1.0)[:, None], 1 / _AXES)
     mean, deviation = _of_shares(shares, visits)
     size = np.where(known, np.sqrt(total), np.nan)
