@@ -1,8 +1,9 @@
 """The study without sampling: mean vector and covariance of the error are exact sums over terms, its mean and quantiles follow by quadrature.
 
 The terms' third and fourth cumulants enter as well, so flat, two-sided and wavy draws count as what they are, to first order. Where a few such draws
-dominate, the error is no nearly normal vector, but a mixture of such: its largest draws are cut into cells of their law (`conditioned`). Quantiles
-that this leaves unsure are read off a lattice (`lattice_length`). What is unsure then has no figure here, and Monte Carlo is the way.
+dominate, the error is no nearly normal vector, but a mixture of such: its largest draws are cut into cells of their law (`conditioned`). Figures
+that this leaves unsure are read off a lattice (`lattice_length`), and what that does not tell off points over the draws (`points`). What is unsure
+then has no figure here, and Monte Carlo is the way.
 """
 
 from __future__ import annotations
