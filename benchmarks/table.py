@@ -3,7 +3,7 @@
 Every joint angle errs by a normal law of sigma 3.27'/3, every joint's centre by +-30 um along three axes: 24 independent terms; asked for are mean,
 50/95/99 % and largest error at every pose, and the histogram over all.
 
-    pip install -e '.[benchmarks]'
+    pip install -e '.[benchmarks]'    # or one of benchmark-jax, benchmark-openturns, benchmark-pinocchio, benchmark-roboticstoolbox
     python benchmarks/table.py [--rounds 5] [--sweep]
 
 Contestants alternate on one thread, the best of all rounds counts, by the processor's time, which other work beside disturbs least. The slow ones
@@ -237,6 +237,16 @@ class Product(Ours):
         return np.full(len(q), math.nan)
 
 
+def kinematics(q: np.ndarray, draws: int) -> np.ndarray:
+    """Ask NumPy for squared errors alone, by exact kinematics from one table of draws: what the product alone is to be held against."""
+    angles, shifts = drawn(np.random.default_rng(1), draws)
+    out = np.empty((len(q), draws))
+    for row, squares in zip(q, out, strict=True):
+        errors = tool(row[:, None] + angles, shifts) - tool(row[:, None], np.zeros((6, 3, 1)))
+        np.einsum("cd,cd->d", errors, errors, out=squares)
+    return np.full(len(q), math.nan)
+
+
 def whole(varies: str, poses: Poses) -> Callable[[np.ndarray, int], np.ndarray]:
     arm = ur5e(varies)
     return lambda _, draws: run(arm, poses, draws, 1, 1).per_pose[:, kernel.MEAN]
@@ -250,6 +260,7 @@ def contestants(poses: Poses) -> list[Contestant]:
     many = len(poses.q)
     return [
         Contestant("careful NumPy, exact kinematics", lambda q, draws: mean_of(exact_numpy(q, draws)), 200, 1000),
+        Contestant("careful NumPy, exact kinematics alone, one table of draws", kinematics, 200, 1000),
         Contestant("careful NumPy, linear, matrices given", lambda q, draws: mean_of(linear_numpy(draws, matrices[: len(q)])), 500, 1000),
         Contestant("lostmotion, the product alone, one table of draws", product, many, 1000),
         Contestant("lostmotion, one table of draws, matrices given", shared, many, 1000),
@@ -268,7 +279,7 @@ def race(every: list[Contestant], poses: Poses, rounds: int, console: Console) -
     taking_part = []
     for each in every:
         if each.package and importlib.util.find_spec(each.package) is None:
-            console.print(f"left out: {each.name}: {each.package} is not installed; pip install -e '.[benchmarks]'", markup=False)
+            console.print(f"left out: {each.name}: {each.package} is not installed; pip install -e '.[benchmark-{each.package}]'", markup=False)
         else:
             taking_part.append(replace(each, poses=min(each.poses, len(poses))))
     truth = run(ur5e(), poses, 1000, 1, 2).per_pose[:, kernel.MEAN]

@@ -16,7 +16,7 @@ from lostmotion.studies.montecarlo import jax_kernel, kernel
 from lostmotion.studies.montecarlo.montecarlo import Plan, run, sample_block
 
 ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
-needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmarks]'")
+needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmark-jax]'")
 
 
 @needs_jax
