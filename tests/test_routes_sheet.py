@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.figures import Figure, several
+from lostmotion.figures import Figure, find_row, length, several
 from lostmotion.figures.analytic import comparisons
 from lostmotion.studies.intervals import Estimate
 
@@ -75,3 +75,47 @@ def test_a_target_says_each_factor_of_what():
     assert sections["together"].columns[-1] == "share"
     shares = [row.figures[-1].value for row in sections["together"].rows]
     assert shares == sorted(shares, reverse=True)
+
+
+def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
+    """The sentence says between which ends, as its table does, and the tiles show the same figures."""
+    alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
+    sheet = alone.sheet
+    row = find_row(sheet.sections, "analytic", "95 % below").figures[0]
+    assert f"within {row} ({row.between})." in sheet.verdict
+    assert "(poses, bound)" not in sheet.verdict
+    inside = find_row(sheet.sections, "zone_1_analytic", "95 % below").figures[0]
+    assert f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})." in sheet.verdict
+    tiles = {card.title: (card.number, card.quiet) for card in sheet.cards}
+    assert tiles["95 % of positions within"] == (str(row), f"interval {row.between}")
+    assert tiles["95 % of positions within, x 100 … 600 mm"][0] == str(inside)
+    assert tiles["dearest part, share of mean square"][1] in sheet.verdict
+    # One sentence for the study by both routes: Monte Carlo's own.
+    assert study.sheet.verdict.count("Expect 95 % of positions") == 1
+
+
+def test_what_is_not_told_without_sampling_is_said_in_a_sentence():
+    """Where the error is too far from normal the answer names what is not told, what to do, and the figure that is known all the same."""
+    alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
+    nothing = Estimate(*[float("nan")] * 3)
+    sheet = replace(alone, pooled=replace(alone.pooled, quantiles=(nothing,) * 4)).sheet
+    first, _, rest = sheet.verdict.partition(". ")
+    assert first.startswith("Without sampling the 95 % error is not told")
+    assert "--method montecarlo" in first
+    assert "The dearest part is" in rest
+    assert f"The root mean square over all poses is {length(alone.budget.rms)}." in rest
+    assert sheet.cards[0].number == "not known"
+
+
+def test_a_root_mean_square_over_all_poses_has_an_interval(study):
+    """By either route, of the tool's rotation too: exact at the poses visited, with what their choice leaves; given poses are taken as they are."""
+    sections = study.sheet.sections
+    square = find_row(sections, "analytic", "root mean square").figures[0]
+    whole = find_row(sections, "levels", "all together").figures[0]
+    assert (square.value, square.low, square.high) == pytest.approx((whole.value, whole.low, whole.high), rel=1e-9)
+    turned = find_row(sections, "error", "rotation of the tool, r.m.s.").figures[0]
+    for figure in (square, turned):
+        assert figure.low < figure.value < figure.high < 1.5 * figure.value
+    given = lostmotion.study(lostmotion.read(ARM), study.poses.q, method="analytic").sheet
+    assert find_row(given.sections, "analytic", "root mean square").figures[0].interval == ""
+    assert find_row(given.sections, "levels", "all together").figures[0].interval == ""

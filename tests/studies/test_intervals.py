@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lostmotion import sample_poses
-from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.kernel import bin_edges
 from lostmotion.studies.montecarlo.montecarlo import run
@@ -114,3 +114,14 @@ def test_the_robots_quantile_covers():
         found = pooled_robots_quantile(rng.normal(1, 0.2, 300) + rng.normal(0, 0.02, (SETS, 1)))
         held += found.low <= 1 + 0.2 * 1.6448536 <= found.high
     assert held / 400 >= 0.93
+
+
+def test_a_root_mean_square_lies_between_the_roots_of_its_mean_squares_ends():
+    """Student's interval of the sets' mean squares, by hand for two; the ends' squares lie evenly around the mean, and no end is below zero."""
+    found = root_mean_square(np.array([1.0, 3.0]))
+    half = 12.706204736 * np.sqrt(2) / np.sqrt(2)  # Student's t for one degree of freedom, times the standard error 1
+    assert found.value == pytest.approx(np.sqrt(2))
+    assert (found.low, found.high) == pytest.approx((0.0, np.sqrt(2 + half)))
+    close = root_mean_square(np.array([4.0, 4.1, 3.9, 4.0]))
+    assert close.high**2 - 4 == pytest.approx(4 - close.low**2)
+    assert np.isnan(root_mean_square(np.array([2.0])).low)

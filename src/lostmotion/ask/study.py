@@ -150,7 +150,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     if found.sampled is None:
         if found.analytic is None or found.pooled is None:
             raise ValueError("a study by no route")
-        blame = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=sign)
+        blame = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=sign, replicates=found.poses.replicates)
         return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones)
     told = answer(arm, found.poses, found.sampled, seed, approach=sign, threads=route.threads, progress=progress)
     besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": zones}

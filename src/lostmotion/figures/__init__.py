@@ -51,13 +51,18 @@ class Figure:
 
     @property
     def interval(self) -> str:
-        """Say the interval, or nothing where there is none."""
+        """Say the interval, and of which kind it is unless of 95 %, or nothing where there is none."""
+        return self.between + ("" if not self.between or self.ends == "95 % interval" else f" ({self.ends})")
+
+    @property
+    def between(self) -> str:
+        """Say the ends of the interval, or nothing where there is none."""
         if math.isnan(self.low) and math.isnan(self.high):
             return ""
         spans = (self.high - self.low, self.high - self.value, self.value - self.low)
         close = next((abs(span) for span in spans if math.isfinite(span)), 0.0)
         ends = ("?" if not math.isfinite(end) else digits(end, close) for end in (self.low, self.high))
-        return " … ".join(ends) + ("" if self.ends == "95 % interval" else f" ({self.ends})")
+        return " … ".join(ends)
 
 
 @dataclass(frozen=True, slots=True)

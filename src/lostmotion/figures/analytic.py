@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import Figure, Row, Section, Sheet, find_row, length, several
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, by_level_sections, levels_section
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
-from lostmotion.studies.intervals import pooled_mean, pooled_quantile
+from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square
 from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.analytic import Analytic
     from lostmotion.studies.analytic.pooled import Pooled
-    from lostmotion.studies.budget import Budget
+    from lostmotion.studies.budget import Budget, Cost
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.poses import Poses
     from lostmotion.studies.route import FoundInZone
 
 _UNKNOWN: Final = "not normal here: use Monte Carlo"
+_REMEDY: Final = 'Monte Carlo tells it (--method montecarlo, in Python method="montecarlo")'
 _ENDS: Final = "poses, bound"
 _BOUND: Final = "bound"
 # First order in the errors is no surer than this share, however sure the quadrature is.
@@ -49,26 +50,15 @@ def analytic_sheet(
     """
     section = analytic_section(poses, found, whole)
     in_zones = analytic_zone_sections(zones, section)
-    told = find_row([section], "analytic", "95 % below")
-    verdict = (
-        f"Expect 95 % of positions within {told.figures[0]}."
-        if told is not None and math.isfinite(told.figures[0].value)
-        else _UNKNOWN.capitalize() + "."
-    )
-    if blame.parts and blame.parts[0].share > 0:
-        dearest = blame.parts[0]
-        share = Figure(100 * dearest.share, "%")
-        verdict += f" The dearest part is {dearest.part.removeprefix('joints.')} with {share} of the mean-square error."
-    for k, zone in enumerate(zones, 1):
-        inside = find_row(in_zones, f"zone_{k}_analytic", "95 % below")
-        if inside is not None and math.isfinite(inside.figures[0].value):
-            verdict += f" In the zone {zone.name} expect 95 % within {inside.figures[0]}."
+    inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
+    told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
+    dearest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
-        verdict=verdict,
-        cards=(),
+        verdict=_verdict(told, dearest, blame),
+        cards=tuple(_cards(section, told, dearest)),
         sections=(section, *in_zones, levels_section(blame), *by_level_sections(blame), *asked_sections(places)),
         notes=arm.remarks,
         words=_WORDS,
@@ -76,6 +66,41 @@ def analytic_sheet(
         arrays="what was found for every pose",
         facts={"arm": arm.name, "method": "analytic", "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates}},
     )
+
+
+def _verdict(told: dict[str, Figure], dearest: Cost | None, blame: Budget) -> str:
+    """Say how far off the tool is, over all poses ("") and in each zone, and which part is dearest."""
+    said = []
+    for zone, figure in told.items():
+        where = f"In the zone {zone} expect 95 % within" if zone else "Expect 95 % of positions within"
+        if math.isfinite(figure.value):
+            said.append(f"{where} {figure} ({figure.between}).")
+        else:
+            here = f" in the zone {zone}" if zone else ""
+            said.append(f"Without sampling the 95 % error{here} is not told, for the error is too far from normal; {_REMEDY}.")
+    if not math.isfinite(told[""].value):
+        said.append(f"The root mean square over all poses is {length(blame.rms)}.")
+    if dearest is not None:
+        share = Figure(100 * dearest.share, "%")
+        said.insert(1, f"The dearest part is {dearest.part.removeprefix('joints.')} with {share} of the mean-square error.")
+    return " ".join(said)
+
+
+def _cards(section: Section, told: dict[str, Figure], dearest: Cost | None) -> list[Card]:
+    """Show the figures that are asked for first, each with its interval."""
+    wanted = (
+        ("95 % of positions within", "95 % below"),
+        ("mean position error", "mean"),
+        ("root mean square", "root mean square"),
+        ("worst pose, 95 % within", "worst pose, 95 % below"),
+    )
+    rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
+    found = [(title, row.figures[0]) for title, row in rows if row is not None]
+    found += [(f"95 % of positions within, {zone}", figure) for zone, figure in told.items() if zone]
+    out = [Card(title, str(figure), f"interval {figure.between}" if figure.between else "") for title, figure in found]
+    if dearest is not None:
+        out.append(Card("dearest part, share of mean square", str(Figure(100 * dearest.share, "%")), dearest.part.removeprefix("joints.")))
+    return out
 
 
 def analytic_zone_sections(zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
@@ -104,14 +129,18 @@ def analytic_section(poses: Poses, found: Analytic, whole: Pooled, where: str = 
     if np.isfinite(found.mean).any():
         rows += _worst_pose(found)
     told = Figure(100 * float(found.normal.mean()), "%", samples=counted)
+    square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
-        Row("root mean square", (length(math.sqrt(float(found.mean_square.mean())), samples=counted),), "exact"),
+        Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the poses visited"),
         Row("root-sum-square, worst pose", (length(float(found.rss.max()), samples=counted),), "|bias| + root of the sum of squared limits"),
         Row("worst case, worst pose", (length(float(found.worst.max()), samples=counted),), "upper bound"),
         Row("poses with every figure", (told,), "at the others the error is too far from normal for some"),
         Row("excess, median pose", (Figure(float(np.median(found.excess)), "1", samples=counted),), "0 if normal, less if flat or two-sided"),
     ]
-    note = "over all poses: what the choice of poses leaves, 95 %, and a bound on what fourth cumulants leave out; at a pose the bound alone"
+    note = (
+        "over all poses: what the choice of poses leaves, 95 %, and a bound on what fourth cumulants leave out; of the root mean square the former, "
+        "at a pose the latter alone"
+    )
     return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
 
 

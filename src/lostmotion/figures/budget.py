@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.figures import Figure, Row, Section, digits, length, several
@@ -22,6 +21,7 @@ REMEDIES: Final = (
     "calibration can take away what of it is constant, a map of each robot the rest",
     "nothing takes it away",
 )
+SURE: Final = "r.m.s. errors are exact at the poses visited; the interval tells what the choice of poses leaves"
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
@@ -33,15 +33,17 @@ def levels_section(found: Budget) -> Section:
         ("from how each robot was built", REMEDIES[1]),
         ("from visit to visit", REMEDIES[2]),
     )
-    rows = [Row(label, _rms(found, level, counted), note) for (label, note), level in zip(names, found.levels, strict=True)]
-    whole = sum(found.levels)
-    rows.append(Row("all together", _rms(found, whole, counted)))
-    rows.append(Row("left when load and pose are compensated", _rms(found, whole - found.levels[0], counted)))
-    return Section("levels", "What can be done about it", ("r.m.s. error", "share of mean square"), tuple(rows))
+    rows = [Row(label, _rms(found, (level,), counted), note) for level, (label, note) in enumerate(names)]
+    rows.append(Row("all together", _rms(found, (0, 1, 2), counted)))
+    rows.append(Row("left when load and pose are compensated", _rms(found, (1, 2), counted)))
+    note = SURE if len(found.of_sets) > 1 else ""
+    return Section("levels", "What can be done about it", ("r.m.s. error", "share of mean square"), tuple(rows), note)
 
 
-def _rms(found: Budget, share: float, counted: str) -> tuple[Figure, Figure]:
-    return length(found.rms * math.sqrt(max(share, 0.0)), samples=counted), Figure(100 * share, "%", samples=counted)
+def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> tuple[Figure, Figure]:
+    sure = found.sure(*levels)
+    share = sum(found.levels[level] for level in levels)
+    return length(sure.value, sure.low, sure.high, counted), Figure(100 * share, "%", samples=counted)
 
 
 def budget_section(answer: Answer) -> Section:
@@ -113,7 +115,8 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     ]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
-    rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))
+    sure = of.sure()
+    rows.append(Row("all together", (Figure(sure.value * 1e6, "µm", sure.low * 1e6, sure.high * 1e6, exact), *shares)))
     return Section(key, title, ("r.m.s. alone", "share", *_LEVELS), tuple(rows), "shares of the mean square; what makes no error here is left out")
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lostmotion.figures import ARCMIN, Figure, Row, Section, length, several
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile
+from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
 from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
@@ -47,6 +45,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
         rows.append(Row(label.replace("mean", "95 % below"), (as_length(Estimate(*q95), each),)))
     exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
+    turned = root_mean_square(sampled.rotation_ms.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
         Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
         Row(
@@ -54,7 +53,11 @@ def error_section(answer: Answer, where: str = "") -> Section:
             (length(float(sampled.worst.max()), samples=exact),),
             "upper bound: the sizes of all errors at their limits, added",
         ),
-        Row("rotation of the tool, r.m.s.", (Figure(float(np.sqrt(sampled.rotation_ms.mean())) / ARCMIN, "arcmin", samples=exact),)),
+        Row(
+            "rotation of the tool, r.m.s.",
+            (Figure(turned.value / ARCMIN, "arcmin", turned.low / ARCMIN, turned.high / ARCMIN, exact),),
+            "exact at the poses visited" if poses.replicates > 1 else "",
+        ),
     ]
     note = "best and worst pose are chosen by the same samples: their intervals hold for a pose named beforehand"
     return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)

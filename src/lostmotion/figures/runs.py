@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length, several
-from lostmotion.figures.budget import REMEDIES
+from lostmotion.figures.budget import REMEDIES, SURE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -173,7 +173,7 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
         Row(
             design_said(order, each.design),
             (
-                length(each.rms, samples=exact),
+                length(each.rms_sure.value, each.rms_sure.low, each.rms_sure.high, exact),
                 *(Figure(100 * float(level) / each.rms**2 if each.rms else 0.0, "%", samples=exact) for level in each.levels),
             ),
         )
@@ -185,7 +185,8 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
         "What can be done about it",
         columns,
         rows,
-        f"shares of the mean square. Load and pose: {REMEDIES[0]}. Robot: {REMEDIES[1]}. Visit: {REMEDIES[2]}",
+        f"shares of the mean square. Load and pose: {REMEDIES[0]}. Robot: {REMEDIES[1]}. Visit: {REMEDIES[2]}"
+        + (f"; {SURE}" if order.sets > 1 else ""),
     )
 
 

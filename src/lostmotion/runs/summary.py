@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
 from lostmotion.studies.budget import Cost, Tally, costs
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop
+from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop, root_mean_square
 from lostmotion.studies.montecarlo import exact, kernel
 from lostmotion.studies.screws import screws
 
@@ -51,6 +51,7 @@ class Outcome:
     ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average over the poses; None for a single visit
     lower      by how much its 95 % error lies below the first design's, from the same draws; None for the first
     rms        root of the exact mean square, with the part of it that load and pose, each robot, and each visit make (3,), m^2
+    rms_sure   the same with what the choice of poses leaves of it
     worst      the largest errors, each of a pose of its own
     check      first order against exact composition
     spread     some errors (m), rising, and the share of all samples below each
@@ -65,6 +66,7 @@ class Outcome:
     rp: tuple[Estimate, Estimate] | None
     lower: Estimate | None
     rms: float
+    rms_sure: Estimate
     levels: Floats
     costs: list[Cost]
     worst: list[Worst]
@@ -91,7 +93,7 @@ class _Merged:
         self.groups += record.histogram
         self.sets[of_set] += record.histogram.sum(axis=0)
         self.parts += record.parts
-        self.levels += record.poses[: last - first, _SQUARES].sum(axis=0)
+        self.levels[of_set] += record.poses[: last - first, _SQUARES].sum(axis=0)
         self.worst = worst_of(self.worst, order, design, block, record)
 
 
@@ -133,7 +135,7 @@ def _merged(store: Store, design: int, progress: Callable[[str, int, int], None]
                 np.zeros((groups, bins), np.int64),
                 np.zeros((order.sets, bins), np.int64),
                 np.zeros_like(record.parts),
-                np.zeros(3),
+                np.zeros((order.sets, 3)),
                 [],
             )
         merged.add(order, design, block, record)
@@ -150,9 +152,10 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     robots = merged.robots * (order.sets / order.poses)
     largest = merged.worst[0].error
     spread = [(pooled_mean(robots[:, :, k]), pooled_robots_quantile(robots[:, :, k])) for k in (1, 2)] if order.visits > 1 else [None, None]
-    total = float(merged.levels.sum())
+    levels = merged.levels.sum(axis=0)
+    total = float(levels.sum())
     variance, own, shared = merged.parts[: len(order.parts)].T
-    tally = Tally(order.parts, order.poses, total, variance, own, shared, merged.levels)
+    tally = Tally(order.parts, order.poses, total, variance, own, shared, levels)
     return Outcome(
         design,
         order.stated(design),
@@ -163,7 +166,8 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         spread[1],
         None if first is None else quantile_drop((first.groups, first.sets), (merged.groups, merged.sets), _LEVEL),
         float(np.sqrt(total / order.poses)),
-        merged.levels / order.poses,
+        root_mean_square(merged.levels.sum(axis=1) * (order.sets / order.poses)),
+        levels / order.poses,
         [cost for cost in costs(tally) if cost.alone or cost.share],
         [with_pose(order, each) for each in merged.worst],
         _check(order, design),

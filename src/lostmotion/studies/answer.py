@@ -82,7 +82,7 @@ def answer(
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
     gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
-    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach)
+    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach, replicates=poses.replicates)
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, Self
@@ -9,6 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 import numpy as np
 
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.intervals import root_mean_square
 from lostmotion.studies.screws import screws
 
 if TYPE_CHECKING:
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
+    from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.screws import Screws, TermInfo
 
 By = Literal["part", "cause", "level", "term"]
@@ -120,8 +124,8 @@ class Tally:
 class Cost:
     """What one part costs: its r.m.s. error alone (m), its share of the mean square, and the whole's r.m.s. error if it were halved (m).
 
-    Shares add to one. A negative share means that the part happens to cancel others: without it the arm would be worse. `part` is the name of
-    whatever terms were put together by; `levels` are the shares that are the part's by design, by robot and by visit, and add to its share.
+    Shares add to one. A negative share means that the part happens to cancel others: without it the arm would be worse. `levels` are
+    the shares that are the part's by design, by robot and by visit, and add to its share.
     """
 
     part: str
@@ -129,6 +133,11 @@ class Cost:
     share: float
     rms_if_halved: float
     levels: tuple[float, float, float]
+
+    @property
+    def name(self) -> str:
+        """Name what terms were put together by: the part, the cause, the level or the term; `part` holds it too."""
+        return self.part
 
 
 def costs(tally: Tally) -> list[Cost]:
@@ -149,19 +158,30 @@ def costs(tally: Tally) -> list[Cost]:
 
 @dataclass(frozen=True)
 class Budget:
-    """Who is to blame at some poses: how many they are, their r.m.s. error (m), and what each part and each kind of error costs there."""
+    """Who is to blame at some poses: how many they are, their r.m.s. error (m), and what each part and each kind of error costs there.
+
+    of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the poses
+    """
 
     where: str
     poses: int
     rms: float
     parts: tuple[Cost, ...]
     causes: tuple[Cost, ...]
+    of_sets: tuple[tuple[float, float, float], ...]
 
     @property
     def levels(self) -> tuple[float, float, float]:
         """Give the shares of the mean square that are by design, by robot and by visit; they add to one, or are none where nothing errs."""
         design, robot, visit = (sum(cost.levels[k] for cost in self.parts) for k in range(3))
         return float(design), float(robot), float(visit)
+
+    def sure(self, *levels: int) -> Estimate:
+        """Give the r.m.s. error that levels of chance make together (0 by design, 1 by robot, 2 by visit; left out, all), m.
+
+        Exact at the poses; the interval, 95 %, tells what their choice leaves, and has NaN ends where they are no independent sets.
+        """
+        return root_mean_square(np.array(self.of_sets)[:, list(levels or (0, 1, 2))].sum(axis=1))
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
@@ -172,10 +192,16 @@ def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tal
     return _tallies(arm, q, (by,), approach)[0]
 
 
-def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0) -> Budget:
-    """Which parts and which kinds of error are to blame at these poses (pose, joint), rad and m? `where` says in words which they are."""
-    parts, causes = _tallies(arm, q, ("part", "cause"), approach)
-    return Budget(where, parts.poses, float(np.sqrt(parts.total / parts.poses)), tuple(costs(parts)), tuple(costs(causes)))
+def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1) -> Budget:
+    """Which parts and which kinds of error are to blame at these poses (pose, joint), rad and m? `where` says in words which they are.
+
+    replicates   independent sets of equal size that they consist of, one after the other
+    """
+    found = [_tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
+    parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))
+    design, robot, visit = np.transpose([each.levels / each.poses for each, _ in found]).tolist()
+    of_sets = tuple(zip(design, robot, visit, strict=True))
+    return Budget(where, parts.poses, float(np.sqrt(parts.total / parts.poses)), tuple(costs(parts)), tuple(costs(causes)), of_sets)
 
 
 def _tallies(arm: Arm, q: Floats, groupings: tuple[By, ...], approach: float) -> list[Tally]:

@@ -124,6 +124,16 @@ def pooled_mean(robot_means: Floats) -> Estimate:
     return Estimate(value, value - half, value + half)
 
 
+def root_mean_square(of_sets: Floats) -> Estimate:
+    """What is the root of the mean of these mean squares, exact over each independent set of poses (set,), and how sure is that?
+
+    Student's interval of their mean, its ends' roots; NaN ends of one set, whose poses are taken as they are.
+    """
+    mean = float(of_sets.mean())
+    half = student(len(of_sets) - 1) * math.sqrt(_mean_square(of_sets))
+    return Estimate(math.sqrt(mean), float(np.sqrt(np.maximum(mean - half, 0.0))), math.sqrt(mean + half))
+
+
 def two_way(values: Floats) -> Spread:
     """How sure is the mean of these values (set of poses, robot or group of robots)?
 

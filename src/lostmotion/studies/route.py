@@ -111,5 +111,6 @@ class Route:
     def within(self, arm: Arm, zone: InZone, more: Callable[[int], Poses] | None = None, most_poses: int | None = None) -> FoundInZone:
         """How far off is the tool in a zone, and who is to blame there? The same robots, over the zone's poses."""
         found = self.over(arm, zone.poses, more, most_poses, zone.name)
-        blame = budget(arm, found.poses.q, f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}", approach=self.approach)
+        said = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
+        blame = budget(arm, found.poses.q, said, approach=self.approach, replicates=found.poses.replicates)
         return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=blame)
