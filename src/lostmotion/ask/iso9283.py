@@ -98,8 +98,6 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
     if visits is not None:
         visits = _commanded(visits, side, middle, held, predicted=arm is not None)
-        if arm is not None and len(arm.moving) < _HOLDS:  # orientations come as they come
-            visits = visits.unturned()
     judged = None if visits is None else judge(visits)
     if ready is not None:
         ready()
@@ -158,16 +156,18 @@ def _cube(
     import numpy as np
 
     from lostmotion.spatial import pose_of
-    from lostmotion.studies.iso9283.compared import commanded_cube
-    from lostmotion.studies.iso9283.cube import given_cube, largest_cube
+    from lostmotion.studies.iso9283.compared import commanded_cube, refuse_commanded
+    from lostmotion.studies.iso9283.cube import cube_at, given_cube, largest_cube
 
     held: Floats | None = None if tool_rpy is None else pose_of(rpy=tuple(tool_rpy))[:3, :3]
     if side is not None and centre is not None:
         return given_cube(arm, np.asarray(centre, dtype=float), side, held)
-    stated = None if visits is None else commanded_cube(visits)
-    if stated is not None:
+    if visits is not None and (stated := commanded_cube(visits)) is not None:
         turned = held if held is not None or len(arm.moving) < _HOLDS else stated[2]
-        return given_cube(arm, stated[0], stated[1], turned)
+        cube = cube_at(arm, stated[0], stated[1], turned)
+        if cube is None:
+            raise refuse_commanded(arm, visits, stated[0], stated[1], turned)
+        return cube
     return largest_cube(arm, held, floor, progress=progress)
 
 

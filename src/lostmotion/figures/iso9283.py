@@ -42,7 +42,7 @@ _WORDS: Final = (
     ("RP_l", "pose repeatability: mean distance of the visits from their barycentre plus three standard deviations of it (7.2.2)."),
     (
         "thirty visits",
-        "RP_l of 30 visits is a sample: of a round normal scatter, 3.537 sigma on the average, 3.616 with many visits, 0.329 up or down by chance.",
+        "RP_l of 30 visits is a sample: of a round normal scatter, 3.536 sigma on the average, 3.616 with many visits, 0.329 up or down by chance.",
     ),
     ("from either side", "RP_l if joints arrived from either side at random: play that the standard's cycle keeps on one side then shows in full."),
     (
@@ -72,6 +72,7 @@ def iso_sheet(
     from lostmotion.figures.iso9283_measured import (
         compared_section,
         doubts,
+        left_out,
         measured_cards,
         measured_facts,
         measured_sections,
@@ -97,7 +98,7 @@ def iso_sheet(
         cards += measured_cards(measured, compared)
         verdict.append(measured_verdict(measured, compared))
         facts |= measured_facts(measured, compared)
-        notes = (*doubts(measured, predicted), *notes)
+        notes = (*doubts(measured, predicted), *left_out(measured, predicted if compared else None), *notes)
         if measured.visits.duplicates:
             repeated = f"rows of the measurement that repeat another one in every cell, left out: {measured.visits.duplicates}"
             notes = (*notes, f"{repeated}; a column 'cycle' keeps visits that only read alike")
@@ -163,8 +164,9 @@ def _verdict(found: Predicted) -> str:
     fitted, either = over_robots(sheet.fitted.max(axis=0)).high, over_robots(sheet.from_any_side.max(axis=0)).high
     return (
         f"Of the arms built to this design 95 % will repeat within {length(repeat.value)} "
-        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {length(either.value)} where joints arrive from either side) "
-        f"and stand within {length(accurate.value)} of the command on the average (AP_p), {length(fitted.value)} with best-fit frames."
+        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {length(either.value)} where joints arrive from either side). "
+        f"In 95 % of them the average of an arm's visits will lie within {length(accurate.value)} of the commanded point "
+        f"(AP_p at its worst pose; {length(fitted.value)} with best-fit frames)."
     )
 
 
@@ -205,7 +207,10 @@ def _poses(found: Predicted) -> Section:
         )
         signs = "".join("+" if sign > 0 else "-" for sign in found.approach[k])
         rows.append(Row(name, tuple(_place(x) for x in found.cube.poses[k, :3, 3]), f"{joints}; joints arrive {signs}"))
-    note = "plane C1-C2-C7-C8, a tenth of the diagonal from its corners; visited as P5, P4, P3, P2, P1, joints straight from pose to pose"
+    note = (
+        "plane C1-C2-C7-C8, a tenth of the diagonal from its corners; visited as P5, P4, P3, P2, P1, joints straight from pose to pose, "
+        "so that each joint arrives at a pose from one and the same side in every cycle: + rising, - falling"
+    )
     return Section("poses", "The five poses", ("x", "y", "z"), tuple(rows), note)
 
 
@@ -240,10 +245,15 @@ def _repeatability(found: Predicted, sheet: LoadSheet) -> Section:
     note = (
         "from one side, as the standard's cycle makes every joint arrive; what scatters from visit to visit is what the parts state "
         "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top. A normal scatter of the same "
-        f"covariance would show {', '.join(str(length(float(x))) for x in sheet.expected)} at P1 to P5 on the average"
+        f"covariance would show {_each(sheet.expected)} at P1 to P5 on the average of sets of {found.cycles} visits, which read low, "
+        f"and {_each(sheet.limit)} with more and more visits"
     )
     title = f"RP_l, {_percent(sheet.load)}"
     return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.repeatability, _counted(found)), note)
+
+
+def _each(values: Floats) -> str:
+    return ", ".join(str(length(float(x))) for x in values)
 
 
 def _either_side(found: Predicted) -> Section:
@@ -278,7 +288,10 @@ def _sides(found: Predicted) -> Section:
         for sheet in found.loads:
             spread = over_robots(sheet.multi_directional[row])
             rows.append(Row(under(NAMES[k], sheet.load, found.loads), (of(spread.mean, counted), of(spread.high, counted))))
-    note = "approached along the base's x, y and z from a tenth of the cube's side away; joints that stand still then rest as in the cycle"
+    note = (
+        "approached along the base's x, y and z from a tenth of the cube's side away; joints that stand still then rest as in the cycle. "
+        "Play of a joint that arrives from the same side all three times does not show: vAP_p is small then, whatever the play"
+    )
     return Section("vap", "vAP_p, from three sides", (_MEAN, _MOST), tuple(rows), note)
 
 

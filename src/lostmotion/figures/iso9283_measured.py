@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from lostmotion.figures import Card, Figure, Row, Section, length
 from lostmotion.figures.iso9283 import of, under
 from lostmotion.studies.intervals import Estimate
-from lostmotion.studies.iso9283.compared import over_robots
+from lostmotion.studies.iso9283.compared import held_otherwise, over_robots, tells_tool
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 
 if TYPE_CHECKING:
@@ -20,8 +22,11 @@ _MOST_POSES: Final = 12
 # A mean AP_p or an AT_p above so many times what 95 % of robots stay below, or so much (m) where none were built, is seldom the arm's own.
 _DOUBTED: Final = 10.0
 _FAR: Final = 5e-3
+# Of the path's figures, those of orientation.
+_TURNS: Final = tuple(k for k, word in enumerate(PATH_FIGURES) if word[-1] in "abc")
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 # In reading order; the figures that stand in the table, not only in result.json.
+PARTS: Final = ("AP_x", "AP_y", "AP_z", "AP_a", "AP_b", "AP_c")
 SHOWN: Final = ("AP_p", "AP_p fitted", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD", *PATH_FIGURES)
 
 
@@ -71,6 +76,28 @@ def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
                     f"{under(f'measured {name} is {length(value)}', load.load, found.loads)}{against}: are the commanded positions those that "
                     "the robot was sent to, and in the frame and the units of the readings?"
                 )
+    return tuple(out)
+
+
+def left_out(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
+    """Say what was measured and is not judged, or not compared with robots predicted, and why."""
+    out = []
+    visits = found.visits
+    turned, aimed = (np.isfinite(each).all(axis=(1, 2)) for each in (visits.orientation, visits.rotation))
+    if (turned & ~aimed).any():
+        out.append("orientations were measured, their commands are not stated (ac, bc, cc, or --tool-rpy): RP_a,b,c are told, AP_a,b,c are not")
+    if predicted is None:
+        return tuple(out)
+    otherwise = {name: None for load in found.loads for name in held_otherwise(predicted, load)}
+    if otherwise:
+        why = "" if predicted.cube.rotation is not None else ": with fewer than six joints its orientation comes as it comes"
+        out.append(
+            f"orientation is not compared at {', '.join(otherwise)}, where the measured tool was held otherwise than the arm predicted holds it{why}"
+        )
+    if predicted.cube.rotation is None and any(math.isfinite(path.figures[k].value) for load in found.loads for path in load.paths for k in _TURNS):
+        out.append("AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the tool's orientation along a path comes as it comes")
+    if any(tells_tool(load) for load in found.loads):
+        out.append("AP_p with best-fit frames is not compared: the measured poses tell a tool frame too, robots predicted are fitted by a base alone")
     return tuple(out)
 
 
@@ -250,29 +277,41 @@ def _data(found: Measured) -> Section:
 
 
 def compared_section(compared: list[Compared]) -> list[Section]:
-    """Give predicted and measured side by side, one load below the other."""
-    rows = []
-    loads = {each.load for each in compared}
-    order = {key: k for k, key in enumerate(dict.fromkeys((each.name, each.pose) for each in compared))}
-    for name in SHOWN:
-        for each in sorted((each for each in compared if each.name == name), key=lambda each: (order[each.name, each.pose], -each.load)):
-            spread = each.predicted
-            figures = (
-                of(spread.low, angle=each.angle),
-                of(spread.high, angle=each.angle),
-                of(each.measured, angle=each.angle),
+    """Give predicted and measured side by side, load by load: characteristics, and the parts of AP along and about the axes."""
+    columns = ("5 % below", "95 % below", "measured")
+    loads = sorted({each.load for each in compared}, reverse=True)
+    out = []
+    for load in loads:
+        key = "" if load == loads[0] else f"-{100 * load:g}"
+        rows, parts = (_side_by_side([each for each in compared if each.load == load], names) for names in (SHOWN, PARTS))
+        if rows:
+            note = (
+                f"over robots built, at {100 * load:g} % of the payload, visited and run as often, read with the instrument stated. High: above what "
+                f"95 % of them stay below; low: below what 5 % do; all else, {_within(rows)}, lies within. Of a robot like them one in ten does not"
             )
-            plain = tuple(Figure(figure.value, figure.unit) for figure in figures[:2])
-            label = under(f"{name}, {each.pose}", each.load, loads)
-            rows.append(Row(label, (*plain, figures[2]), "within" if each.within else "outside"))
-    if not rows:
-        return []
-    carried = " and ".join(f"{100 * load:g} %" for load in sorted(loads, reverse=True))
-    note = (
-        f"over robots built, at {carried} of the payload, visited and run as often, read with the instrument stated; within: between what 5 % and "
-        "95 % of them stay below. Of a robot like them one figure in ten is not"
-    )
-    return [Section("compared", "Predicted and measured", ("5 % below", "95 % below", "measured"), tuple(rows), note)]
+            out.append(Section(f"compared{key}", under("Predicted and measured", load, loads), columns, rows, note))
+        if parts:
+            note = (
+                "AP_x, AP_y, AP_z along, AP_a, AP_b, AP_c about the base's axes, as it is: what the measured base or tool frame is off counts in "
+                f"full. Signed, and judged so; {_within(parts)} lie within"
+            )
+            out.append(Section(f"compared-axes{key}", under("Predicted and measured: AP by axis", load, loads), columns, parts, note))
+    return out
+
+
+def _within(rows: tuple[Row, ...]) -> str:
+    return f"{sum(not row.note for row in rows)} of {len(rows)}"
+
+
+def _side_by_side(compared: list[Compared], names: tuple[str, ...]) -> tuple[Row, ...]:
+    """Give a row for each of these figures, with a word where the measured robot lies outside."""
+    rows = []
+    for each in (each for name in names for each in compared if each.name == name):
+        low, high, value = (of(figure, angle=each.angle) for figure in (each.predicted.low, each.predicted.high, each.measured))
+        plain = (Figure(figure.value, figure.unit) for figure in (low, high))
+        word = "" if each.within else "high" if each.measured.value > each.predicted.high.value else "low"
+        rows.append(Row(f"{each.name}, {each.pose}", (*plain, value), word))
+    return tuple(rows)
 
 
 def measured_facts(found: Measured, compared: list[Compared]) -> dict[str, Any]:

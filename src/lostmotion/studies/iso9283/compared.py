@@ -11,22 +11,26 @@ import numpy as np
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.studies.intervals import Estimate, robots_quantile
 from lostmotion.studies.iso9283.confidence import student_interval
-from lostmotion.studies.iso9283.cube import INWARD, NAMES, five_points
+from lostmotion.studies.iso9283.cube import INWARD, NAMES, five_points, held_alike, out_of_reach
 from lostmotion.studies.iso9283.measured_paths import FEWEST_STATED, path_ends
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 
 if TYPE_CHECKING:
+    from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.iso9283.measured import Measured, MeasuredLoad
     from lostmotion.studies.iso9283.predicted import LoadSheet, Predicted
     from lostmotion.studies.iso9283.visits import Visits
 
-# m: commanded positions that differ by less are the same.
+# m, rad: commanded positions, and ways in which the tool is held, that differ by less are the same.
 SAME: Final = 1e-3
+_HELD_THE_SAME: Final = 0.01
 _LOW: Final = 0.05
 _HIGH: Final = 0.95
+_BASE: Final = 6
 _AXES: Final = ("a", "b", "c", "x", "y", "z")
+_TURNS: Final = 3
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,11 @@ class Compared:
 
 
 def compare(predicted: Predicted, measured: Measured) -> list[Compared]:
-    """Which figures do both have, at the same poses, along the same path and under the same load? Empty where poses and loads are others."""
+    """Which figures do both have, at the same poses, along the same path and under the same load? Empty where poses and loads are others.
+
+    Orientations where the measured tool is held as the predicted one; along a path with six joints or more alone. AP_p with best-fit frames where
+    the measured poses tell a base frame, as that of the robots predicted is, and no tool frame besides.
+    """
     found: list[Compared] = []
     for there in measured.loads:
         for sheet in predicted.loads:
@@ -71,12 +79,29 @@ def compare(predicted: Predicted, measured: Measured) -> list[Compared]:
     return [each for each in found if math.isfinite(each.measured.value)]
 
 
+def held_otherwise(predicted: Predicted, measured: MeasuredLoad) -> tuple[str, ...]:
+    """At which of P1 to P5 was an orientation measured, of a tool that is held in another one than the arm predicted holds it in?"""
+    at = {pose.name: pose.rotation for pose in measured.poses}
+    return tuple(name for name, held in zip(NAMES, predicted.cube.poses[:, :3, :3], strict=True) if name in at and _apart(at[name], held))
+
+
+def _apart(one: Floats, other: Floats) -> bool:
+    """Tell whether two rotations (3, 3) differ; one that is not known does not."""
+    return float(np.linalg.norm(one - other)) > math.sqrt(2) * _HELD_THE_SAME
+
+
+def tells_tool(measured: MeasuredLoad) -> bool:
+    """Do the measured poses tell a tool frame besides the base frame that robots predicted are fitted with?"""
+    return measured.fit is not None and measured.fit.told > _BASE
+
+
 def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) -> list[Compared]:
     at = {pose.name: pose for pose in measured.poses}
     command = predicted.cube.poses[:, :3, 3]
     if not set(NAMES) <= set(at) or not all(np.linalg.norm(at[name].command - command[k]) <= SAME for k, name in enumerate(NAMES)):
         return []
     found: list[Compared] = []
+    turned = held_otherwise(predicted, measured)
 
     def add(name: str, pose: str, values: Floats, value: Estimate, *, angle: bool = False) -> None:
         found.append(Compared(name, pose, angle, sheet.load, over_robots(values), value))
@@ -84,13 +109,13 @@ def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) ->
     for k, name in enumerate(NAMES):
         pose = at[name]
         add("AP_p", name, sheet.accuracy[k], pose.accuracy)
-        add("AP_p fitted", name, sheet.fitted[k], Estimate(pose.fitted, math.nan, math.nan))
+        add("AP_p fitted", name, sheet.fitted[k], Estimate(math.nan if tells_tool(measured) else pose.fitted, math.nan, math.nan))
         add("RP_l", name, sheet.repeatability[k], pose.repeatability)
         average = np.concatenate([sheet.turn[k], sheet.barycentre[k]], axis=-1)
-        for axis, letter in enumerate(_AXES):
-            add(f"AP_{letter}", name, average[:, axis], pose.axes[axis], angle=letter in "abc")
-        for axis, letter in enumerate("abc"):
-            add(f"RP_{letter}", name, sheet.scatter[k, :, axis], pose.scatter[axis], angle=True)
+        for axis, letter in list(enumerate(_AXES))[_TURNS if name in turned else 0 :]:
+            add(f"AP_{letter}", name, average[:, axis], pose.axes[axis], angle=axis < _TURNS)
+            if axis < _TURNS:
+                add(f"RP_{letter}", name, sheet.scatter[k, :, axis], pose.scatter[axis], angle=True)
         if k in FROM_THREE_SIDES:
             add("vAP_p", name, sheet.multi_directional[FROM_THREE_SIDES.index(k)], pose.multi_directional)
     if measured.distance is not None:
@@ -109,6 +134,7 @@ def _along_path(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) 
         for path in measured.paths
         if path.name == name and np.abs(path.ends - ends).max() <= SAME
         for word, values, value in zip(PATH_FIGURES, sheet.path, path.figures, strict=True)
+        if predicted.cube.rotation is not None or word[-1] not in "abc"
     ]
 
 
@@ -126,6 +152,19 @@ def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None
         return None
     rotation = known[NAMES[0]][:3, :3]
     return points[0], side, rotation if np.isfinite(rotation).all() else None
+
+
+def refuse_commanded(arm: Arm, visits: Visits, centre: Floats, side: float, rotation: Floats | None) -> InputError:
+    """Say that P1 to P5 were commanded where this arm does not reach: a cube (m) that the measured file tells."""
+    at = next((k for k, name in enumerate(visits.pose) if name in NAMES), 0)
+    points = five_points(centre, side)
+    beyond = np.flatnonzero(out_of_reach(arm, points, rotation))
+    named = [f"{NAMES[k]} at ({', '.join(f'{x * 1e3:.0f}' for x in points[k])}) mm" for k in beyond]
+    place = f"a cube of {side * 1e3:.0f} mm about ({', '.join(f'{x * 1e3:.0f}' for x in centre)}) mm"
+    found = f"{', '.join(named)}, out of reach of {arm.name}" if named else f"on {place}, not all of which {arm.name} reaches"
+    expected = f"commands in the arm's base frame, on a cube all of which it reaches{held_alike(arm)}"
+    alone = f"lostmotion iso9283 --measured {visits.where[at][0]}, to judge the measured robot alone"
+    return InputError([Problem(visits.where[at][0], "commanded positions of P1 to P5", found, expected, alone)])
 
 
 def stated_poses(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:

@@ -107,15 +107,34 @@ def five_points(centre: Floats, side: float) -> Floats:
 
 
 def given_cube(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube:
-    """Can the tool be brought to every point of this cube (centre (3,) and side in m), held alike? The cube with its five poses.
+    """Can the tool be brought to every point of this cube (centre (3,) and side in m), held alike where it can be? The cube with its five poses.
 
     `rotation` (3, 3) of the tool; left out: the first that holds of pointing down, forward, and as in the middle of the joints' ranges. With
     fewer than six joints the orientation comes as it comes. Raises InputError for an arm that cannot move its tool in space, and where a point
     is out of reach.
     """
-    _refuse_flat(arm)
     if not (math.isfinite(side) and side > 0):
         raise refuse_argument("cube", side, "a side above zero", '--cube "400 mm"')
+    cube = cube_at(arm, centre, side, rotation)
+    if cube is None:
+        where = ", ".join(f"{x * 1e3:.0f}" for x in centre)
+        raise refuse_argument(
+            "cube",
+            f"{side * 1e3:.0f} mm about ({where}) mm",
+            f"a cube all of which the tool reaches{held_alike(arm)} ({len(_offsets())} points of it are looked at)",
+            "a smaller --cube, another --centre, or neither, to have it found",
+        )
+    return cube
+
+
+def held_alike(arm: Arm) -> str:
+    """Say how the tool is held all over a cube, where the arm has the joints to hold it."""
+    return ", held alike" if len(arm.moving) >= _FULL else ""
+
+
+def cube_at(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube | None:
+    """Give what `given_cube` gives; None where a point is out of reach. Raises InputError for an arm that cannot move its tool in space."""
+    _refuse_flat(arm)
     centre = np.asarray(centre, dtype=float)
     cloud = sample_poses(arm, _SAMPLES).q
     near = np.argsort(np.linalg.norm(tool_points(arm, cloud) - centre, axis=1))[:_STARTS]
@@ -129,19 +148,27 @@ def given_cube(arm: Arm, centre: Floats, side: float, rotation: Floats | None = 
             cube = _checked(arm, _Candidate(side, centre, first, held), math.nan, "given")
             if cube is not None:
                 return cube
-    where = ", ".join(f"{x * 1e3:.0f}" for x in centre)
-    raise refuse_argument(
-        "cube",
-        f"{side * 1e3:.0f} mm about ({where}) mm",
-        f"a cube all of which the tool reaches, held alike ({len(_offsets())} points of it are looked at)",
-        "a smaller --cube, another --centre, or neither, to have it found",
+    return None
+
+
+def out_of_reach(arm: Arm, points: Floats, rotation: Floats | None = None) -> np.ndarray:
+    """Which of these points (point, 3), m, is the tool brought to from none of many sampled poses? True (point,) for each such."""
+    cloud = sample_poses(arm, _SAMPLES).q
+    tools = tool_points(arm, cloud)
+    held = _rotations(arm, rotation)[0]
+    near = [np.argsort(np.linalg.norm(tools - point, axis=1))[:_STARTS] for point in points]
+    return np.array(
+        [
+            not bring(arm, _poses_at(np.tile(point, (len(starts), 1)), held), cloud[starts], turned=held is not None)[1].any()
+            for point, starts in zip(points, near, strict=True)
+        ]
     )
 
 
 def largest_cube(
     arm: Arm, rotation: Floats | None = None, floor: float | None = 0.0, cells: int = CELLS, progress: Callable[[str, int, int], None] | None = None
 ) -> Cube:
-    """Which is the largest cube that the tool can be brought to all over, held alike, and where are its five poses?
+    """Which is the largest cube that the tool can be brought to all over, held alike where it can be, and where are its five poses?
 
     rotation  (3, 3) of the tool; left out: pointing down, forward, and as in the middle of the joints' ranges are tried, the largest cube counts
     floor     m: no point lies below this height in the base frame; None: no floor
@@ -167,8 +194,8 @@ def largest_cube(
         for joint_values, reached in _floods(arm, grid, free, held, cloud, tools):
             found += _candidates(grid, step, joint_values, reached, held)
     if not found:
-        expected = "a part of the workspace above the floor that the tool reaches all over, held alike"
-        raise refuse_argument("cube", "none", expected, "another orientation of the tool, or a lower floor")
+        expected = f"a part of the workspace above the floor that the tool reaches all over{held_alike(arm)}"
+        raise refuse_argument("cube", "none", expected, f"{'another orientation of the tool, or ' if held_alike(arm) else ''}a lower floor")
     found.sort(key=lambda each: (each.side, each.centre[0]), reverse=True)
     at_least = found[0].side - 1.5 * step
     grown = [_grown(arm, each, step, clearance, floor) for each in found[:_FOLLOWED] if each.side > at_least]

@@ -49,6 +49,7 @@ class MeasuredPose:
     without_instrument        RP_l with the instrument's own scatter taken off, in squares
     fitted                    AP_p left with the best-fit frames over all poses
     multi_directional         vAP_p, from visits with a side; NaN without
+    rotation (3, 3)           of the tool: commanded, or the attained ones' average where that is not known; NaN where none was measured
     errors (visit, 3)         about the command, or about the barycentre where no command is known
     """
 
@@ -62,6 +63,7 @@ class MeasuredPose:
     without_instrument: float
     fitted: float
     multi_directional: Estimate
+    rotation: Floats
     errors: Floats
 
 
@@ -168,8 +170,13 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
     attained, command = visits.attained[found], visits.command[found[0]]
     known = bool(np.isfinite(command).all())
     errors = attained - (command if known else attained.mean(axis=0))
-    each = np.column_stack([turn[found], errors])
-    measured = [bool(np.isfinite(turn[found]).all())] * 3 + [True] * 3
+    rotation, turned = visits.rotation[found[0]], turn[found]
+    aimed = bool(np.isfinite(turned).all())
+    if not aimed:
+        rotation, turned = _about_average(visits.orientation[found])
+    each = np.column_stack([turned, errors])
+    measured = [bool(np.isfinite(turned).all())] * 3 + [True] * 3
+    commanded = [aimed] * 3 + [known] * 3
     repeat = repeatability_interval(errors, level)
     floor = visits.instrument * round_repeatability(len(found))
     return MeasuredPose(
@@ -178,13 +185,25 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
         command,
         accuracy_interval(errors, level) if known else NOTHING,
         repeat,
-        tuple(student_interval(column, level) if ok and known else NOTHING for column, ok in zip(each.T, measured, strict=True)),
+        tuple(student_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, commanded, strict=True)),
         tuple(scatter_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, measured, strict=True)),
         math.sqrt(max(repeat.value**2 - floor**2, 0.0)) if visits.instrument and repeat.value > 0 else math.nan,
         fitted,
         from_sides,
+        rotation,
         errors,
     )
+
+
+def _about_average(orientation: Floats) -> tuple[Floats, Floats]:
+    """Give the average of orientations (visit, 3, 3), and the rotation vectors (visit, 3) from it to each; NaN where one is not known."""
+    from scipy.spatial.transform import Rotation
+
+    if not np.isfinite(orientation).all():
+        return np.full((3, 3), math.nan), np.full((len(orientation), 3), math.nan)
+    each = Rotation.from_matrix(orientation)
+    middle = each.mean()
+    return np.asarray(middle.as_matrix()), np.asarray((each * middle.inv()).as_rotvec())
 
 
 def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:

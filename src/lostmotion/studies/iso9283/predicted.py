@@ -66,6 +66,7 @@ class LoadSheet:
     scatter               (pose, robot, 6) 3 s about and along the axes: RP_a, RP_b, RP_c first
     fitted                (pose, robot) AP_p left once each robot's base frame fits best over the five poses
     expected, deviation   (pose,) mean and standard deviation of RP_l if visits scattered normally with the terms' covariance: no samples
+    limit                 (pose,) and what it would tend to with more and more visits
     from_any_side         (pose, robot) RP_l if every joint arrived from either side at random, so that nothing held the side of its play
     shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
     multi_directional     (3, robot) vAP_p at P1, P2 and P4
@@ -82,6 +83,7 @@ class LoadSheet:
     fitted: Floats
     expected: Floats
     deviation: Floats
+    limit: Floats
     from_any_side: Floats
     shown: Floats
     multi_directional: Floats
@@ -243,7 +245,8 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
     command = cube.poses[:, :3, 3]
-    expected, deviation = expected_repeatability(visit_covariance(matrix) + instrument**2 * np.eye(3), cycles)
+    covariance = visit_covariance(matrix) + instrument**2 * np.eye(3)
+    expected, deviation = expected_repeatability(covariance, cycles)
     a, b = DISTANCE
     ends = command[a] + shift[a], command[b] + shift[b]
     far = float(np.linalg.norm(command[b] - command[a]))
@@ -256,6 +259,7 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
         "fitted": np.linalg.norm(left_by_frames(barycentre, command), axis=-1),
         "expected": expected,
         "deviation": deviation,
+        "limit": expected_repeatability(covariance)[0],
         "from_any_side": iso.pose_repeatability(either),
         "shown": shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
         "distance": np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)]),

@@ -85,8 +85,3 @@ class Visits:
             if name in known and not np.isfinite(command[k]).all():
                 command[k], rotation[k] = known[name][:3, 3], known[name][:3, :3]
         return replace(self, command=command, rotation=rotation, known=known)
-
-    def unturned(self) -> Visits:
-        """Give the rows without orientations: those of an arm that cannot hold one."""
-        nothing = np.full_like(self.rotation, np.nan)
-        return replace(self, orientation=nothing, rotation=nothing)

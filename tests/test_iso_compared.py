@@ -1,0 +1,142 @@
+"""Predicted and measured side by side: what is compared, how it is judged, and what is said of the rest."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from scipy.spatial.transform import Rotation
+
+import lostmotion
+from lostmotion.figures import find_row
+from lostmotion.screen import print_sheet
+from lostmotion.studies.iso9283.cube import NAMES, given_cube, held_alike
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+LOADS = EXAMPLES / "measured" / "z-arm-loads.csv"
+HEADER = "pose,cycle,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg],xc [mm],yc [mm],zc [mm],ac [deg],bc [deg],cc [deg]"
+
+
+def written(folder, cube, *, held=None, columns=14):
+    """Write visits to P1 to P5 of a cube, each turned by a degree's share about the base's z; commanded as the arm holds its tool, or `held`."""
+    lines = [",".join(HEADER.split(",")[:columns])]
+    for cycle in range(1, 6):
+        for name, pose in zip(NAMES, cube.poses, strict=True):
+            rotation = Rotation.from_matrix(pose[:3, :3] if held is None else held)
+            turned = Rotation.from_euler("z", 0.02 + 0.001 * cycle, degrees=True) * rotation
+            place = 1e3 * pose[:3, 3]
+            numbers = [*(place + 0.01 * cycle), *turned.as_euler("xyz", degrees=True), *place, *rotation.as_euler("xyz", degrees=True)]
+            lines.append(",".join([name, str(cycle), *(f"{number:.7f}" for number in numbers)][:columns]))
+    file = folder / "turned.csv"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """Read the arm with five joints, which holds its tool as it comes."""
+    return lostmotion.read(EXAMPLES / "z-arm.toml")
+
+
+@pytest.fixture(scope="module")
+def cube(arm):
+    """Stand in a cube of 300 mm."""
+    return given_cube(arm, np.array([0.52, 0.0, 1.05]), 0.3)
+
+
+def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
+    """An arm of five joints: turns that were measured about the command stand in the sheet, beside the robots', which hold the tool alike."""
+    found = lostmotion.iso9283(arm, written(tmp_path, cube), robots=20)
+    row = find_row(found.sheet.sections, "measured-axes", "P1-c")
+    assert row.figures[0].value == pytest.approx(0.023 * 60, abs=1e-4)
+    assert row.figures[1].value == pytest.approx(3 * np.std(np.arange(5) * 0.06, ddof=1), rel=1e-3)
+    assert {each.name for each in found.compared} >= {"AP_a", "AP_b", "AP_c", "RP_a", "RP_b", "RP_c"}
+    assert find_row(found.sheet.sections, "compared", "RP_c, P1") is not None
+    # Tools held in several orientations tell a tool frame too; robots predicted are fitted by a base alone.
+    assert found.measured.loads[0].fit.told > 6
+    assert "AP_p fitted" not in {each.name for each in found.compared}
+    assert any("tell a tool frame too" in note for note in found.sheet.notes)
+
+
+def test_a_tool_held_otherwise_is_shown_and_not_compared(arm, cube, tmp_path):
+    """Measured as the arm does not hold it: the turns stand in the sheet, and it is said why nothing is set beside them."""
+    found = lostmotion.iso9283(arm, written(tmp_path, cube, held=Rotation.from_euler("x", 40, degrees=True).as_matrix()), robots=20)
+    assert find_row(found.sheet.sections, "measured-axes", "P1-c").figures[0].value == pytest.approx(0.023 * 60, abs=1e-4)
+    assert {each.name for each in found.compared} >= {"AP_p", "RP_l", "AP_x", "AP_p fitted"}
+    assert not {each.name for each in found.compared} & {"AP_a", "AP_b", "AP_c", "RP_a", "RP_b", "RP_c"}
+    assert any("not compared at P1, P2, P3, P4, P5" in note and "fewer than six joints" in note for note in found.sheet.notes)
+
+
+def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
+    """Orientations without commanded ones: RP_a,b,c about their average, AP_a,b,c not known, and it is said which columns are missing."""
+    found = lostmotion.iso9283(measured=written(tmp_path, cube, columns=11))
+    whole = lostmotion.iso9283(measured=written(tmp_path, cube))
+    row, beside = (find_row(each.sheet.sections, "measured-axes", "P3-c") for each in (found, whole))
+    assert str(row.figures[0]) == "not known"
+    assert row.figures[1].value == pytest.approx(beside.figures[1].value, rel=1e-4)
+    assert any("ac, bc, cc" in note for note in found.sheet.notes)
+    assert not [note for note in whole.sheet.notes if "ac, bc, cc" in note]
+
+
+@pytest.fixture(scope="module")
+def loads(arm):
+    """Judge the example's robot under two loads."""
+    return lostmotion.iso9283(arm, LOADS, robots=60, instrument=5e-6)
+
+
+def test_signed_parts_of_ap_are_compared(loads):
+    """AP_x, AP_y, AP_z have a table of their own, judged by sign: a robot off the other way lies outside however small it is."""
+    rows = next(section for section in loads.sheet.sections if section.key == "compared-axes").rows
+    assert [row.label for row in rows] == [f"AP_{axis}, {pose}" for axis in "xyz" for pose in NAMES]
+    one = next(each for each in loads.compared if (each.name, each.pose, each.load) == ("AP_y", "P1", 1.0))
+    assert one.measured.value < 0
+    row = find_row(loads.sheet.sections, "compared-axes", "AP_y, P1")
+    assert row.note == ("" if one.within else "low")
+    assert row.figures[2].value * 1e-3 == pytest.approx(one.measured.value)
+    assert (one.measured.value < one.predicted.low.value) == (row.note == "low")
+
+
+def test_at_80_columns_a_word_stands_in_the_row(loads):
+    """Two loads, each in its table: high and low stand beside the value; nothing is told line by line below."""
+    screen = Console(width=80, record=True, file=io.StringIO())
+    print_sheet(loads.sheet, screen)
+    lines = screen.export_text().splitlines()
+    outside = [each for each in loads.compared if not each.within and each.name in {"RP_l", "RD", "AP_p", "AP_x", "AP_y", "AP_z"}]
+    assert outside
+    for each in outside:
+        word = "high" if each.measured.value > each.predicted.high.value else "low"
+        assert [line for line in lines if line.strip().startswith(f"{each.name}, {each.pose}") and line.rstrip().endswith(f" {word}")]
+    assert not [line for line in lines if line.rstrip().endswith((": high", ": low", ": within"))]
+
+
+def test_the_sheet_says_that_thirty_visits_read_low(loads):
+    """Beside RP_l stands what a normal scatter would show of 30 visits, and its limit, larger: 2.2 % where it is round."""
+    for sheet in loads.predicted.loads:
+        assert (sheet.limit > 1.02 * sheet.expected).all()
+        note = next(section for section in loads.sheet.sections if section.key == f"rp{100 * sheet.load:.0f}").note
+        assert "of 30 visits, which read low" in note
+        assert f"{1e6 * sheet.limit[0]:.4f} µm" in note
+    assert "on the average (AP_p)" not in loads.sheet.verdict
+    assert "In 95 % of them the average of an arm's visits will lie within" in loads.sheet.verdict
+
+
+def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
+    """A measured file whose P1 to P5 the arm does not reach is named with the poses; no option that was not given, and no tool held alike."""
+    file = written(tmp_path, cube)
+    rows = [line.split(",") for line in file.read_text(encoding="utf-8").splitlines()]
+    file.write_text("\n".join(",".join([*row[:8], *(f"{float(x) + 400:.4f}" for x in row[8:11])]) for row in rows[1:]), encoding="utf-8")
+    file.write_text(",".join(rows[0][:11]) + "\n" + file.read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(lostmotion.InputError, match=r"turned.csv: commanded positions of P1 to P5(.|\n)*P4 at \(1040, 520, 1570\) mm") as caught:
+        lostmotion.iso9283(arm, file, robots=2)
+    assert "--cube" not in str(caught.value)
+    assert "held alike" not in str(caught.value)
+    with pytest.raises(lostmotion.InputError, match="a cube all of which the tool reaches") as caught:
+        lostmotion.iso9283(arm, cube=3.0, centre=(0.5, 0.0, 0.5), robots=2)
+    assert "held alike" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "said"), [("ur5e.urdf", ", held alike"), ("z-arm.toml", "")])
+def test_six_joints_hold_their_tool_alike(name, said):
+    """Only of an arm that can hold its tool is it asked to."""
+    assert held_alike(lostmotion.read(EXAMPLES / name)) == said
