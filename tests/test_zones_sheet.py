@@ -262,6 +262,7 @@ def test_bounds_in_some_cells_bound_what_rests_on_them(monkeypatch):
     assert share.value == pytest.approx(50, abs=8)
     assert share.high > 90
     assert "At least " in sheet.verdict
+    assert figures["95 % below, most accurate cell"].bound == ""  # that cell's error is known
     places = next(section for section in sheet.sections if section.key == "places")
     assert places.rows[0].figures[0].bound == ""  # where errors are known the work stands better
 

@@ -90,12 +90,13 @@ def bounds_said(found: Zones) -> str:
 
 
 def over_cells(found: Zones, measure: int, column: int, what: Callable[[Floats], float]) -> Figure:
-    """Give the least, median or largest figure of the cells; an upper bound where cells of which bounds alone are known may hold it."""
+    """Give the least, median or largest figure of the cells; an upper bound where its cell has a bound alone, the median where any such moves it."""
     cells = counted(found)
     values = found.figures[measure, column][cells]
     low = np.where(_bounded(found, measure)[cells], np.nan_to_num(found.ends[0, measure, column][cells]), values)
     value = float(what(values))
-    return replace(length(value), bound="upper" if float(what(low)) < (1 - SAME) * value else "")
+    least = float(what(low)) if what is np.median else float(low[np.argmin(np.abs(values - value))])
+    return replace(length(value), bound="upper" if least < (1 - SAME) * value else "")
 
 
 def _bounded(found: Zones, measure: int) -> np.ndarray:
