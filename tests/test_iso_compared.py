@@ -9,7 +9,7 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 import lostmotion
-from lostmotion.figures import find_row
+from lostmotion.figures import Figure, Row, Section, Sheet, find_row
 from lostmotion.screen import print_sheet
 from lostmotion.studies.iso9283.cube import NAMES, given_cube, held_alike
 
@@ -140,3 +140,13 @@ def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
 def test_six_joints_hold_their_tool_alike(name, said):
     """Only of an arm that can hold its tool is it asked to."""
     assert held_alike(lostmotion.read(EXAMPLES / name)) == said
+
+
+def test_where_a_word_has_no_room_it_is_told_once_for_all_its_rows():
+    """On a narrow terminal rows with the same word below the table are told together, those without one not at all."""
+    words = {"AP_p, P1": "low", "AP_p, P2": "", "RP_l, P1": "high", "RP_l, P2": "low"}
+    rows = tuple(Row(label, (Figure(0.25, "mm"),), word) for label, word in words.items())
+    screen = Console(width=20, record=True, file=io.StringIO())
+    print_sheet(Sheet(name="", subject="", verdict="", cards=(), sections=(Section("s", "Compared", ("measured",), rows),), source=""), screen)
+    told = " ".join(screen.export_text().split())
+    assert told.endswith("AP_p, P1; RP_l, P2: low RP_l, P1: high")

@@ -34,9 +34,9 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
         # Rather a line that the terminal folds than a figure cut to another one.
         screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
         if not beside:
-            for row in section.rows:
-                if row.note:
-                    screen.print(Text.assemble((f"{row.label}: ", "none"), (row.note, "dim")))
+            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a word that many rows share is told once
+                labels = "; ".join(row.label for row in section.rows if row.note == note)
+                screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
         if section.note:
             screen.print(Text(section.note, style="dim"))
     for note in sheet.notes:
