@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self, cast
 
@@ -10,6 +11,7 @@ from lostmotion.ask.settings import pose_of, zone_of
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.budget import budget, costs, tally
 from lostmotion.studies.places import in_zone, one_pose
+from lostmotion.studies.poses import Poses
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
     from lostmotion.ask.settings import Zone
     from lostmotion.spatial import Floats
     from lostmotion.studies.budget import Budget, By, Cost
-    from lostmotion.studies.poses import Poses
 
 
 class Blamed:
@@ -41,9 +42,12 @@ class Blamed:
         return costs(tally(self.arm, q, by, approach=self.approach))
 
     def blaming(self, *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> Self:
-        """Give the same study that also says who is to blame at a pose or in a zone; arguments and errors as `costs`."""
+        """Give the same study that also says who is to blame at a pose or in a zone, and what halving it buys; arguments and errors as `costs`."""
+        from lostmotion.studies.montecarlo.halving import halving_at
+
         q, where = self._where(pose, zone)
-        found = budget(self.arm, q, where, approach=self.approach)
+        gains = halving_at(self.arm, Poses(q, "given"), getattr(self, "seed", 1), approach=self.approach, threads=os.cpu_count() or 1)
+        found = replace(budget(self.arm, q, where, approach=self.approach), halving=gains)
         return cast("Self", replace(cast("Any", self), budgets=(*self.budgets, found)))
 
     def _where(self, pose: int | str | Floats | Amounts | None, zone: Zone | None) -> tuple[Floats, str]:

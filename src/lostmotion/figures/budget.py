@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.budget import Budget, Cost
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.montecarlo.halving import Halving
 
 _LEVELS: Final = ("load and pose", "each robot", "each visit")
 # What can be done about each level of chance, in words that a sweep uses too.
@@ -22,6 +23,7 @@ REMEDIES: Final = (
     "nothing takes it away",
 )
 SURE: Final = "r.m.s. errors are exact at the poses visited; the interval tells what the choice of poses leaves"
+_OFF: Final = "halving it takes off the 95 %"
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
@@ -70,7 +72,7 @@ def budget_section(answer: Answer) -> Section:
         "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: by how much the 95 % error falls when "
         f"this part errs half as much, its interval counting robots and sets of poses; read on {read_on}"
     )
-    return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
+    return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
 
 
 def causes_section(answer: Answer) -> Section:
@@ -86,7 +88,7 @@ def causes_section(answer: Answer) -> Section:
         for cost in answer.budget.causes
     ]
     note = "the same mean square, put together by kind of error instead of part; halving: that kind of error at every joint"
-    return Section("causes", "Which kind of error is to blame", ("r.m.s. alone", "share", "halving it takes off the 95 %"), tuple(rows), note)
+    return Section("causes", "Which kind of error is to blame", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
 
 
 def by_level_sections(found: Budget) -> list[Section]:
@@ -98,12 +100,26 @@ def by_level_sections(found: Budget) -> list[Section]:
 
 
 def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
-    """Which parts and which kinds of error are to blame at the poses and in the zones that were asked about?"""
+    """Which parts and kinds of error are to blame at the poses and in the zones that were asked about, and what would halving them buy there?"""
     out = []
     for k, found in enumerate(budgets, start=1):
         out.append(_crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found))
         out.append(_crossed(f"causes_at_{k}", f"Which kind of error is to blame: {found.where}", found.causes, found))
+        if found.halving is not None:
+            out.append(_halved(f"halving_at_{k}", f"What halving takes off the 95 % error: {found.where}", found, found.halving))
     return out
+
+
+def _halved(key: str, title: str, found: Budget, halving: Halving) -> Section:
+    counted = f"{halving.samples} paired samples"
+    rows = [
+        Row(cost.part.removeprefix("joints."), (_gain(gains[cost.part], counted),))
+        for costs, gains in ((found.parts, halving.gains), (found.causes, halving.causes))
+        for cost in costs
+        if cost.alone > 0
+    ]
+    note = f"parts, then kinds of error at whichever joint; the 95 % error here is {digits(halving.before * 1e3)} mm on {counted}"
+    return Section(key, title, ("taken off",), tuple(rows), note)
 
 
 def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:

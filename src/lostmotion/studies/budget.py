@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.montecarlo.halving import Halving
     from lostmotion.studies.screws import Screws, TermInfo
 
 By = Literal["part", "cause", "level", "term"]
@@ -161,6 +162,7 @@ class Budget:
     """Who is to blame at some poses: how many they are, their r.m.s. error (m), and what each part and each kind of error costs there.
 
     of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the poses
+    halving   what halving each of them buys there, where that was asked
     """
 
     where: str
@@ -169,6 +171,7 @@ class Budget:
     parts: tuple[Cost, ...]
     causes: tuple[Cost, ...]
     of_sets: tuple[tuple[float, float, float], ...]
+    halving: Halving | None = None
 
     @property
     def levels(self) -> tuple[float, float, float]:

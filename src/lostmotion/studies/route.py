@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from lostmotion.studies.budget import Budget, budget
+from lostmotion.studies.montecarlo.halving import halving_at
 from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.montecarlo.stopping import run_until
 
@@ -113,4 +114,5 @@ class Route:
         found = self.over(arm, zone.poses, more, most_poses, zone.name)
         said = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
         blame = budget(arm, found.poses.q, said, approach=self.approach, replicates=found.poses.replicates)
-        return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=blame)
+        gains = halving_at(arm, found.poses, self.seed, approach=self.approach, threads=self.threads)
+        return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=replace(blame, halving=gains))

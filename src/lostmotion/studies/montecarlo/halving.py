@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _POSES: Final = 512
 _ROBOTS: Final = 128
+_VISITS: Final = 4
 LEVEL: Final = 0.95
 
 
@@ -45,16 +46,17 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     seed: int,
     *,
     by: By = "part",
+    most: int = _ROBOTS,
     approach: float = 0.0,
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Halving:
     """What does the 95 % error gain from halving each part, and each kind of error, with every draw kept?
 
-    `by`: part, term, or level instead of parts. Runs on at most 512 of the poses, 128 robots and 4 visits; intervals count robots and sets of poses.
+    `by`: part, term, or level instead of parts. On at most 512 of the poses, `most` robots and 4 visits; intervals count robots and sets of poses.
     Other arguments as `montecarlo.run`.
     """
-    paired = Paired.of(arm, thinned(poses, _POSES), min(robots, _ROBOTS), visits, seed, approach)
+    paired = Paired.of(arm, thinned(poses, _POSES), min(robots, most), visits, seed, approach)
     infos = paired.matrices[0].infos
     before = paired.run(np.ones(len(infos)))
     groupings: tuple[By, ...] = (by, "cause")
@@ -75,6 +77,12 @@ def halving(  # noqa: PLR0913 - a study is these numbers
             if progress is not None:
                 progress("halving each error", done, len(wanted))
     return Halving(gains[0], quantile(before.groups.sum(axis=0), LEVEL), paired.samples, gains[1])
+
+
+def halving_at(arm: Arm, poses: Poses, seed: int, *, approach: float = 0.0, threads: int = 1) -> Halving:
+    """What does the 95 % error gain at one pose, or in a zone? As `halving`, by more robots where there are fewer poses."""
+    robots = _POSES * _ROBOTS // min(len(poses), _POSES)
+    return halving(arm, poses, robots, _VISITS, seed, most=robots, approach=approach, threads=threads)
 
 
 def _tally(paired: Paired, by: By) -> Tally:
