@@ -31,9 +31,9 @@ def rows_of(folder, *, path, pose):
 )
 def test_a_cube_found_by_search_commands_nothing(tmp_path, monkeypatch, kinds, said):
     """Readings without commands are refused once, by file and rows, before a cube is looked for: the largest one is not where the robot was sent."""
-    from lostmotion.studies.iso9283 import cube
+    from lostmotion.studies.iso9283 import largest_cube as search
 
-    monkeypatch.setattr(cube, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube"))
+    monkeypatch.setattr(search, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube"))
     with pytest.raises(lostmotion.InputError, match=rf"1 mistake\n(.|\n)*visits.csv: {said}(.|\n)*--cube"):
         lostmotion.iso9283(lostmotion.read(Z_ARM), rows_of(tmp_path, **kinds), robots=2)
 

@@ -8,7 +8,8 @@ import pytest
 import lostmotion
 from lostmotion.arm import frames
 from lostmotion.studies.inverse import bring
-from lostmotion.studies.iso9283.cube import CORNERS, five_points, given_cube, largest_cube
+from lostmotion.studies.iso9283.cube import CORNERS, five_points, given_cube
+from lostmotion.studies.iso9283.largest_cube import largest_cube
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

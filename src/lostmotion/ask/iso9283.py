@@ -157,7 +157,8 @@ def _cube(
 
     from lostmotion.spatial import pose_of
     from lostmotion.studies.iso9283.compared import commanded_cube, refuse_commanded
-    from lostmotion.studies.iso9283.cube import cube_at, given_cube, largest_cube
+    from lostmotion.studies.iso9283.cube import cube_at, given_cube
+    from lostmotion.studies.iso9283.largest_cube import largest_cube
 
     held: Floats | None = None if tool_rpy is None else pose_of(rpy=tuple(tool_rpy))[:3, :3]
     if side is not None and centre is not None:
