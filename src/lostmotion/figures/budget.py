@@ -131,8 +131,7 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     ]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
-    sure = of.sure()
-    rows.append(Row("all together", (Figure(sure.value * 1e6, "µm", sure.low * 1e6, sure.high * 1e6, exact), *shares)))
+    rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))
     return Section(key, title, ("r.m.s. alone", "share", *_LEVELS), tuple(rows), "shares of the mean square; what makes no error here is left out")
 
 

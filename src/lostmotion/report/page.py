@@ -133,7 +133,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 <h1>{name}</h1>
 <p class="verdict">{_text(sheet.verdict)}</p>
 {notes}
-<nav aria-label="Sections">{links}<a href="#words">How to read this</a></nav>
+<nav aria-label="Sections">{links} <a href="#words">How to read this</a></nav>
 <dl class="cards">{"".join(_card(card) for card in sheet.cards)}</dl>
 </header>
 <main>
