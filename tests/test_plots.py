@@ -143,7 +143,10 @@ def test_projections_have_equal_axes_and_one_colour_scale():
     study = small_study()
     figures = [plots.workspace_xoz(study), plots.workspace_xoy(study), plots.error_map(study)]
     assert [figure.layout.yaxis.scaleanchor for figure in figures[:2]] == ["x", "x"]
-    assert figures[2].layout.scene.aspectmode == "data"
+    scene = figures[2].layout.scene
+    room = [scene.aspectratio[name] for name in "xyz"]
+    sides = [end - begin for begin, end in (scene[f"{name}axis"].range for name in "xyz")]
+    assert np.array(room) / room[0] == pytest.approx(np.array(sides) / sides[0])
     scales = {(trace.marker.cmin, trace.marker.cmax) for figure in figures for trace in figure.data if trace.marker.colorscale}
     assert len(scales) == 1
 

@@ -244,7 +244,7 @@ def test_halving_at_a_pose_is_what_sums_over_terms_find():
         assert found.gains[part].value > 20e-6
         assert apart < (found.gains[part].high - found.gains[part].value) + 0.03 * found.gains[part].value
     section = next(each for each in study.sheet.sections if each.key == "halving_at_1")
-    assert {"A.gearbox", "gearbox wind-up"} <= {row.label for row in section.rows}
+    assert {"A.gearbox", "gearbox wind-up, at every joint"} <= {row.label for row in section.rows}
 
 
 @pytest.mark.slow

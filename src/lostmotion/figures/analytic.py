@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, by_level_sections, levels_section
+from lostmotion.figures.error import joint_values
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square
 from lostmotion.studies.montecarlo import kernel
@@ -48,8 +49,8 @@ def analytic_sheet(
 
     blame: who is to blame over all poses; places: at every pose and in every zone that was asked about.
     """
-    section = analytic_section(poses, found, whole)
-    in_zones = analytic_zone_sections(zones, section)
+    section = analytic_section(arm, poses, found, whole)
+    in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
     told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
     dearest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
@@ -103,13 +104,13 @@ def _cards(section: Section, told: dict[str, Figure], dearest: Cost | None) -> l
     return out
 
 
-def analytic_zone_sections(zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
+def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
     """What is the error in each zone, beside that of the whole workspace? With Monte Carlo too, how far the two differ there."""
     out = []
     for k, zone in enumerate(zones, 1):
         if zone.analytic is None or zone.pooled is None:
             continue
-        here = analytic_section(zone.poses, zone.analytic, zone.pooled, OWN)
+        here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, OWN)
         title = f"{whole.title}, in the zone {zone.name}"
         out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{said(zone)}; {here.note}"))
         if zone.sampled is not None:
@@ -120,14 +121,14 @@ def analytic_zone_sections(zones: Sequence[FoundInZone], whole: Section) -> list
     return out
 
 
-def analytic_section(poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
+def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
     """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told. `where` goes behind the poses' number."""
     counted = f"sums over terms and quadrature, {several(len(poses), 'pose')}{where}"
     rows = [Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value))]
     for level, one in zip(whole.levels, whole.quantiles, strict=True):
         rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))
     if np.isfinite(found.mean).any():
-        rows += _worst_pose(found)
+        rows += _worst_pose(arm, poses, found)
     told = Figure(100 * float(found.normal.mean()), "%", samples=counted)
     square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
@@ -144,11 +145,12 @@ def analytic_section(poses: Poses, found: Analytic, whole: Pooled, where: str = 
     return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
 
 
-def _worst_pose(found: Analytic) -> list[Row]:
+def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
     at = int(np.nanargmax(found.mean))
     here = f"pose {at}"
+    where = f"{here}, {joint_values(arm, poses.q[at])}"
     value, bound = float(found.mean[at]), float(found.mean_bound[at])
-    rows = [Row("worst pose, mean", (_bounded(value, bound, here),), here)]
+    rows = [Row("worst pose, mean", (_bounded(value, bound, here),), where)]
     for k, level in enumerate(found.levels):
         value, bound = float(found.quantiles[at, k]), float(found.quantiles_bound[at, k])
         rows.append(Row(f"worst pose, {100 * level:.4g} % below", (_bounded(value, bound, here),), _said(value)))

@@ -86,8 +86,8 @@ def sections(answer: Answer) -> list[Section]:
     if answer.analytic is not None and answer.pooled is not None:
         from lostmotion.figures.analytic import analytic_section, analytic_zone_sections, comparisons
 
-        whole = analytic_section(answer.poses, answer.analytic, answer.pooled)
-        found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.zones, whole)]
+        whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled)
+        found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
     return found
 
 

@@ -112,13 +112,12 @@ def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
 
 def _halved(key: str, title: str, found: Budget, halving: Halving) -> Section:
     counted = f"{halving.samples} paired samples"
-    rows = [
-        Row(cost.part.removeprefix("joints."), (_gain(gains[cost.part], counted),))
-        for costs, gains in ((found.parts, halving.gains), (found.causes, halving.causes))
-        for cost in costs
-        if cost.alone > 0
-    ]
-    note = f"parts, then kinds of error at whichever joint; the 95 % error here is {digits(halving.before * 1e3)} mm on {counted}"
+    rows = []
+    for erring, gains, everywhere in ((found.parts, halving.gains, ""), (found.causes, halving.causes, ", at every joint")):
+        kept = [(gains[cost.part], cost.part.removeprefix("joints.") + everywhere) for cost in erring if cost.alone > 0]
+        for gain, name in sorted(kept, key=lambda each: -each[0].value):
+            rows.append(Row(name, (_gain(gain, counted),), "cancels part of the others" if gain.high < 0 else ""))
+    note = f"parts, then kinds of error; the 95 % error here is {digits(halving.before * 1e3)} mm on {counted}"
     return Section(key, title, ("taken off",), tuple(rows), note)
 
 

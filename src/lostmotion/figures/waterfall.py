@@ -34,9 +34,9 @@ def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Secti
         stays = f" RP stays at {_of(repeatability, '')} on the average: none of this changes from visit to visit."
     note = (
         "by Monte Carlo on a part of the poses and robots: the first row differs from the figures above, within its interval. Every remedy is ideal, "
-        f"a real one leaves more. Calibration finds the {len(found.constant)} errors of a robot that are constant in the frame they sit in (lengths, "
-        "axes, encoder zeros); it does not find waves (transmission error, encoder eccentricity), nor what follows the load: these a map of each "
-        "robot may." + stays
+        f"a real one leaves more. Calibration finds what of a robot is constant in the frame it sits in, {several(len(found.constant), 'error')} "
+        "(lengths, axes, encoder zeros); it does not find waves (transmission error, encoder eccentricity), nor what follows the load: these a map "
+        "of each robot may." + stays
     )
     return Section("waterfall", "What calibration and compensation buy", ("mean", "95 % below"), tuple(rows), note)
 

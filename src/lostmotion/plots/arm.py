@@ -32,6 +32,9 @@ _CLOUD: Final = "#d4d4d4"
 _ERROR_SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
 _MOST_CLOUD: Final = 6000
 _MOST_POSES: Final = 2000
+# Of the longest side of a plot in space, the least that another has.
+_LEAST_DEPTH: Final = 0.2
+_ROOM: Final = 1.15
 _MOST_IN_SPACE: Final = 1500
 
 
@@ -103,9 +106,20 @@ def error_map(answer: Answer) -> go.Figure:
     )
     figure = framed("Mean error in space", points, height=440)
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
-    scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
+    # A flat arm's plot is given some depth, and no more room than the others', or the camera stands inside it.
+    low, high = answer.tool.min(axis=0) * 1e3, answer.tool.max(axis=0) * 1e3
+    sides = np.maximum(high - low, max(_LEAST_DEPTH * (high - low).max(), 1e-3))
+    ends = np.column_stack([low + high - sides, low + high + sides]) / 2
+    room = dict(zip("xyz", (_ROOM * sides / sides.max()).tolist(), strict=True))
+    words = {name: {"tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
+    scene = {f"{name}axis": {**axis, **words[name], "range": ends[k].tolist()} for k, name in enumerate("xyz")}
     figure.update_layout(
-        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": -1.75, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.12}}},
+        scene={
+            **scene,
+            "aspectmode": "manual",
+            "aspectratio": room,
+            "camera": {"eye": {"x": 1.5, "y": -1.75, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.12}},
+        },
         margin={"l": 0, "r": 0, "t": 40, "b": 0},
     )
     return figure
