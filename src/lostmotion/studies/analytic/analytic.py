@@ -72,7 +72,6 @@ class Analytic:
     mean_bound      (pose,) how far `mean` may be off: quadrature, and an estimate of what lies beyond fourth cumulants
     quantiles       (pose, level) distance that this share stays below, NaN likewise; quantiles_bound as mean_bound
     normal          (pose,) whether the error is near enough to normal for all of these figures
-    lattice, points (pose,) whether a figure there was told off a lattice of the characteristic function, and by points of Sobol sequences
     excess          (pose,) by which share the scatter's mean fourth power differs from a normal vector's: 0 normal, below 0 flat or two-sided
     worst, rss      (pose,) everything at its limit, and root-sum-square
     parts           the nearly normal parts of every pose's error, most often one: what `pooled` sums over
@@ -89,8 +88,6 @@ class Analytic:
     quantiles: Floats
     quantiles_bound: Floats
     normal: np.ndarray
-    lattice: np.ndarray
-    points: np.ndarray
     excess: Floats
     worst: Floats
     rss: Floats
@@ -101,6 +98,23 @@ class Analytic:
     def mean_square(self) -> Floats:
         """Give the mean square error (pose,), m^2: exact."""
         return np.asarray(np.einsum("pii->p", self.covariance) + np.einsum("pi,pi->p", self.bias, self.bias))
+
+    @property
+    def lattice(self) -> NDArray[np.bool_]:
+        """Tell where (pose,) a figure was told off a lattice of the characteristic function."""
+        return self._told_by(Lengths)
+
+    @property
+    def points(self) -> NDArray[np.bool_]:
+        """Tell where (pose,) a figure was told by points of Sobol sequences over the draws."""
+        return self._told_by(Points)
+
+    def _told_by(self, kind: type) -> NDArray[np.bool_]:
+        out = np.zeros(len(self.mean), bool)
+        for at, law, _ in self.laws:
+            if isinstance(law, kind):
+                out[at] = True
+        return out
 
 
 def analytic(
@@ -206,9 +220,6 @@ def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...]) -> Analytic
         *_better(_on_lattice(matrix, known, whole, levels, figures, told), figures, bounds, told),
         *(law for each in EACH for law in _better(_by_points(matrix, known, whole, levels, told, each), figures, bounds, told)),
     ]
-    lattice, points = (
-        np.isin(np.arange(len(told)), [pose for at, law, _ in laws if isinstance(law, kind) for pose in at]) for kind in (Lengths, Points)
-    )
     return Analytic(
         levels,
         *whole.arrays,
@@ -217,8 +228,6 @@ def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...]) -> Analytic
         np.where(told[:, 1:], figures[:, 1:], np.nan),
         bounds[:, 1:],
         np.asarray(told.all(axis=1)),
-        lattice,
-        points,
         _excess(whole.covariance, whole.fourth),
         worst_case(matrix),
         root_sum_square(matrix),

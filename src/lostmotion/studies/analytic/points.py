@@ -58,7 +58,9 @@ def by_points(drawn: Floats, bias: Floats, shift: Floats, levels: Floats) -> tup
     values, bounds = np.empty((2, len(bias), 1 + len(levels)))
     kept, missed = np.empty((len(bias), _KEPT + 1)), np.empty(len(bias))
     each = drawn.shape[1] // SETS
-    ranks = np.round((drawn.shape[1] - 1) * _shares()).astype(int)
+    shares = _shares()
+    ranks = np.round((drawn.shape[1] - 1) * shares).astype(int)
+    apart = np.diff(shares).max() / 2  # of a share from the nearest that is kept
     half = student(SETS - 1, _SURE) / np.sqrt(SETS)
     for n in range(len(bias)):
         x, y, z = shift[n] @ drawn + bias[n, :, None]
@@ -72,7 +74,7 @@ def by_points(drawn: Floats, bias: Floats, shift: Floats, levels: Floats) -> tup
         for sign in (-1, 1):
             there = _quantiles(whole, np.clip(levels + sign * off, 0, 1))
             bounds[n, 1:] = np.maximum(bounds[n, 1:], np.abs(there - values[n, 1:]))
-        kept[n], missed[n] = whole[ranks], off.max(initial=1 / each) + np.diff(_shares()).max() / 2
+        kept[n], missed[n] = whole[ranks], off.max(initial=1 / each) + apart
     return values, bounds, Points(kept, missed)
 
 
