@@ -7,9 +7,10 @@ from scipy.integrate import quad
 
 import lostmotion
 from lostmotion.laws.chance import Cosine, Normal, Sine, TwoSided, Uniform
-from lostmotion.studies.analytic.analytic import analytic
+from lostmotion.studies.analytic.analytic import analytic, of_screws
 from lostmotion.studies.analytic.points import EACH, SETS, by_points, points_of
 from lostmotion.studies.analytic.pooled import pooled
+from lostmotion.studies.analytic.smoothened import smooth_draws, smoothen
 from lostmotion.studies.draws import Stream
 from lostmotion.studies.screws import TermInfo
 
@@ -43,6 +44,52 @@ def test_lengths_by_points_are_the_closed_forms(name, each):
         shares, densities = law.share(np.zeros(1, int), exact[None, 1:])
         assert (np.abs(shares[0] - LEVELS) <= law.missed[0]).all()
         assert (densities > 0).all()
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name != "a round wave"])
+def test_quantiles_with_one_draw_summed_over_are_the_closed_forms(name):
+    """Within bounds less than half as wide as by counting points; what is not wanted stays."""
+    terms, quantile = CASES[name]
+    infos = [TermInfo(f"{k}", "", "robot", 4.0, Stream(stream, law), None) for k, (_, stream, law) in enumerate(terms)]
+    every, exact = np.arange(len(infos)), quantile(LEVELS)
+    drawn, shift = points_of(infos, every, EACH[0]), np.array([shift for shift, *_ in terms], float).T[None]
+    values, bounds, _ = by_points(drawn, np.zeros((1, 3)), shift, LEVELS)
+    counted, vague = values[:, 1:].copy(), bounds[:, 1:].copy()
+    values, bounds = found = counted.copy(), vague.copy()
+    smoothen(found, np.array([[True, True, True, False]]), drawn, np.zeros((1, 3)), shift, LEVELS, smooth_draws(infos, every))
+    assert (np.abs(values - exact) <= bounds + 1e-9).all()
+    assert (bounds[0, :3] < 0.5 * vague[0, :3]).all()
+    assert (values[0, 3], bounds[0, 3]) == (counted[0, 3], vague[0, 3])
+
+
+def test_only_draws_without_steps_that_one_term_takes_are_summed_over():
+    """No play, no wave, no product, nothing that two terms share."""
+    flat, play = Uniform(), TwoSided()
+    robots = [("a", flat), ("b", play), ("c", ENDLESS), ("c", ENDLESS), ("d", flat), ("w", Cosine())]
+    infos = [TermInfo(f"{k}", "", "robot", 4.0, Stream(*robot), Stream("side", play) if robot[0] == "d" else None) for k, robot in enumerate(robots)]
+    assert smooth_draws(infos, np.arange(6)) == {0: flat}
+    assert smooth_draws(infos, np.array([1, 2])) == {1: ENDLESS}
+
+
+def test_an_arm_of_two_joints_with_plays_has_every_figure():
+    """Whose farthest errors are too rare to count; against two million samples."""
+    gearbox = {"ratio": 100, "stiffness": "5 N m/arcmin", "backlash": "1 arcmin"}
+    joints = [
+        {"name": name, "type": "revolute", "axis": "z", "limits": limits, "gearbox": gearbox, "link": {"length": f"{length} mm ± 0.1 mm"}}
+        for name, limits, length in (("a", ("-90 deg", "90 deg"), 300), ("b", ("0 deg", "150 deg"), 200))
+    ]
+    arm = lostmotion.Arm.model_validate({"name": "planar", "payload": {"mass": "1 kg"}, "joints": joints})
+    bends = np.radians(np.linspace(2.0, 148.0, 24))
+    matrix = lostmotion.screws(arm, np.column_stack([0 * bends, bends]))
+    found, rng = of_screws(matrix), np.random.default_rng(1)
+    assert found.normal.all()
+    assert (found.quantiles_bound <= 0.02 * found.quantiles).all()
+    columns = matrix.columns("robot", "visit", "robot x visit")
+    streams = [matrix.infos[k].robot or matrix.infos[k].visit for k in columns]
+    drawn = np.stack([stream.law.quantile(rng.random(2_000_000)) for stream in streams])
+    for p in (0, 8, 16, 23):
+        exact = np.quantile(np.linalg.norm(matrix.tool[p, 3:][:, columns] @ drawn + matrix.bias[p, 3:, None], axis=0), found.levels)
+        assert (np.abs(found.quantiles[p] - exact) <= found.quantiles_bound[p] + 2e-3 * exact).all()
 
 
 def test_a_joint_that_errs_by_play_and_friction_alone_has_every_figure():

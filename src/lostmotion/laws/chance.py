@@ -37,8 +37,16 @@ class Law(ABC):
         return product_mean((self, self, self, self)) - 3.0
 
 
+class Smooth(Law):
+    """A law without steps, whose shares are known in closed form."""
+
+    @abstractmethod
+    def share(self, draws: Floats) -> Floats:
+        """Which share of all draws lies below these (any shape)?"""
+
+
 @dataclass(frozen=True, slots=True)
-class Normal(Law):
+class Normal(Smooth):
     """A normal law cut at `cut` of its own sigmas and then scaled back to unit variance; cut = inf leaves it whole."""
 
     cut: float = 3.0
@@ -58,6 +66,17 @@ class Normal(Law):
         whole = np.asarray(ndtri(low + u * (1 - 2 * low)))
         return whole / _cut_deviation(self.cut)
 
+    def share(self, draws: Floats) -> Floats:
+        """Give the cut normal law's distribution function."""
+        from scipy.special import ndtr
+
+        if not math.isfinite(self.cut):
+            return np.asarray(ndtr(draws))
+        low, out = ndtr(-self.cut), (draws > 0).astype(float)
+        inside = np.abs(draws) < self.bound
+        out[inside] = (ndtr(draws[inside] * _cut_deviation(self.cut)) - low) / (1 - 2 * low)
+        return out
+
 
 @functools.cache
 def _cut_deviation(cut: float) -> float:
@@ -67,7 +86,7 @@ def _cut_deviation(cut: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Uniform(Law):
+class Uniform(Smooth):
     """Any value between two limits alike."""
 
     @property
@@ -78,6 +97,10 @@ class Uniform(Law):
     def quantile(self, u: Floats) -> Floats:
         """Map uniforms to -sqrt 3 .. sqrt 3."""
         return (2 * u - 1) * math.sqrt(3)
+
+    def share(self, draws: Floats) -> Floats:
+        """Give the flat law's distribution function."""
+        return np.asarray(np.clip(0.5 + draws / (2 * math.sqrt(3)), 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
 from lostmotion.studies.analytic.cumulants import cumulants
 from lostmotion.studies.analytic.points import EACH, Points, by_points, points_of
+from lostmotion.studies.analytic.smoothened import smooth_draws, smoothen
 from lostmotion.studies.analytic.sums import Sums, sums
 from lostmotion.studies.analytic.values import values_of
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.arm import Arm
+    from lostmotion.laws.chance import Smooth
     from lostmotion.spatial import Floats
     from lostmotion.studies.poses import Poses
 
@@ -188,6 +190,11 @@ class _Draws:
     def cuts(self) -> tuple[Cut, ...]:
         return cuts(self._infos, self.columns, self.cumulants)
 
+    @functools.cached_property
+    def smooth(self) -> dict[int, Smooth]:
+        """Give the laws of draws without steps that one term alone takes, by the term's row."""
+        return smooth_draws(self._infos, self.columns)
+
     def points(self, each: int) -> Floats:
         """Give the draws (term, point) that stand for all, so many in each set."""
         if each not in self._points:
@@ -252,7 +259,12 @@ def _by_points(matrix: Screws, known: _Draws, whole: Sums, levels: tuple[float, 
     short = np.flatnonzero(~told.all(axis=1))
     if not len(short) or not len(known.columns):
         return None
-    values, bounds, law = by_points(known.points(each), whole.bias[short], matrix.tool[short, 3:][:, :, known.columns], np.array(levels))
+    of_poses = whole.bias[short], matrix.tool[short, 3:][:, :, known.columns], np.array(levels)
+    values, bounds, law = by_points(known.points(each), *of_poses)
+    quantiles = values[:, 1:], bounds[:, 1:]
+    for fewer in EACH if each == EACH[-1] else ():
+        wanted = ~told[short, 1:] & (quantiles[1] > (MOST_LEFT_OUT - WORST) * quantiles[0])
+        smoothen(quantiles, wanted, known.points(fewer), *of_poses, known.smooth)
     every = np.arange(len(short))
     return _Found(short, values, bounds + WORST * values, ((every, law, every),))
 

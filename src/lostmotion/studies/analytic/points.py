@@ -26,7 +26,7 @@ SETS: Final = 8
 # Points of each set, one attempt after the other.
 EACH: Final = (1024, 8192)
 # A bound is no interval: one in a thousand may lie beyond.
-_SURE: Final = 0.999
+SURE: Final = 0.999
 # Of each law of lengths so many steps are kept, closer together towards both ends.
 _KEPT: Final = 1024
 # Around a length, as a share of it, where its density is asked.
@@ -61,7 +61,7 @@ def by_points(drawn: Floats, bias: Floats, shift: Floats, levels: Floats) -> tup
     shares = _shares()
     ranks = np.round((drawn.shape[1] - 1) * shares).astype(int)
     apart = np.diff(shares).max() / 2  # of a share from the nearest that is kept
-    half = student(SETS - 1, _SURE) / np.sqrt(SETS)
+    half = student(SETS - 1, SURE) / np.sqrt(SETS)
     for n in range(len(bias)):
         x, y, z = shift[n] @ drawn + bias[n, :, None]
         sets = np.sort(np.sqrt(x * x + y * y + z * z).reshape(SETS, each), axis=1)
