@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.laws.chance import Normal
 from lostmotion.runs.order import MOST_POSES
-from lostmotion.studies.draws import key
+from lostmotion.studies.draws import SOBOL_BITS, key, sobol
 from lostmotion.studies.poses import REPLICATES
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from lostmotion.runs.order import Law
     from lostmotion.spatial import Floats
 
-_BITS: Final = 30  # of SciPy's Sobol points
 _WORDS: Final = 4  # that Philox makes of one count
 
 
@@ -79,16 +78,13 @@ def _sobol(joints: int, each: int, seed: int, of_set: int, first: int, last: int
     out = np.repeat(start[None], last - first, axis=0)
     for bit, step in enumerate(steps):
         out ^= np.where((number >> bit & 1)[:, None] == 1, step, 0)
-    return np.asarray(out / 2.0**_BITS)
+    return np.asarray(out / 2.0**SOBOL_BITS)
 
 
 @functools.lru_cache(maxsize=32)
 def _sobol_steps(joints: int, bits: int, seed: int, of_set: int) -> tuple[np.ndarray, np.ndarray]:
     """Give the first point of a scrambled sequence (joint,), and by which bits those at powers of two (bit, joint) differ from it."""
-    from scipy.stats import qmc
-
-    rng = np.random.Generator(np.random.Philox(seed=key(seed, f"poses.sobol.{of_set}")))
-    engine = qmc.Sobol(joints, scramble=True, rng=rng, bits=_BITS)
+    engine = sobol(seed, f"poses.sobol.{of_set}", joints)
     start = _whole(engine.random_base2(0)[0])
     steps = np.zeros((bits, joints), np.int64)
     for bit in range(bits):
@@ -98,7 +94,7 @@ def _sobol_steps(joints: int, bits: int, seed: int, of_set: int) -> tuple[np.nda
 
 
 def _whole(point: Floats) -> np.ndarray:
-    return np.asarray(point * 2.0**_BITS).astype(np.int64)
+    return np.asarray(point * 2.0**SOBOL_BITS).astype(np.int64)
 
 
 def _uniforms(seed: int, name: str, first: int, last: int) -> Floats:

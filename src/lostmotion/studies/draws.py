@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -23,9 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
+    from scipy.stats import qmc
 
     from lostmotion.laws.chance import Law
     from lostmotion.spatial import Floats
+
+
+SOBOL_BITS: Final = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +53,13 @@ def uniforms(seed: int, name: str, count: int) -> Floats:
     """Which uniforms, strictly inside 0..1, does this stream begin with? (count,); a longer run begins with a shorter one."""
     raw = np.random.Philox(key=key(seed, name)).random_raw(count)
     return np.asarray(((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)
+
+
+def sobol(seed: int, name: str, columns: int) -> qmc.Sobol:
+    """Which scrambled Sobol sequence of so many columns belongs to this seed and name? Uniforms in 0..1, to 30 bits."""
+    from scipy.stats import qmc
+
+    return qmc.Sobol(columns, scramble=True, rng=np.random.Generator(np.random.Philox(seed=key(seed, name))), bits=SOBOL_BITS)
 
 
 def robot_draws(seed: int, streams: Sequence[Stream], robots: int) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.chance import Normal
-from lostmotion.studies.draws import key, uniforms
+from lostmotion.studies.draws import sobol, uniforms
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
@@ -84,10 +84,5 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
 
 
 def _sobol(joints: int, each: int, seed: int) -> Floats:
-    from scipy.stats import qmc
-
-    sets = []
-    for replicate in range(REPLICATES):
-        rng = np.random.Generator(np.random.Philox(seed=key(seed, f"poses.sobol.{replicate}")))
-        sets.append(qmc.Sobol(joints, scramble=True, rng=rng).random_base2(max(each - 1, 0).bit_length()))
-    return np.concatenate(sets)
+    power = max(each - 1, 0).bit_length()
+    return np.concatenate([sobol(seed, f"poses.sobol.{replicate}", joints).random_base2(power) for replicate in range(REPLICATES)])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.studies.analytic.cumulants import draws_of
-from lostmotion.studies.draws import key
+from lostmotion.studies.draws import sobol
 from lostmotion.studies.intervals import student
 
 if TYPE_CHECKING:
@@ -37,13 +37,10 @@ _LEAST: Final = 2.0**-54
 
 def points_of(infos: Sequence[TermInfo], columns: np.ndarray, each: int) -> Floats:
     """Which draws stand for all that these terms can draw? (term, set x point), so many points in each set; more keep the first ones."""
-    from scipy.stats import qmc
-
     streams = list(dict.fromkeys((level, name) for k in columns for level, name, _ in draws_of(infos[k])))
     out = np.ones((len(columns), SETS * each))
     for n in range(SETS):
-        rng = np.random.Generator(np.random.Philox(seed=key(0, f"analytic.points.{n}")))
-        u = np.clip(qmc.Sobol(len(streams), scramble=True, rng=rng).random(each), _LEAST, 1 - _LEAST)
+        u = np.clip(sobol(0, f"analytic.points.{n}", len(streams)).random(each), _LEAST, 1 - _LEAST)
         for row, k in zip(out, columns, strict=True):
             for level, name, law in draws_of(infos[k]):
                 row[n * each : (n + 1) * each] *= law.quantile(u[:, streams.index((level, name))])
