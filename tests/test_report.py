@@ -6,6 +6,7 @@ import html.parser
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import xarray
 from rich.console import Console
 
 from lostmotion import LostmotionError, OutputExistsError
-from lostmotion.figures import Figure
+from lostmotion.figures import Figure, Row, Section
 from lostmotion.figures.arm import sections, sheet
 from lostmotion.plots.arm import plots
 from lostmotion.report import arm as report
@@ -99,6 +100,25 @@ def test_every_figure_on_screen_is_in_result_json(folder):
     said = json.dumps(plain, ensure_ascii=False)
     for number in re.findall(r"(?<!\S)[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
         assert number in known or number in said, number
+
+
+def test_tables_fit_a_terminal_of_80_columns():
+    """Long labels, four figures with units and two intervals; a word wider than its column is never cut, and no column of remarks stands empty."""
+    plain, between = Figure(49.25, "N m/arcmin"), Figure(49.25, "arcsec", 45.0, 53.0)
+    for figures, columns in (
+        ((between,) * 2, ("now", "with equal effect")),
+        ((*(plain,) * 3, Figure(27.37, "%")), ("now", "equal factor", "equal effect", "share")),
+    ):
+        rows = tuple(Row(f"joints.B.gearbox stiffness {k}", figures) for k in range(3))
+        screen = io.StringIO()
+        shown = replace(sheet(small_study()), sections=(Section("one", "One", columns, rows),), verdict="", notes=())
+        print_sheet(shown, Console(file=screen, width=80))
+        lines = screen.getvalue().splitlines()
+        assert max(map(len, lines)) <= 80
+        assert sum(str(figures[0]) in line for line in lines) == 3
+    screen = io.StringIO()
+    print_sheet(sheet(small_study()), Console(file=screen, width=80))
+    assert max(map(len, screen.getvalue().splitlines())) <= 80
 
 
 def test_every_figure_is_in_the_tables(page):

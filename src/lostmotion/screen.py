@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Self
 from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
@@ -29,8 +30,10 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
     screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
     for section in sheet.sections:
         screen.print()
-        beside = _fits(screen, section)
+        beside = any(row.note for row in section.rows) and _fits(screen, section)
         table = _table(section, remarks=beside)
+        if _taken(screen, table) > screen.width:
+            table = _table(section, remarks=beside, narrow=True)
         # Rather a line that the terminal folds than a figure cut to another one.
         screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
         if not beside:
@@ -46,6 +49,11 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
         screen.print(Text(sheet.verdict, style="bold"))
 
 
+def _taken(screen: Console, table: Table) -> int:
+    """How wide is the table once drawn? Columns that cannot be narrower go beyond the screen, and further than `measure` says."""
+    return max(Segment.get_line_length(line) for line in Segment.split_lines(screen.render(table)))
+
+
 def _fits(screen: Console, section: Section) -> bool:
     """Say whether the rows' remarks have room at the right of the figures; if not, they are better told below."""
     longest = max((len(row.note) for row in section.rows), default=0)
@@ -53,9 +61,11 @@ def _fits(screen: Console, section: Section) -> bool:
     return taken + min(longest, _REMARK) <= screen.width
 
 
-def _table(section: Section, *, remarks: bool) -> Table:
+def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     plain = section.columns == ("value",) and not any(row.figures[0].interval for row in section.rows)  # what "value" heads needs no heading
     table = Table(title=Text(section.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=not plain, pad_edge=False)
+    if narrow:
+        table.show_edge, table.padding = False, (0, 1, 0, 0)
     table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
