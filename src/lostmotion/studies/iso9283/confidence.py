@@ -24,9 +24,6 @@ LEVEL: Final = 0.95
 NOTHING: Final = Estimate(math.nan, math.nan, math.nan)
 FEWEST: Final = 2
 _DRAWN: Final = 2000
-# Of the largest of several averages the tails are cut shorter by so much: with the whole ones, 90 % intervals of ten cycles held 82 to 90 %.
-_LARGEST_TAIL: Final = 0.7
-_BATCH: Final = 100
 
 
 def student_interval(values: Floats, level: float = LEVEL) -> Estimate:
@@ -112,73 +109,3 @@ def _root(covariance: Floats) -> Floats:
 def generator(name: str) -> np.random.Generator:
     """Give the stream of this name: the same numbers in every run."""
     return np.random.Generator(np.random.Philox(key=key(1, f"iso9283.{name}")))
-
-
-def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
-    """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
-
-    The cycles are drawn again as wholes (normal, with the covariance found, by Student's law), so that what neighbouring planes have in common stays;
-    what the square of the largest length gains in that is taken off. Tails are cut shorter than the level says, by what made-up tests ask for.
-    NaN for fewer than two cycles and for what is not finite.
-    """
-    count = vectors.shape[1]
-    if count < FEWEST or not np.isfinite(vectors).all():
-        return math.nan, math.nan
-    mean = vectors.mean(axis=1)
-    centred = np.swapaxes(vectors - mean[:, None], 0, 1).reshape(count, -1)
-    rng = generator("largest mean")
-    shares = rng.standard_normal((_DRAWN, count)) * np.sqrt((count - 1) / rng.chisquare(count - 1, (_DRAWN, 1)))
-    moved = mean + (shares @ centred).reshape(_DRAWN, *mean.shape) / math.sqrt(count * (count - 1))
-    square = float((mean**2).sum(axis=-1).max())
-    tail = _LARGEST_TAIL * (1 - level) / 2
-    low, high = np.quantile((moved**2).sum(axis=-1).max(axis=-1) - square, [tail, 1 - tail])
-    return math.sqrt(max(square - float(high), 0.0)), math.sqrt(max(square - float(low), 0.0))
-
-
-def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
-    """Between which does the largest scatter of many cycles lie, of vectors (plane, cycle, k) whose planes were run through together?
-
-    The scatter is mean + 3 s of the distances from the average, or 3 s where vectors have one part. Sets of as many cycles are drawn from a normal
-    law with the covariance found, made as alike from plane to plane as the sample allows; how their largest stands to the limit of many cycles is
-    how this one is taken to. NaN for fewer than three cycles, no scatter, and what is not finite.
-    """
-    planes, count, size = vectors.shape
-    if count <= FEWEST or not np.isfinite(vectors).all():
-        return math.nan, math.nan
-    centred = vectors - vectors.mean(axis=1, keepdims=True)
-    value = float(_scatter(centred).max())
-    if not value > 0:
-        return math.nan, math.nan
-    centred = centred * _alike(centred)[:, None, None]
-    covariance = np.swapaxes(centred, 1, 2) @ centred / (count - 1)
-    trace = float(np.trace(covariance, axis1=1, axis2=2).max())
-    many = 3.0 if size == 1 else float(expected_repeatability(covariance / trace)[0].max())
-    root = np.linalg.qr(np.swapaxes(centred, 0, 1).reshape(count, -1) / math.sqrt(count - 1), mode="r")
-    ratio, rng = np.empty(_DRAWN), generator("largest scatter")
-    for k in range(0, _DRAWN, _BATCH):
-        sets = (rng.standard_normal((_BATCH, count, len(root))) @ root).reshape(_BATCH, count, planes, size)
-        ratio[k : k + _BATCH] = _scatter(np.swapaxes(sets, 1, 2)).max(axis=-1) / (many * math.sqrt(trace))
-    low, high = np.quantile(ratio, [(1 - level) / 2, (1 + level) / 2])
-    return value / float(high), value / float(low)
-
-
-def _scatter(vectors: Floats) -> Floats:
-    """Give RP's mean + 3 s of vectors (..., visit, k), or 3 s where they have one part."""
-    return iso.axis_repeatability(vectors)[..., 0] if vectors.shape[-1] == 1 else iso.pose_repeatability(vectors)
-
-
-def _alike(centred: Floats) -> Floats:
-    """By what must each plane's deviations (plane, cycle, k) be stretched (plane,) so that variances differ by no more than the true ones?
-
-    The logarithm of a sample's variance varies by 2 tr C^2 / (tr C)^2 / (count - 1); as much is taken off what they differ by over planes.
-    """
-    covariance = np.swapaxes(centred, 1, 2) @ centred / (centred.shape[1] - 1)
-    variance = np.trace(covariance, axis1=1, axis2=2)
-    if len(variance) < FEWEST or not (variance > 0).all():
-        return np.ones(len(variance))
-    logarithm = np.log(variance)
-    seen = float(logarithm.var(ddof=1))
-    noise = float((2 * (covariance**2).sum(axis=(1, 2)) / variance**2).mean()) / (centred.shape[1] - 1)
-    share = math.sqrt(max(seen - noise, 0.0) / seen) if seen > 0 else 1.0
-    made = np.exp(share * (logarithm - logarithm.mean()))
-    return np.asarray(np.sqrt(made * variance.mean() / made.mean() / variance))

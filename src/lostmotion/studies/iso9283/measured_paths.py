@@ -17,8 +17,9 @@ import numpy as np
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.iso9283 import characteristics as iso
-from lostmotion.studies.iso9283.confidence import FEWEST, NOTHING, generator, largest_mean, largest_scatter
+from lostmotion.studies.iso9283.confidence import FEWEST, NOTHING, generator
 from lostmotion.studies.iso9283.paths import across_path, at_plane, crossings
+from lostmotion.studies.iso9283.worst_plane import largest_mean, largest_scatter
 
 if TYPE_CHECKING:
     from collections.abc import Container

@@ -1,0 +1,193 @@
+"""Between which does the figure of a path's worst plane lie? Intervals for AT and RT, whose planes were run through together.
+
+The largest of several figures is no figure of its own plane: it reads high, the more the more planes are nearly as bad. So each limit is asked of
+tests made up: if this were true, how often would a test show as much?
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.studies.iso9283.confidence import FEWEST, LEVEL, generator
+from lostmotion.studies.iso9283.expected import expected_repeatability
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.spatial import Floats
+
+_DRAWN: Final = 2000
+_BATCH: Final = 100
+# A variance along an axis is none if it is a smaller share of the largest.
+_FLAT: Final = 1e-12
+_HALVED: Final = 24  # bisections of a limit, far finer than the draws tell
+
+
+def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
+    """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
+
+    The limits are the largest lengths under which as long a one as was found is just rare enough or common enough. Under each the planes stand as
+    near to what was found as it allows: below, the longest is drawn back, its neighbours with it as far as their scatter goes with its, and none
+    stands out; above, the plane that needs the least is drawn out. The averages scatter normally with the covariance found, by Student's law.
+    NaN for fewer than two cycles and for what is not finite.
+    """
+    planes, count, size = vectors.shape
+    if count < FEWEST or not np.isfinite(vectors).all():
+        return math.nan, math.nan
+    mean = vectors.mean(axis=1)
+    length = np.linalg.norm(mean, axis=1)
+    found, worst = float(length.max()), int(length.argmax())
+    centred = np.swapaxes(vectors - mean[:, None], 0, 1) / math.sqrt(count * (count - 1))
+    along = np.where(length[:, None] > 0, mean, np.eye(size)[0]) / np.where(length > 0, length, 1.0)[:, None]
+    radial = (centred * along).sum(axis=2)
+    covariance = radial.T @ radial
+    deviation = np.sqrt(np.diag(covariance))
+    if not deviation.any():
+        return found, found
+    rng = generator("largest mean")
+    drawn = rng.standard_normal((_DRAWN, count)) * np.sqrt((count - 1) / rng.chisquare(count - 1, (_DRAWN, 1)))
+    moved = (drawn @ centred.reshape(count, -1)).reshape(_DRAWN, planes, size)
+
+    def as_long(limit: float) -> float:
+        """How often would a test show as long a one, were this the largest?"""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            plane = worst if limit < found else int(np.nanargmin((limit - length) / deviation))
+            neighbours = np.nan_to_num(covariance[plane] / covariance[plane, plane])
+        if limit < found:
+            neighbours = np.maximum(neighbours, 0.0)
+        there = length + neighbours * (limit - length[plane])
+        there[plane] = limit
+        shown = np.clip(there, 0.0, limit)[:, None] * along + moved
+        return float(((shown**2).sum(axis=2).max(axis=1) >= found**2).mean())
+
+    tail = (1 - level) / 2
+    low = 0.0 if as_long(0.0) > tail else _crossing(as_long, tail, 0.0, found)
+    high = found + float(deviation.max())
+    while as_long(high) < 1 - tail:
+        high = 2 * high
+    return low, _crossing(as_long, 1 - tail, low, high)
+
+
+def _crossing(share: Callable[[float], float], at: float, low: float, high: float) -> float:
+    """Find where a rising share passes this one."""
+    for _ in range(_HALVED):
+        middle = (low + high) / 2
+        low, high = (low, middle) if share(middle) > at else (middle, high)
+    return (low + high) / 2
+
+
+def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
+    """Between which does the largest scatter of many cycles lie, of vectors (plane, cycle, k) whose planes were run through together?
+
+    The scatter is mean + 3 s of the distances from the average, or 3 s where vectors have one part. The largest is estimated with the planes drawn
+    together by what chance alone makes them differ. The limits are those under which so large an estimate is just rare enough or common enough in
+    tests of as many cycles, normal and with the covariance found: no plane beyond a limit below the estimate, all stretched to one above. The largest
+    that the test itself showed reads high and may lie above the interval. NaN for fewer than three cycles, no scatter, and what is not finite.
+    """
+    count = vectors.shape[1]
+    if count <= FEWEST or not np.isfinite(vectors).all():
+        return math.nan, math.nan
+    centred = np.swapaxes(vectors - vectors.mean(axis=1, keepdims=True), 0, 1)
+    centred = centred[:, (centred**2).sum(axis=(0, 2)) > 0]
+    if not centred.size:
+        return math.nan, math.nan
+    if centred.shape[2] > 1:  # within the plane or on the line that they lie in
+        values, axes = np.linalg.eigh(np.einsum("npi,npj->ij", centred, centred))
+        centred = centred @ axes[:, values > _FLAT * values[-1]]
+    alike = centred / np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))[:, None]
+    many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_many(alike))
+    spread, chance = _spreads(centred[None])
+    estimate = float((_drawn_together(spread, chance) + many).max())
+    # Drawn together by the root of the share, planes differ by as much as the true ones are thought to.
+    thought = _drawn_together(spread, chance, power=0.5)[0] + many
+    of_chance, chances = _made_up(alike)
+
+    def as_large(limit: float) -> float:
+        """How often would a test show as large a one, were this the largest? Logarithms."""
+        there = np.minimum(thought, limit) + max(limit - float(thought.max()), 0.0)
+        return float(((_drawn_together(of_chance + there - many, chances) + many).max(axis=1) >= estimate).mean())
+
+    tail, low, high = (1 - level) / 2, estimate - 1, estimate + 1
+    while as_large(low) > tail:
+        low -= 1
+    while as_large(high) < 1 - tail:
+        high += 1
+    low = _crossing(as_large, tail, low, high)
+    return math.exp(low), math.exp(_crossing(as_large, 1 - tail, low, high))
+
+
+def _made_up(alike: Floats) -> tuple[Floats, Floats]:
+    """Which log deviations (draw, plane), and how much of what they differ by is chance (draw,), in tests that scatter as this (cycle, plane, k)?"""
+    count = len(alike)
+    root = _root(alike)
+    rng, found = generator("largest scatter"), []
+    for _ in range(0, _DRAWN, _BATCH):
+        sets = (rng.standard_normal((_BATCH, count, len(root))) @ root).reshape(_BATCH, *alike.shape)
+        found.append(_spreads(sets - sets.mean(axis=1, keepdims=True)))
+    spreads, chances = zip(*found, strict=True)
+    return np.concatenate(spreads), np.concatenate(chances)
+
+
+def _root(alike: Floats) -> Floats:
+    """Give a root of the covariance of planes (cycle, plane, k), of which any two have less in common than so few cycles make it seem."""
+    count, planes, size = alike.shape
+    flat = alike.reshape(count, -1)
+    covariance = (flat.T @ flat / (count - 1)).reshape(planes, size, planes, size)
+    square = (covariance**2).sum(axis=(1, 3))
+    own = np.sqrt(np.outer(np.diag(square), np.diag(square)))
+    least = 1 / (count - 1)  # on the average, of two planes with nothing in common
+    share = np.sqrt(np.clip((square - least) / np.maximum(own - least, np.finfo(float).tiny) * own / np.maximum(square, least), 0.0, 1.0))
+    np.fill_diagonal(share, 1.0)
+    values, vectors = np.linalg.eigh((share[:, None, :, None] * covariance).reshape(planes * size, -1))
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    trace = (root.reshape(-1, planes, size) ** 2).sum(axis=(0, 2))
+    return np.asarray(root / np.repeat(np.sqrt(trace), size))
+
+
+def _many(alike: Floats) -> Floats:
+    """Give mean + 3 s of many distances for planes (cycle, plane, k) of trace one, made rounder by what samples are too unequal."""
+    count, _, size = alike.shape
+    covariance = np.einsum("npi,npj->pij", alike, alike) / (count - 1)
+    square = (covariance**2).sum(axis=(1, 2))
+    found, true = square.mean() - 1 / size, _unbiased(square, count).mean() - 1 / size
+    share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
+    rounder = share * covariance + (1 - share) / size * np.eye(size)
+    return expected_repeatability(np.pad(rounder, ((0, 0), (0, 3 - size), (0, 3 - size))))[0]
+
+
+def _spreads(sets: Floats) -> tuple[Floats, Floats]:
+    """Give log deviations (set, plane) of centred sets (set, cycle, plane, k), and by which variance (set,) chance makes planes differ in them.
+
+    A log deviation has the variance tr C^2 / (tr C)^2 / (2 (n - 1)), two planes' the covariance |C_12|^2 / (tr C_1 tr C_2) / (2 (n - 1)): what all
+    have in common makes none differ. Of planes with nothing in common a sample shows 1 / (n - 1) on the average, and of those alike all.
+    """
+    count, _, size = sets.shape[1:]
+    least = 1 / (count - 1)
+    trace = (sets**2).sum(axis=(1, 3)) / (count - 1)
+    alike = sets / np.sqrt(trace)[:, None, :, None]
+    covariance = np.einsum("dnpi,dnpj->dpij", alike, alike) / (count - 1)
+    own = (covariance**2).sum(axis=(2, 3))
+    single = np.clip(_unbiased(own, count), 1 / size, 1.0).mean(axis=1)
+    flat = alike.reshape(*alike.shape[:2], -1)
+    across = flat @ np.swapaxes(flat, 1, 2) if flat.shape[1] < flat.shape[2] else np.swapaxes(flat, 1, 2) @ flat
+    seen = (across**2).sum(axis=(1, 2)) / (alike.shape[2] * (count - 1)) ** 2
+    common = np.clip((seen - least) / np.maximum(own.mean(axis=1) - least, np.finfo(float).tiny), 0.0, 1.0)
+    return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1))
+
+
+def _unbiased(square: Floats, count: int) -> Floats:
+    """Take from a sample's tr C^2 / (tr C)^2 what chance alone adds: E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = n - 1, of normal visits."""
+    freedom = count - 1
+    return freedom**2 / ((freedom - 1) * (freedom + 2)) * (square - 1 / freedom)
+
+
+def _drawn_together(spread: Floats, chance: Floats, power: float = 1.0) -> Floats:
+    """Draw log deviations (set, plane) towards their average, by the share of what they differ by that is chance (set,)."""
+    if spread.shape[1] < FEWEST:
+        return spread
+    mean, seen = spread.mean(axis=1, keepdims=True), spread.var(axis=1, ddof=1)
+    share = np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0) ** power
+    return np.asarray(mean + share[:, None] * (spread - mean))
