@@ -62,6 +62,15 @@ def test_quantiles_with_one_draw_summed_over_are_the_closed_forms(name):
     assert (values[0, 3], bounds[0, 3]) == (counted[0, 3], vague[0, 3])
 
 
+def test_a_draw_that_does_not_move_the_tool_betters_nothing():
+    """Where the one draw without steps has no lever, figures stay as they were counted."""
+    drawn = np.random.default_rng(1).standard_normal((2, SETS * 64))
+    shift, every = np.array([[[1.0, 0], [0, 0], [0, 0]]]), np.ones((1, 4), bool)
+    values, bounds = found = np.array([[0.7, 1.9, 2.5, 2.9]]), np.full((1, 4), 0.06)
+    smoothen(found, every, drawn, np.zeros((1, 3)), shift, LEVELS, {1: ENDLESS})
+    assert (values.tolist(), bounds.tolist()) == ([[0.7, 1.9, 2.5, 2.9]], [[0.06] * 4])
+
+
 def test_only_draws_without_steps_that_one_term_takes_are_summed_over():
     """No play, no wave, no product, nothing that two terms share."""
     flat, play = Uniform(), TwoSided()

@@ -54,6 +54,8 @@ def smoothen(
     wanted = wanted & (bounds < _GAP * values)
     for n in np.flatnonzero(wanted.any(axis=1)):
         row = int(rows[np.argmax((shift[n][:, rows] ** 2).sum(axis=0))])
+        if not shift[n][:, row].any():
+            continue  # of draws that do not move the tool
         share = _shares(drawn, bias[n], shift[n], row, smooth[row])
         for k in np.flatnonzero(wanted[n]):
             at, bound = _quantile(share, float(levels[k]), float(values[n, k]), float(bounds[n, k]))
