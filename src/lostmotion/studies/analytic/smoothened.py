@@ -67,8 +67,7 @@ def _shares(drawn: Floats, bias: Floats, shift: Floats, row: int, law: Smooth) -
     """Give the function that says which share (set,) lies within a length, the draw in this row summed over."""
     along = shift[:, row]
     square = float(along @ along)
-    kept = np.delete(np.arange(len(drawn)), row)
-    rest = shift[:, kept] @ drawn[kept] + bias[:, None]
+    rest = shift @ drawn + bias[:, None] - np.outer(along, drawn[row])
     middle = -(along @ rest) / square
     across = np.maximum((rest**2).sum(axis=0) / square - middle**2, 0.0)
 

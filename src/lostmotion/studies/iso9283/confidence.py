@@ -75,7 +75,7 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     value, count = float(iso.pose_repeatability(errors)) if len(errors) >= FEWEST else math.nan, len(errors)
     if not value > 0 or count <= FEWEST:
         return Estimate(value, math.nan, math.nan)
-    covariance = _shrunk(np.cov(errors.T), count)
+    covariance = rounder(np.cov(errors.T)[None], count)[0]
     limit = float(expected_repeatability(covariance[None] / np.trace(covariance))[0][0]) * math.sqrt(float(np.trace(covariance)))
     sets = generator("repeatability").standard_normal((_DRAWN, count, 3)) @ _root(covariance).T
     low, high = np.quantile(iso.pose_repeatability(sets) / limit, [(1 - level) / 2, (1 + level) / 2])
@@ -88,17 +88,23 @@ def round_repeatability(count: int) -> float:
     return float(expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= FEWEST else 0.0
 
 
-def _shrunk(covariance: Floats, count: int) -> Floats:
-    """Draw a sample's covariance towards a round one, until its eigenvalues are as unequal as the true ones are on the average.
-
-    A sample's squares are too unequal by a known amount: E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = count - 1, of normal visits.
-    """
-    size, freedom = len(covariance), count - 1
-    round_one = float(np.trace(covariance)) ** 2 / size
-    found = float((covariance**2).sum()) - round_one
-    true = freedom**2 / ((freedom - 1) * (freedom + 2)) * (found + round_one - size * round_one / freedom) - round_one
+def rounder(covariance: Floats, count: int) -> Floats:
+    """Draw samples' covariances (n, k, k) towards round ones, until eigenvalues are as unequal as the true ones are, on the average over all n."""
+    size = covariance.shape[-1]
+    trace = np.trace(covariance, axis1=1, axis2=2)
+    square = (covariance**2).sum(axis=(1, 2)) / trace**2
+    found, true = float(square.mean()) - 1 / size, float(unbiased(square, count).mean()) - 1 / size
     share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
-    return np.asarray(share * covariance + (1 - share) * float(np.trace(covariance)) / size * np.eye(size))
+    return np.asarray(share * covariance + (1 - share) / size * trace[:, None, None] * np.eye(size))
+
+
+def unbiased(square: Floats, count: int) -> Floats:
+    """Take from samples' tr C^2 / (tr C)^2 what chance alone adds.
+
+    E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = count - 1, of normal visits.
+    """
+    freedom = count - 1
+    return freedom**2 / ((freedom - 1) * (freedom + 2)) * (square - 1 / freedom)
 
 
 def _root(covariance: Floats) -> Floats:

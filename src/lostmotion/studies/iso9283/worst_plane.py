@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies.iso9283.confidence import FEWEST, LEVEL, generator
+from lostmotion.studies.iso9283.confidence import FEWEST, LEVEL, generator, rounder, unbiased
 from lostmotion.studies.iso9283.expected import expected_repeatability
 
 if TYPE_CHECKING:
@@ -150,12 +150,8 @@ def _root(alike: Floats) -> Floats:
 def _many(alike: Floats) -> Floats:
     """Give mean + 3 s of many distances for planes (cycle, plane, k) of trace one, made rounder by what samples are too unequal."""
     count, _, size = alike.shape
-    covariance = np.einsum("npi,npj->pij", alike, alike) / (count - 1)
-    square = (covariance**2).sum(axis=(1, 2))
-    found, true = square.mean() - 1 / size, _unbiased(square, count).mean() - 1 / size
-    share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
-    rounder = share * covariance + (1 - share) / size * np.eye(size)
-    return expected_repeatability(np.pad(rounder, ((0, 0), (0, 3 - size), (0, 3 - size))))[0]
+    covariance = rounder(np.einsum("npi,npj->pij", alike, alike) / (count - 1), count)
+    return expected_repeatability(np.pad(covariance, ((0, 0), (0, 3 - size), (0, 3 - size))))[0]
 
 
 def _spreads(sets: Floats) -> tuple[Floats, Floats]:
@@ -170,18 +166,12 @@ def _spreads(sets: Floats) -> tuple[Floats, Floats]:
     alike = sets / np.sqrt(trace)[:, None, :, None]
     covariance = np.einsum("dnpi,dnpj->dpij", alike, alike) / (count - 1)
     own = (covariance**2).sum(axis=(2, 3))
-    single = np.clip(_unbiased(own, count), 1 / size, 1.0).mean(axis=1)
+    single = np.clip(unbiased(own, count), 1 / size, 1.0).mean(axis=1)
     flat = alike.reshape(*alike.shape[:2], -1)
     across = flat @ np.swapaxes(flat, 1, 2) if flat.shape[1] < flat.shape[2] else np.swapaxes(flat, 1, 2) @ flat
     seen = (across**2).sum(axis=(1, 2)) / (alike.shape[2] * (count - 1)) ** 2
     common = np.clip((seen - least) / np.maximum(own.mean(axis=1) - least, np.finfo(float).tiny), 0.0, 1.0)
     return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1))
-
-
-def _unbiased(square: Floats, count: int) -> Floats:
-    """Take from a sample's tr C^2 / (tr C)^2 what chance alone adds: E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = n - 1, of normal visits."""
-    freedom = count - 1
-    return freedom**2 / ((freedom - 1) * (freedom + 2)) * (square - 1 / freedom)
 
 
 def _drawn_together(spread: Floats, chance: Floats, power: float = 1.0) -> Floats:
