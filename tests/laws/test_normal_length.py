@@ -69,6 +69,16 @@ def test_imhofs_integral_gives_the_same_share(seed):
         assert imhof(quantile, variances, bias) == pytest.approx(1 - level, abs=2e-6)
 
 
+@pytest.mark.parametrize("variances", [(0.226, 0.360, 0.414), (0.201, 0.249, 0.550), (0.060, 0.073, 0.866)])
+@pytest.mark.parametrize("bias", [(0, 0, 0), (0.1, -0.2, 0.3)])
+def test_contours_around_all_three_axes_give_imhofs_share(variances, bias):
+    """With little bias the contour leaves every variance's own branch point behind, and no root of M may take the wrong side of one."""
+    variances, bias = np.array(variances), np.array(bias, float)
+    found = one(bias, variances)
+    for level, quantile in zip(LEVELS, found.quantiles[0], strict=True):
+        assert imhof(quantile, variances, bias) == pytest.approx(1 - level, abs=3e-7)
+
+
 @given(st.integers(0, 2**32 - 1), st.integers(0, 3), st.floats(-9, 9))
 @settings(deadline=None, max_examples=200)
 def test_turning_and_scaling_the_vector_changes_nothing(seed, rank, exponent):

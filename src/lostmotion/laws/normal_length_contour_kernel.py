@@ -41,12 +41,20 @@ STEEPER: Final = 0.65
 X, Y, LEAN, APART, WEIGHT_RE, WEIGHT_IM, POLE_RE, POLE_IM, SIZE, SPARE = (CHUNK * k for k in range(10))
 TABLE: Final = (NODES // CHUNK, 10 * CHUNK)
 
+
+def _ways(grow: float) -> np.ndarray:
+    """Lay nodes (row, 2, CHUNK): how many steps up, and how many to the next. Far out, where less changes, they stand further apart."""
+    at = grow * (np.arange(NODES) + 0.5)
+    return np.ascontiguousarray(np.stack([np.sinh(at) / grow, np.cosh(at)]).reshape(2, -1, CHUNK).swapaxes(0, 1))
+
+
+_WAYS, _EVEN_WAYS = _ways(_GROW), _ways(_EVEN)
 _TURN: Final = 2.0 * math.pi
 
 jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
 # Without branches, and free to sum in any order: for loops over nodes, where nothing is infinite and no sign of zero counts.
 _FREE: Final = {"contract", "reassoc", "nsz", "nnan", "ninf"}
-_lanes = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False)
+lanes = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False)
 _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False, forceinline=True)
 
 
@@ -78,12 +86,12 @@ def wheel(angle):
 
 
 @jit
-def size_at(s, spread, square):
+def size_at(s, j, spreads, squares):
     """Give log M of one normal vector at a real s."""
     inside, product = 0.0, 1.0
     for i in range(3):
-        w = 1.0 - 2.0 * spread[i] * s
-        inside += square[i] * s / w
+        w = 1.0 - 2.0 * spreads[j, i] * s
+        inside += squares[j, i] * s / w
         product *= w
     return inside - 0.5 * math.log(product)
 
@@ -103,7 +111,7 @@ def tilted(s, weights, spreads, squares):
         if len(weights) == 1:
             return first, second, third
         # Sums relative to the largest part so far.
-        size = size_at(s, spreads[j], squares[j])
+        size = size_at(s, j, spreads, squares)
         if j == 0 or size > top:
             less = math.exp(top - size) if j > 0 else 0.0
             whole, one, two, three, top = whole * less, one * less, two * less, three * less, size
@@ -117,12 +125,11 @@ def tilted(s, weights, spreads, squares):
 
 
 @jit
-def _saddle(q, end, weights, spreads, squares):
-    """At which s < end does K' reach q > 0? Newton's steps, kept between what is known to be below and above."""
+def _saddle(q, end, first, second, weights, spreads, squares):
+    """At which s < end does K' reach q > 0? Newton's steps from zero, where K' and K'' are given, kept between what is below and what above."""
     low, high = -np.inf, end
     s = 0.0
     for _ in range(_STEPS):
-        first, second, _third = tilted(s, weights, spreads, squares)
         if first < q:
             low = s
         else:
@@ -136,27 +143,28 @@ def _saddle(q, end, weights, spreads, squares):
         s = s_new
         if s < _LEFTMOST:
             return s
+        first, second, _third = tilted(s, weights, spreads, squares)
     return s
 
 
 @jit
-def lay(q, above, deviation, weights, spreads, squares, means, cubic, quartic, table):
+def lay(q, above, mean, variance, weights, spreads, squares, means, cubic, quartic, table):
     """Lay the contour for shares of Q near q and fill in its table; gives how many rows, and how widely Q scatters here.
 
     0 where all is on one side of q, -1 where no contour was found. To the right of the pole the integral is the share above, to the left less
-    the share below. `deviation` is Q's own.
+    the share below. `mean` and `variance` are Q's own.
     """
-    largest = 0.0
+    largest, deviation = 0.0, np.sqrt(variance)
     for j in range(len(spreads)):
         for i in range(3):
             largest = max(largest, spreads[j, i])
     end = 0.5 / largest
-    c = _saddle(q, end, weights, spreads, squares)
+    c = _saddle(q, end, mean, variance, weights, spreads, squares)
     if c <= _LEFTMOST:
         return 0, deviation
     top = -np.inf
     for j in range(len(weights)):
-        top = max(top, size_at(c, spreads[j], squares[j]))
+        top = max(top, size_at(c, j, spreads, squares))
     if top - c * q < _NEVER:  # Chernoff's bound
         return 0, deviation
     away = _AWAY / deviation
@@ -186,12 +194,12 @@ def lay(q, above, deviation, weights, spreads, squares, means, cubic, quartic, t
 def _walk(q, c, step, bend, lean, rise, above, weights, spreads, squares, means, cubic, quartic, table):
     """Lay one contour from c on, x = c + bend y^2 at first, along dx = lean dy in the end; gives how many rows, -1 where it leads uphill or far."""
     before, top = np.inf, 0.0
-    grow = _GROW if len(weights) == 1 else _EVEN
+    ways = _WAYS if len(weights) == 1 else _EVEN_WAYS
     for n in range(len(table)):
         row = table[n]
-        _place(n * CHUNK, c, step, bend, lean, grow, row)
+        _place(c, step, bend, lean, ways[n], row)
         for j in range(len(weights)):
-            _weigh(weights[j], spreads[j], squares[j], q, row)
+            _weigh(j, weights, spreads, squares, q, row)
         for k in range(CHUNK):
             size = row[SIZE + k]
             if not size <= rise * before:
@@ -208,17 +216,17 @@ def _walk(q, c, step, bend, lean, rise, above, weights, spreads, squares, means,
     return -1
 
 
-@_lanes
-def _place(first, c, step, bend, lean, grow, row):
+@lanes
+def _place(c, step, bend, lean, ways, row):
     """Place the next nodes."""
-    for k in range(CHUNK):
-        # Sinh and cosh: far out, where less changes, the nodes stand further apart.
-        up, down = power(grow * (first + k + 0.5)), power(-grow * (first + k + 0.5))
-        at, row[APART + k] = 0.5 * (up - down) * step / grow, 0.5 * (up + down) * step
-        root = np.sqrt(1.0 + (2.0 * bend * at / lean) ** 2)
-        row[X + k] = c + 2.0 * bend * at * at / (1.0 + root)
+    over = 1.0 / lean
+    for k in range(ways.shape[1]):  # CHUNK, but a short loop of known length would be taken apart instead of made wide
+        at, row[APART + k] = ways[0, k] * step, ways[1, k] * step
+        slope = 2.0 * bend * at
+        root = np.sqrt(1.0 + (slope * over) * (slope * over))
+        row[X + k] = c + slope * at / (1.0 + root)
         row[Y + k] = at
-        row[LEAN + k] = 2.0 * bend * at / root
+        row[LEAN + k] = slope / root
         row[WEIGHT_RE + k] = row[WEIGHT_IM + k] = row[SIZE + k] = row[SPARE + k] = 0.0
 
 
@@ -233,27 +241,26 @@ def _value(x, y, a, b, c, p, q, r, limit):
     p, q, r = p * over * b_size * c_size, q * over * a_size * c_size, r * over * ab
     grow = p * (x * a_re + y * a_im) + q * (x * b_re + y * b_im) + r * (x * c_re + y * c_im) - x * limit
     turn = (p + q + r - limit) * y
-    # Each factor's angle lies between 0 and -pi: so does that of the root of two of them, and of the third's root the half.
-    z_re, z_im = a_re * b_re - a_im * b_im, a_re * b_im + a_im * b_re
-    z_size, c_size = np.sqrt(ab), np.sqrt(c_size)
-    one, two = np.sqrt(0.5 * (z_size + abs(z_re))), np.sqrt(0.5 * (c_size + abs(c_re)))
-    half = 0.5 / (one * two)
-    other = abs(z_im) * two * half
-    u_re, u_im = one if z_re >= 0.0 else other, -other if z_re >= 0.0 else -one
-    u_re = -u_re if z_im > 0.0 else u_re
-    other = c_im * one * half
-    v_re, v_im = two if c_re >= 0.0 else -other, other if c_re >= 0.0 else -two
-    size = power(grow) * z_size * c_size * over
+    # Each factor's angle lies between 0 and -pi: beyond -pi the product's is where two of them are, or where its own imaginary part is positive, and
+    # beyond -2 pi where the first holds alone. The root has half of it; this is its conjugate.
+    ab_re, ab_im = a_re * b_re - a_im * b_im, a_re * b_im + a_im * b_re
+    w_re, w_im = ab_re * c_re - ab_im * c_im, ab_re * c_im + ab_im * c_re
+    w_size = np.sqrt(ab * c_size)
+    one = np.sqrt(0.5 * (w_size + abs(w_re)))
+    other = 0.5 * abs(w_im) / one
+    u_re, u_im = one if w_re >= 0.0 else other, other if w_re >= 0.0 else one
+    u_re = -u_re if ab_im > 0.0 or w_im > 0.0 else u_re
+    u_im = -u_im if ab_im > 0.0 and w_im <= 0.0 else u_im
+    size = power(grow) * w_size * over
     cosine, sine = wheel(turn)
-    w_re, w_im = u_re * v_re - u_im * v_im, -(u_re * v_im + u_im * v_re)
-    return size * (cosine * w_re - sine * w_im), size * (cosine * w_im + sine * w_re)
+    return size * (cosine * u_re - sine * u_im), size * (cosine * u_im + sine * u_re)
 
 
-@_lanes
-def _weigh(share, spread, square, limit, row):
+@lanes
+def _weigh(j, weights, spreads, squares, limit, row):
     """Add one part of the mixture to the weights."""
-    a, b, c = 2.0 * spread[0], 2.0 * spread[1], 2.0 * spread[2]
-    p, q, r = square[0], square[1], square[2]
+    share, a, b, c = weights[j], 2.0 * spreads[j, 0], 2.0 * spreads[j, 1], 2.0 * spreads[j, 2]
+    p, q, r = squares[j, 0], squares[j, 1], squares[j, 2]
     for k in range(CHUNK):
         m_re, m_im = _value(row[X + k], row[Y + k], a, b, c, p, q, r, limit)
         row[WEIGHT_RE + k] += share * m_re
@@ -261,7 +268,7 @@ def _weigh(share, spread, square, limit, row):
         row[SIZE + k] += share * (abs(m_re) + abs(m_im))
 
 
-@_lanes
+@lanes
 def _bend(share, spread, square, mean, cubic, quartic, limit, left, row):
     """Add what the cumulants of one part change, and what they leave out.
 
@@ -310,7 +317,7 @@ def _bend(share, spread, square, mean, cubic, quartic, limit, left, row):
         row[SPARE + k] += share * np.sqrt(m_re * m_re + m_im * m_im) * size * (base + size) * over
 
 
-@_lanes
+@lanes
 def _close(row):
     """Make weights of an integral out of M exp(-s q) at the nodes."""
     for k in range(CHUNK):
@@ -322,9 +329,32 @@ def _close(row):
         row[SPARE + k] *= scale * np.sqrt((1.0 + lean * lean) * over)
 
 
-@_lanes
+@jit
 def read(count, by, table):
     """Give the integral at q + by (the share above, or less the share below), the density, and its first three derivatives."""
+    return _read_here(count, table) if by == 0.0 else _read_beside(count, by, table)
+
+
+@lanes
+def _read_here(count, table):
+    share = density = first = second = third = 0.0
+    for n in range(count):
+        row = table[n]
+        for k in range(CHUNK):
+            x, y = row[X + k], row[Y + k]
+            share += row[POLE_RE + k]
+            w_re, w_im = row[WEIGHT_RE + k], row[WEIGHT_IM + k]
+            density += w_re
+            w_re, w_im = w_re * x - w_im * y, w_re * y + w_im * x
+            first -= w_re
+            w_re, w_im = w_re * x - w_im * y, w_re * y + w_im * x
+            second += w_re
+            third -= w_re * x - w_im * y
+    return share, density, first, second, third
+
+
+@lanes
+def _read_beside(count, by, table):
     share = density = first = second = third = 0.0
     for n in range(count):
         row = table[n]
@@ -344,7 +374,7 @@ def read(count, by, table):
     return share, density, first, second, third
 
 
-@_lanes
+@lanes
 def left_out(count, by, table):
     """Give the largest share that what is left out beyond Edgeworth's terms can move across q + by."""
     out = 0.0

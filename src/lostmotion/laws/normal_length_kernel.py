@@ -11,12 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, jit, lay, left_out, power, read, tilted
+from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, jit, lanes, lay, left_out, power, read, tilted
 from lostmotion.laws.normal_length_forms_kernel import turn_forms
 
 # Numba keeps compiled functions by the text of their own file: here stand the digests (BLAKE2b, 8 bytes) of the files whose functions are called
 # here, so that no change of theirs is missed. A test compares them.
-BEHIND: Final = {"normal_length_contour_kernel": "3cb072e429531996", "normal_length_forms_kernel": "16c408d32875431a"}
+BEHIND: Final = {"normal_length_contour_kernel": "4b35d5929dfa6f3c", "normal_length_forms_kernel": "16c408d32875431a"}
 
 # Columns of what is known of a length besides its quantiles.
 MEAN, MEAN_ERROR, THIRD = range(3)
@@ -41,8 +41,11 @@ _ROOT_TWO: Final = math.sqrt(2.0)
 
 
 @jit
-def _axes(cov, turn, spread):
-    """Turn a symmetric matrix (3, 3), which is overwritten, into its axes (columns of `turn`) and its variances along them (Jacobi's rotations)."""
+def _axes(cov, turn):
+    """Turn a symmetric matrix (3, 3), which is overwritten, into its axes (columns of `turn`) and on its diagonal its variances along them.
+
+    Jacobi's rotations.
+    """
     turn[:, :] = 0.0
     for i in range(3):
         turn[i, i] = 1.0
@@ -53,11 +56,11 @@ def _axes(cov, turn, spread):
             break
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
-            if cov[i, j] == 0.0:
+            twice, apart = 2.0 * cov[i, j], cov[j, j] - cov[i, i]
+            if twice * twice == 0.0:
                 continue
-            slope = (cov[j, j] - cov[i, i]) / (2.0 * cov[i, j])
-            t = 1.0 / (abs(slope) + np.sqrt(slope * slope + 1.0))
-            t = -t if slope < 0 else t
+            t = twice / (abs(apart) + np.sqrt(apart * apart + twice * twice))
+            t = -t if apart < 0 else t
             c = 1.0 / np.sqrt(t * t + 1.0)
             s = t * c
             cov[i, i], cov[j, j] = cov[i, i] - t * cov[i, j], cov[j, j] + t * cov[i, j]
@@ -68,36 +71,53 @@ def _axes(cov, turn, spread):
             for r in range(3):
                 first, second = turn[r, i], turn[r, j]
                 turn[r, i], turn[r, j] = c * first - s * second, s * first + c * second
-    for i in range(3):
-        spread[i] = max(cov[i, i], 0.0)
 
 
 @jit
-def _prepare(weights, bias, covariance, third, fourth, spreads, squares, means, cubic, quartic):
-    """Turn the parts of one vector to their own axes and scale it to mean square one.
+def _prepare(start, weights, bias, covariance, third, fourth, weight, spreads, squares, means, cubic, quartic, work):
+    """Copy the parts of one vector, from `start` on, turned to their own axes and scaled to mean square one.
 
-    Gives the root mean square (0 where nothing is left, NaN) and how many parts vary.
+    Gives the root mean square (0 where nothing is left, NaN) and how many parts vary. Room for work: (2, 3, 3).
     """
     size2 = 0.0
-    for j in range(len(weights)):
-        b, c = bias[j], covariance[j]
-        size2 += weights[j] * (c[0, 0] + c[1, 1] + c[2, 2] + b[0] * b[0] + b[1] * b[1] + b[2] * b[2])
+    for n in range(start, start + len(weight)):
+        size2 += weights[n] * (covariance[n, 0, 0] + covariance[n, 1, 1] + covariance[n, 2, 2] + bias[n, 0] ** 2 + bias[n, 1] ** 2 + bias[n, 2] ** 2)
     if not size2 > 0:
         return size2, 0  # zero, or not a number
-    size, varying = np.sqrt(size2), 0
-    work, turn = np.empty((3, 3)), np.empty((3, 3))
-    for j in range(len(weights)):
+    size, over, varying = np.sqrt(size2), 0.5 / size2, 0
+    own, turn = work[0], work[1]
+    for j in range(len(weight)):
+        n = start + j
+        weight[j] = weights[n]
         for i in range(3):
             for k in range(3):
-                work[i, k] = 0.5 * (covariance[j, i, k] + covariance[j, k, i]) / size2
-        _axes(work, turn, spreads[j])
+                own[i, k] = over * (covariance[n, i, k] + covariance[n, k, i])
+        _axes(own, turn)
         for i in range(3):
-            means[j, i] = (turn[0, i] * bias[j, 0] + turn[1, i] * bias[j, 1] + turn[2, i] * bias[j, 2]) / size
+            spreads[j, i] = max(own[i, i], 0.0)
+            means[j, i] = (turn[0, i] * bias[n, 0] + turn[1, i] * bias[n, 1] + turn[2, i] * bias[n, 2]) / size
             squares[j, i] = means[j, i] ** 2
         if len(fourth) > 0:
-            turn_forms(third[j], fourth[j], turn, size, cubic[j], quartic[j])
-        varying += spreads[j].sum() >= _CERTAIN
+            turn_forms(third[n], fourth[n], turn, size, cubic[j], quartic[j])
+        varying += spreads[j, 0] + spreads[j, 1] + spreads[j, 2] >= _CERTAIN
     return size, varying
+
+
+@lanes
+def _means(begin, a, b, c, p, q, r):
+    """Add up some nodes of the mean length and the mean cubed length of one part."""
+    more = cubes = 0.0
+    for k in range(begin, begin + _LANES):
+        u = _U2[k]
+        wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
+        over = 1.0 / (wa * wb * wc)
+        va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
+        m = power(-u * (p * va + q * vb + r * vc)) * np.sqrt(over) * _WIDE[k]
+        one = va * (0.5 * a + p * va) + vb * (0.5 * b + q * vb) + vc * (0.5 * c + r * vc)
+        two = va * va * a * (0.5 * a + 2.0 * p * va) + vb * vb * b * (0.5 * b + 2.0 * q * vb) + vc * vc * c * (0.5 * c + 2.0 * r * vc)
+        more += m * one
+        cubes += m * (one * one + two)
+    return more, cubes
 
 
 @jit
@@ -109,21 +129,10 @@ def _moments(weights, spreads, squares, means, cubic, quartic, out):
         p, q, r = squares[j, 0], squares[j, 1], squares[j, 2]
         first = cube = 0.0
         for begin in range(0, _LAST, _LANES):
-            more = cubes = last = 0.0
-            for k in range(begin, begin + _LANES):
-                u = _U2[k]
-                wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
-                over = 1.0 / (wa * wb * wc)
-                va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
-                m = power(-u * (p * va + q * vb + r * vc)) * np.sqrt(over) * _WIDE[k]
-                one = va * (0.5 * a + p * va) + vb * (0.5 * b + q * vb) + vc * (0.5 * c + r * vc)
-                two = va * va * a * (0.5 * a + 2.0 * p * va) + vb * vb * b * (0.5 * b + 2.0 * q * vb) + vc * vc * c * (0.5 * c + 2.0 * r * vc)
-                more += m * one
-                cubes += m * (one * one + two)
-                last = m * one
+            more, cubes = _means(begin, a, b, c, p, q, r)
             first += more
             cube += cubes
-            if last < 1e-8 * first:
+            if more < 1e-8 * first:
                 break
         out[MEAN] += weights[j] * first
         out[THIRD] += weights[j] * cube
@@ -254,16 +263,16 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
     for v in range(len(starts) - 1):
         most = max(most, starts[v + 1] - starts[v])
     bent = most if len(fourth) > 0 else 0
-    all_spreads, all_squares, all_means = np.empty((most, 3)), np.empty((most, 3)), np.empty((most, 3))
-    all_cubic, all_quartic, table = np.zeros((bent, 10)), np.zeros((bent, 6, 6)), np.empty(TABLE)
+    # Taking a slice costs as much as several nodes: one for vectors of as many parts.
+    all_weight, all_spreads, all_squares, all_means = np.empty(most), np.empty((most, 3)), np.empty((most, 3)), np.empty((most, 3))
+    all_cubic, all_quartic, table, work = np.zeros((bent, 10)), np.zeros((bent, 6, 6)), np.empty(TABLE), np.empty((2, 3, 3))
+    weight, spreads, squares, means, cubic, quartic = all_weight, all_spreads, all_squares, all_means, all_cubic, all_quartic
     for v in range(len(starts) - 1):
-        first, last = starts[v], starts[v + 1]
-        n = last - first
-        weight, spreads, squares, means = weights[first:last], all_spreads[:n], all_squares[:n], all_means[:n]
-        cubic, quartic = all_cubic[:n], all_quartic[:n]
-        size, varying = _prepare(
-            weight, bias[first:last], covariance[first:last], third[first:last], fourth[first:last], spreads, squares, means, cubic, quartic
-        )
+        n = starts[v + 1] - starts[v]
+        if n != len(weight):
+            weight, spreads, squares, means = all_weight[:n], all_spreads[:n], all_squares[:n], all_means[:n]
+            cubic, quartic = all_cubic[:n], all_quartic[:n]
+        size, varying = _prepare(starts[v], weights, bias, covariance, third, fourth, weight, spreads, squares, means, cubic, quartic, work)
         if not size > 0:
             for k in range(3 if len(moments) > 0 else 0):
                 moments[v, k] = size
@@ -317,7 +326,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                 # Nearer than its own length a contour's far nodes count for more.
                 far |= count > 0 and -by * table[count - 1, X + CHUNK - 1] > _GAIN
                 if count <= 0 or right != above or far:
-                    count, here = lay(q, above, deviation, weight, spreads, squares, means, cubic, quartic, table)
+                    count, here = lay(q, above, mean, variance, weight, spreads, squares, means, cubic, quartic, table)
                     laid, right, by = q, above, 0.0
                     if count < 0:
                         break
