@@ -96,6 +96,17 @@ def test_turning_and_scaling_the_vector_changes_nothing(seed, rank, exponent):
     assert second.quantiles[0] == pytest.approx(scale * first.quantiles[0], rel=2 * ACCURACY)
 
 
+def test_no_vector_changes_a_bit_of_its_neighbours():
+    """Vectors of any rank, alone and among others, that are turned to their axes side by side."""
+    rng = np.random.default_rng(3)
+    roots = rng.standard_normal((21, 3, 3)) * 10.0 ** rng.uniform(-9, 0, (21, 1, 3))
+    bias, covariance = rng.standard_normal((21, 3)), roots @ np.swapaxes(roots, 1, 2)
+    together = normal_length(bias, covariance, LEVELS)
+    for n in range(21):
+        alone = normal_length(bias[n : n + 1], covariance[n : n + 1], LEVELS)
+        assert (alone.mean[0], *alone.quantiles[0]) == (together.mean[n], *together.quantiles[n])
+
+
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3))
 @settings(deadline=None, max_examples=100)
 def test_the_share_below_a_quantile_is_its_level(seed, rank):
@@ -139,6 +150,11 @@ def test_what_is_no_number_gives_none():
     """A bias that is not a number gives NaN, not a figure; shapes that do not fit and levels out of reach are refused."""
     assert np.isnan(one([np.nan, 0, 0], [1, 1, 1]).mean).all()
     assert np.isnan(one([0, 0, 0], [np.nan, 1, 1]).quantiles).all()
+    across = np.eye(3)[None].repeat(2, axis=0)
+    across[0, 0, 1] = np.inf
+    found = normal_length(np.zeros((2, 3)), across, LEVELS)
+    assert np.isnan(found.mean).tolist() == [True, False]
+    assert np.isnan(found.quantiles).all(axis=1).tolist() == [True, False]
     with pytest.raises(ValueError, match=r"\(n, 3, 3\)"):
         normal_length(np.zeros((2, 3)), np.zeros((1, 3, 3)))
     with pytest.raises(ValueError, match="levels"):

@@ -55,10 +55,10 @@ jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, b
 # Without branches, and free to sum in any order: for loops over nodes, where nothing is infinite and no sign of zero counts.
 _FREE: Final = {"contract", "reassoc", "nsz", "nnan", "ninf"}
 lanes = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False)
-_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False, forceinline=True)
+inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath=_FREE, boundscheck=False, forceinline=True)
 
 
-@_inlined
+@inlined
 def power(x):
     """Give exp x for x from -60 to 60, to 1e-13: a polynomial at x / 256, squared eight times."""
     r = min(max(x, -60.0), 60.0) * (1.0 / 256.0)
@@ -73,7 +73,7 @@ def power(x):
     return p * p
 
 
-@_inlined
+@inlined
 def wheel(angle):
     """Give cosine and sine: polynomials at an eighth of the angle, doubled three times."""
     r = (angle - _TURN * np.floor(angle * (1.0 / _TURN) + 0.5)) * 0.125
@@ -230,7 +230,7 @@ def _place(c, step, bend, lean, ways, row):
         row[WEIGHT_RE + k] = row[WEIGHT_IM + k] = row[SIZE + k] = row[SPARE + k] = 0.0
 
 
-@_inlined
+@inlined
 def _value(x, y, a, b, c, p, q, r, limit):
     """Give M(s) exp(-s limit) of one normal vector; a, b, c are its spreads twice, p, q, r the squares."""
     a_re, b_re, c_re = 1.0 - a * x, 1.0 - b * x, 1.0 - c * x

@@ -11,12 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, jit, lanes, lay, left_out, power, read, tilted
+from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, inlined, jit, lanes, lay, left_out, power, read, tilted
 from lostmotion.laws.normal_length_forms_kernel import turn_forms
 
 # Numba keeps compiled functions by the text of their own file: here stand the digests (BLAKE2b, 8 bytes) of the files whose functions are called
 # here, so that no change of theirs is missed. A test compares them.
-BEHIND: Final = {"normal_length_contour_kernel": "4b35d5929dfa6f3c", "normal_length_forms_kernel": "16c408d32875431a"}
+BEHIND: Final = {"normal_length_contour_kernel": "7cd9e51abd83f7e7", "normal_length_forms_kernel": "16c408d32875431a"}
 
 # Columns of what is known of a length besides its quantiles.
 MEAN, MEAN_ERROR, THIRD = range(3)
@@ -32,7 +32,9 @@ _ENOUGH: Final = 3e-7  # of the squared length: the last term of the series that
 _SHORT: Final = 0.25  # of the deviation and of the squared length: steps that the series serves
 _TRIES: Final = 60
 _SPACING: Final = 0.24  # of the nodes of the means
-_LANES: Final = 8
+_LANES: Final = 8  # nodes, or matrices, in one loop
+_SWEEPS: Final = 6  # of rotations: after four, what is left of most matrices is rounding
+_TINY: Final = 1e-300
 _LAST: Final = 64
 # u = sinh x, s = -u^2: the means' integrands are even in x, so that the plain sum over equal steps is exact to the last digits.
 _U2: Final = np.sinh(_SPACING * np.arange(_LAST)) ** 2
@@ -40,65 +42,91 @@ _WIDE: Final = np.cosh(_SPACING * np.arange(_LAST)) * np.where(np.arange(_LAST) 
 _ROOT_TWO: Final = math.sqrt(2.0)
 
 
-@jit
-def _axes(cov, turn):
-    """Turn a symmetric matrix (3, 3), which is overwritten, into its axes (columns of `turn`) and on its diagonal its variances along them.
+@inlined
+def _rotation(one, two, across):
+    """Give cosine and sine of the turn that takes away what two axes have in common, and by how much their variances move apart."""
+    apart = two - one
+    t = 2.0 * across / (abs(apart) + np.sqrt(apart * apart + 4.0 * across * across + _TINY))
+    t = -t if apart < 0.0 else t
+    c = 1.0 / np.sqrt(t * t + 1.0)
+    return c, t * c, t * across
 
-    Jacobi's rotations.
+
+@lanes
+def _sweep(work):
+    """Turn some symmetric matrices towards their axes by one of Jacobi's sweeps: xx, yy, zz, xy, xz, yz, and nine of the axes, of every lane."""
+    for n in range(_LANES):
+        xx, yy, zz = work[n], work[_LANES + n], work[2 * _LANES + n]
+        xy, xz, yz = work[3 * _LANES + n], work[4 * _LANES + n], work[5 * _LANES + n]
+        c, s, by = _rotation(xx, yy, xy)
+        xx, yy, xz, yz = xx - by, yy + by, c * xz - s * yz, s * xz + c * yz
+        d, t, by = _rotation(xx, zz, xz)
+        xx, zz, xy, yz = xx - by, zz + by, -t * yz, d * yz
+        e, u, by = _rotation(yy, zz, yz)
+        yy, zz, xy, xz = yy - by, zz + by, e * xy, u * xy
+        work[n], work[_LANES + n], work[2 * _LANES + n] = xx, yy, zz
+        work[3 * _LANES + n], work[4 * _LANES + n], work[5 * _LANES + n] = xy, xz, 0.0
+        for r in range(3):
+            row = (6 + 3 * r) * _LANES + n
+            x, y, z = work[row], work[row + _LANES], work[row + 2 * _LANES]
+            x, y = c * x - s * y, s * x + c * y
+            x, z = d * x - t * z, t * x + d * z
+            y, z = e * y - u * z, u * y + e * z
+            work[row], work[row + _LANES], work[row + 2 * _LANES] = x, y, z
+
+
+@jit
+def _axes(covariance, turn, variance):
+    """Find the axes of matrices (n, 3, 3), columns of `turn` (n, 3, 3), and the variances along them (n, 3).
+
+    All are turned as often, so that none changes what becomes of its neighbours.
     """
-    turn[:, :] = 0.0
-    for i in range(3):
-        turn[i, i] = 1.0
-    for _ in range(12):
-        off = cov[0, 1] ** 2 + cov[0, 2] ** 2 + cov[1, 2] ** 2
-        # What is left turns the variances by its square.
-        if off <= 1e-22 * (cov[0, 0] ** 2 + cov[1, 1] ** 2 + cov[2, 2] ** 2):
-            break
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            twice, apart = 2.0 * cov[i, j], cov[j, j] - cov[i, i]
-            if twice * twice == 0.0:
-                continue
-            t = twice / (abs(apart) + np.sqrt(apart * apart + twice * twice))
-            t = -t if apart < 0 else t
-            c = 1.0 / np.sqrt(t * t + 1.0)
-            s = t * c
-            cov[i, i], cov[j, j] = cov[i, i] - t * cov[i, j], cov[j, j] + t * cov[i, j]
-            cov[i, j] = cov[j, i] = 0.0
-            first, second = cov[i, k], cov[j, k]
-            cov[i, k] = cov[k, i] = c * first - s * second
-            cov[j, k] = cov[k, j] = s * first + c * second
-            for r in range(3):
-                first, second = turn[r, i], turn[r, j]
-                turn[r, i], turn[r, j] = c * first - s * second, s * first + c * second
+    work = np.empty(15 * _LANES)
+    for begin in range(0, len(covariance), _LANES):
+        for n in range(_LANES):
+            m = min(begin + n, len(covariance) - 1)
+            trace = covariance[m, 0, 0] + covariance[m, 1, 1] + covariance[m, 2, 2]
+            over = 1.0 / trace if trace > 0.0 else 0.0
+            for i in range(3):
+                work[i * _LANES + n] = over * covariance[m, i, i]
+                work[(3 + i) * _LANES + n] = 0.5 * over * (covariance[m, i // 2, 1 + (i + 1) // 2] + covariance[m, 1 + (i + 1) // 2, i // 2])
+                for k in range(3):
+                    work[(6 + 3 * i + k) * _LANES + n] = 1.0 if i == k else 0.0
+        for _ in range(_SWEEPS):
+            _sweep(work)
+        for n in range(min(_LANES, len(covariance) - begin)):
+            m = begin + n
+            trace = covariance[m, 0, 0] + covariance[m, 1, 1] + covariance[m, 2, 2]
+            whole = 0.0
+            for i in range(3):
+                for k in range(3):
+                    whole += abs(covariance[m, i, k])
+                    turn[m, i, k] = work[(6 + 3 * i + k) * _LANES + n]
+            for i in range(3):
+                variance[m, i] = max(trace * work[i * _LANES + n], 0.0) if whole < np.inf else np.nan
 
 
 @jit
-def _prepare(start, weights, bias, covariance, third, fourth, weight, spreads, squares, means, cubic, quartic, work):
-    """Copy the parts of one vector, from `start` on, turned to their own axes and scaled to mean square one.
+def _prepare(start, weights, bias, turn, variance, third, fourth, weight, spreads, squares, means, cubic, quartic):
+    """Copy the parts of one vector, from `start` on, along their own axes and scaled to mean square one.
 
-    Gives the root mean square (0 where nothing is left, NaN) and how many parts vary. Room for work: (2, 3, 3).
+    Gives the root mean square (0 where nothing is left, NaN) and how many parts vary.
     """
     size2 = 0.0
     for n in range(start, start + len(weight)):
-        size2 += weights[n] * (covariance[n, 0, 0] + covariance[n, 1, 1] + covariance[n, 2, 2] + bias[n, 0] ** 2 + bias[n, 1] ** 2 + bias[n, 2] ** 2)
+        size2 += weights[n] * (variance[n, 0] + variance[n, 1] + variance[n, 2] + bias[n, 0] ** 2 + bias[n, 1] ** 2 + bias[n, 2] ** 2)
     if not size2 > 0:
         return size2, 0  # zero, or not a number
-    size, over, varying = np.sqrt(size2), 0.5 / size2, 0
-    own, turn = work[0], work[1]
+    size, varying = np.sqrt(size2), 0
     for j in range(len(weight)):
         n = start + j
         weight[j] = weights[n]
         for i in range(3):
-            for k in range(3):
-                own[i, k] = over * (covariance[n, i, k] + covariance[n, k, i])
-        _axes(own, turn)
-        for i in range(3):
-            spreads[j, i] = max(own[i, i], 0.0)
-            means[j, i] = (turn[0, i] * bias[n, 0] + turn[1, i] * bias[n, 1] + turn[2, i] * bias[n, 2]) / size
+            spreads[j, i] = variance[n, i] / size2
+            means[j, i] = (turn[n, 0, i] * bias[n, 0] + turn[n, 1, i] * bias[n, 1] + turn[n, 2, i] * bias[n, 2]) / size
             squares[j, i] = means[j, i] ** 2
         if len(fourth) > 0:
-            turn_forms(third[n], fourth[n], turn, size, cubic[j], quartic[j])
+            turn_forms(third[n], fourth[n], turn[n], size, cubic[j], quartic[j])
         varying += spreads[j, 0] + spreads[j, 1] + spreads[j, 2] >= _CERTAIN
     return size, varying
 
@@ -265,14 +293,16 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
     bent = most if len(fourth) > 0 else 0
     # Taking a slice costs as much as several nodes: one for vectors of as many parts.
     all_weight, all_spreads, all_squares, all_means = np.empty(most), np.empty((most, 3)), np.empty((most, 3)), np.empty((most, 3))
-    all_cubic, all_quartic, table, work = np.zeros((bent, 10)), np.zeros((bent, 6, 6)), np.empty(TABLE), np.empty((2, 3, 3))
+    all_cubic, all_quartic, table = np.zeros((bent, 10)), np.zeros((bent, 6, 6)), np.empty(TABLE)
+    turn, variance = np.empty((len(bias), 3, 3)), np.empty((len(bias), 3))
+    _axes(covariance, turn, variance)
     weight, spreads, squares, means, cubic, quartic = all_weight, all_spreads, all_squares, all_means, all_cubic, all_quartic
     for v in range(len(starts) - 1):
         n = starts[v + 1] - starts[v]
         if n != len(weight):
             weight, spreads, squares, means = all_weight[:n], all_spreads[:n], all_squares[:n], all_means[:n]
             cubic, quartic = all_cubic[:n], all_quartic[:n]
-        size, varying = _prepare(starts[v], weights, bias, covariance, third, fourth, weight, spreads, squares, means, cubic, quartic, work)
+        size, varying = _prepare(starts[v], weights, bias, turn, variance, third, fourth, weight, spreads, squares, means, cubic, quartic)
         if not size > 0:
             for k in range(3 if len(moments) > 0 else 0):
                 moments[v, k] = size
@@ -298,8 +328,8 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                 share, density = _certain_share(limits[v, k] / size, weight, spreads, means)
                 shares[v, k], densities[v, k], shares_left[v, k] = share, density / size, 0.0
             continue
-        mean, variance, skew = tilted(0.0, weight, spreads, squares)
-        deviation = np.sqrt(variance)
+        mean, second, skew = tilted(0.0, weight, spreads, squares)
+        deviation = np.sqrt(second)
         narrow = 0.0
         if n > 1:
             for j in range(n):
@@ -310,7 +340,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             asked = k >= len(levels)
             n = k - len(levels) if asked else k
             level = 0.0 if asked else levels[n]
-            q = limits[v, n] * limits[v, n] / (size * size) if asked else _guess(z[n], mean, variance, skew)
+            q = limits[v, n] * limits[v, n] / (size * size) if asked else _guess(z[n], mean, second, skew)
             above = q > mean if asked else level > _RIGHT
             if asked:
                 shares[v, n] = densities[v, n] = shares_left[v, n] = 0.0
@@ -326,7 +356,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                 # Nearer than its own length a contour's far nodes count for more.
                 far |= count > 0 and -by * table[count - 1, X + CHUNK - 1] > _GAIN
                 if count <= 0 or right != above or far:
-                    count, here = lay(q, above, mean, variance, weight, spreads, squares, means, cubic, quartic, table)
+                    count, here = lay(q, above, mean, second, weight, spreads, squares, means, cubic, quartic, table)
                     laid, right, by = q, above, 0.0
                     if count < 0:
                         break
