@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 import xarray
 from typer.testing import CliRunner
@@ -25,6 +26,21 @@ def arm():
 def summed(arm):
     """Study it without sampling, in a zone too."""
     return lostmotion.study(arm, 64, method="analytic", zone=ZONE)
+
+
+def test_units_are_ones_that_readers_of_units_know(summed):
+    """Pint reads every unit; joint values have one where all joints turn, and none where one slides, but their name says which is which."""
+    units = pint.UnitRegistry()
+    data = summed.arrays()
+    assert all(units.parse_units(values.attrs["units"]) is not None for values in data.data_vars.values())
+    assert data.q.attrs["units"] == "rad"
+    joint = {"type": "revolute", "axis": "z", "limits": (-1.0, 1.0), "link": {"tip": {"xyz": (0.3, 0.0, 0.0)}}, "lumped": {"angle": 1e-4}}
+    slide = {"type": "prismatic", "axis": "z", "limits": (0.0, 0.1), "link": {"tip": {"xyz": (0.0, 0.0, 0.1)}}, "lumped": {"offset": 1e-5}}
+    arm = lostmotion.Arm.model_validate({"name": "two", "joints": [{"name": "turn", **joint}, {"name": "slide", **slide}]})
+    q = lostmotion.study(arm, 8, method="analytic").arrays().q
+    assert "units" not in q.attrs
+    assert q.attrs["long_name"] == "joint values: rad where joint_unit is rad, m where it is m"
+    assert q.joint_unit.values.tolist() == ["rad", "m"]
 
 
 def test_every_pose_has_its_figures_without_sampling(summed):

@@ -46,8 +46,8 @@ def dataset(answer: Answer) -> xarray.Dataset:
         "rotation_rms": (np.sqrt(sampled.rotation_ms), "rad", "root mean square rotation error of the tool"),
     }
     data: dict[str, Any] = {name: ("pose", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in per_pose.items()}
-    data |= _visited(answer.poses, answer.tool)
-    data["holding_torque"] = (("pose", "joint"), answer.torques, {"units": "N m or N", "long_name": "static torque or force that the drive holds"})
+    data |= _visited(answer.arm, answer.poses, answer.tool)
+    data["holding_torque"] = (("pose", "joint"), answer.torques, _of_joints(answer.arm, "N m", "N", "static torques that the drives hold"))
     data["bias"] = (("pose", "axis"), sampled.bias[:, 3:], {"units": "m", "long_name": "error common to all robots and visits"})
     data["error_quantile"] = (
         ("pose", "level"),
@@ -110,7 +110,7 @@ def analytic_dataset(arm: Arm, poses: Poses, found: Analytic, zones: Sequence[Fo
     """Give what sums over terms say of every pose, in SI, with units and long names; NaN where they do not tell."""
     import xarray
 
-    data = {**_visited(poses, tool_points(arm, poses.q)), **_summed(found)}
+    data = {**_visited(arm, poses, tool_points(arm, poses.q)), **_summed(found)}
     for k, zone in enumerate(zones, start=1):
         if zone.analytic is not None:
             data |= _of_zone(analytic_dataset(arm, zone.poses, zone.analytic), f"zone_{k}")
@@ -129,7 +129,7 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
         "error_quantile_bound": (shares, np.where(np.isnan(found.quantiles), np.nan, found.quantiles_bound), "m", off.format("error_quantile")),
         "error_rms": ("pose", np.sqrt(found.mean_square), "m", "root mean square position error, exact sum over terms"),
         "bias": (sides, found.bias, "m", "mean vector of the error, base frame"),
-        "covariance": ((*sides, "with_axis"), found.covariance, "m2", "covariance of the error, base frame"),
+        "covariance": ((*sides, "with_axis"), found.covariance, "m^2", "covariance of the error, base frame"),
         "worst_case": ("pose", found.worst, "m", "bound: everything at its limit at once"),
         "root_sum_square": ("pose", found.rss, "m", "|bias| + root of the sum of squared limits"),
         "excess": ("pose", found.excess, "1", "mean fourth power of the scatter against a normal vector's: 0 normal, less flat or two-sided"),
@@ -141,10 +141,10 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
     }
 
 
-def _visited(poses: Poses, tool: Floats) -> dict[str, Any]:
+def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:
     """Give the poses, and where they put the tool."""
     return {
-        "q": (("pose", "joint"), poses.q, {"units": "rad or m (see joint_unit)", "long_name": "joint values"}),
+        "q": (("pose", "joint"), poses.q, _of_joints(arm, "rad", "m", "joint values")),
         "tool": (("pose", "axis"), tool, {"units": "m", "long_name": "commanded tool point, base frame"}),
     }
 
@@ -152,6 +152,14 @@ def _visited(poses: Poses, tool: Floats) -> dict[str, Any]:
 def _axes(arm: Arm) -> dict[str, Any]:
     units = ["rad" if joint.type == "revolute" else "m" for joint in arm.moving]
     return {"joint": [joint.name for joint in arm.moving], "joint_unit": ("joint", units), "axis": list("xyz")}
+
+
+def _of_joints(arm: Arm, turning: str, sliding: str, text: str) -> dict[str, str]:
+    """Say the unit and name of what every joint has; where some turn and some slide no one unit holds, and a reader of units refuses two."""
+    units = {turning if joint.type == "revolute" else sliding for joint in arm.moving}
+    if len(units) == 1:
+        return {"units": units.pop(), "long_name": text}
+    return {"long_name": f"{text}: {turning} where joint_unit is rad, {sliding} where it is m"}
 
 
 def _zones_said(zones: Sequence[FoundInZone]) -> dict[str, str]:

@@ -30,8 +30,9 @@ def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
     """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
 
     The limits are the largest lengths under which as long a one as was found is just rare enough or common enough. Under each the planes stand as
-    near to what was found as it allows: below, the longest is drawn back, its neighbours with it as far as their scatter goes with its, and none
-    stands out; above, the plane that needs the least is drawn out. The averages scatter normally with the covariance found, by Student's law.
+    near to what was found as it allows: below, the longest is drawn back, its neighbours with it as far as their scatter goes with its, and what
+    still stands out stands as far inside; above, the plane that needs the least is drawn out. The averages scatter normally with the covariance
+    found, by Student's law.
     NaN for fewer than two cycles and for what is not finite.
     """
     planes, count, size = vectors.shape
@@ -59,8 +60,9 @@ def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
         if limit < found:
             neighbours = np.maximum(neighbours, 0.0)
         there = length + neighbours * (limit - length[plane])
+        there = limit - np.abs(limit - there) if limit < found else np.minimum(there, limit)
         there[plane] = limit
-        shown = np.clip(there, 0.0, limit)[:, None] * along + moved
+        shown = np.maximum(there, 0.0)[:, None] * along + moved
         return float(((shown**2).sum(axis=2).max(axis=1) >= found**2).mean())
 
     tail = (1 - level) / 2
