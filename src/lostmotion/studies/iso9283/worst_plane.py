@@ -102,14 +102,13 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     alike = centred / np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))[:, None]
     many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_many(alike))
     spread, chance = _spreads(centred[None])
-    estimate = float((_drawn_together(spread, chance) + many).max())
-    # Drawn together by the root of the share, planes differ by as much as the true ones are thought to.
-    thought = _drawn_together(spread, chance, power=0.5)[0] + many
+    thought = _drawn_together(spread, chance)[0] + many
+    estimate = float(thought.max())
     of_chance, chances = _made_up(alike)
 
     def as_large(limit: float) -> float:
         """How often would a test show as large a one, were this the largest? Logarithms."""
-        there = np.minimum(thought, limit) + max(limit - float(thought.max()), 0.0)
+        there = np.minimum(thought, limit) + max(limit - estimate, 0.0)
         return float(((_drawn_together(of_chance + there - many, chances) + many).max(axis=1) >= estimate).mean())
 
     tail, low, high = (1 - level) / 2, estimate - 1, estimate + 1
@@ -176,10 +175,10 @@ def _spreads(sets: Floats) -> tuple[Floats, Floats]:
     return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1))
 
 
-def _drawn_together(spread: Floats, chance: Floats, power: float = 1.0) -> Floats:
+def _drawn_together(spread: Floats, chance: Floats) -> Floats:
     """Draw log deviations (set, plane) towards their average, by the share of what they differ by that is chance (set,)."""
     if spread.shape[1] < FEWEST:
         return spread
     mean, seen = spread.mean(axis=1, keepdims=True), spread.var(axis=1, ddof=1)
-    share = np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0) ** power
+    share = np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0)
     return np.asarray(mean + share[:, None] * (spread - mean))
