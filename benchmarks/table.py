@@ -10,7 +10,8 @@ Contestants alternate on one thread, the best of all rounds counts, by the proce
 take fewer poses or draws: what counts is time per sample. Who is not installed is left out with a word. The column "mean" is each contestant's mean
 error over lostmotion's at the same poses: ours cuts the normal law at three sigma, as a tolerance is, which makes its mean 1 % smaller.
 
---sweep measures whole runs from 1e6 to 1e9 samples, each in a process of its own: time per sample, and the most memory held.
+--sweep measures whole runs from 1e6 to 1e9 samples, each in a process of its own: time per sample, what of it every pose takes once (frames, terms,
+bounds, exact check: a run of few samples), what every further sample takes, and the most memory held.
 """
 
 from __future__ import annotations
@@ -312,11 +313,19 @@ from lostmotion.studies.montecarlo.montecarlo import run
 arm = ur5e({varies!r})
 run(arm, sample_poses(arm, 8, "uniform"), 64, {visits}, 1)
 poses = sample_poses(arm, {poses}, "uniform")
-start = time.process_time()
-run(arm, poses, {robots}, {visits}, 1)
-took = time.process_time() - start
-print(took / (len(poses) * {robots} * {visits}) * 1e9, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+samples = len(poses) * {robots} * {visits}
+def took(robots, visits):
+    start = time.process_time()
+    run(arm, poses, robots, visits, 1)
+    return time.process_time() - start
+few = min({robots}, {least}), min({visits}, {least})
+once = min(took(*few) for _ in range(3))
+whole = min(took({robots}, {visits}) for _ in range(max(1, min(5, 10**8 // samples))))
+further = (whole - once) / (samples - len(poses) * few[0] * few[1])
+print(whole / samples * 1e9, once / len(poses) * 1e6, further * 1e9, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
+# With so few robots and visits, a run takes next to nothing but what it takes for every pose.
+LEAST = 4
 # One table of draws and fresh ones: more draws at as many poses; robots that return: more visits.
 SIZES = [
     *(("one table of draws", "robot", poses, robots, 1) for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))),
@@ -327,13 +336,13 @@ SIZES = [
 
 def sweep(console: Console) -> None:
     table = Table(title="Whole runs, one thread, processor time")
-    for head in ("", "poses x robots x visits", "samples", "ns per sample", "peak memory, MB"):
+    for head in ("", "poses x robots x visits", "samples", "ns per sample", "µs per pose", "ns per further sample", "peak memory, MB"):
         table.add_column(head, justify="left" if not head else "right")
     for name, varies, poses, robots, visits in SIZES:
-        code = SWEEP.format(folder=str(Path(__file__).resolve().parent), varies=varies, poses=poses, robots=robots, visits=visits)
+        code = SWEEP.format(folder=str(Path(__file__).resolve().parent), varies=varies, poses=poses, robots=robots, visits=visits, least=LEAST)
         found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()  # noqa: S603 - this file
         size = f"{poses} x {robots} x {visits}"
-        table.add_row(name, size, f"{poses * robots * visits:.0e}", f"{float(found[0]):.3g}", f"{float(found[1]):.0f}")
+        table.add_row(name, size, f"{poses * robots * visits:.0e}", *(f"{float(each):.3g}" for each in found))
     console.print(table)
 
 
@@ -343,7 +352,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--sweep", action="store_true")
     options = parser.parse_args()
-    console = Console(width=120)
+    console = Console(width=140)
     console.print(f"{platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}")
     if options.sweep:
         sweep(console)
