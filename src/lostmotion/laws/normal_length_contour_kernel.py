@@ -335,21 +335,22 @@ def read(count, by, table):
     return _read_here(count, table) if by == 0.0 else _read_beside(count, by, table)
 
 
+@inlined
+def _rates(w_re, w_im, x, y):
+    """Give what a node adds to the density and its first three derivatives."""
+    one_re, one_im = w_re * x - w_im * y, w_re * y + w_im * x
+    two_re, two_im = one_re * x - one_im * y, one_re * y + one_im * x
+    return w_re, -one_re, two_re, two_im * y - two_re * x
+
+
 @lanes
 def _read_here(count, table):
     share = density = first = second = third = 0.0
     for n in range(count):
         row = table[n]
         for k in range(CHUNK):
-            x, y = row[X + k], row[Y + k]
-            share += row[POLE_RE + k]
-            w_re, w_im = row[WEIGHT_RE + k], row[WEIGHT_IM + k]
-            density += w_re
-            w_re, w_im = w_re * x - w_im * y, w_re * y + w_im * x
-            first -= w_re
-            w_re, w_im = w_re * x - w_im * y, w_re * y + w_im * x
-            second += w_re
-            third -= w_re * x - w_im * y
+            d0, d1, d2, d3 = _rates(row[WEIGHT_RE + k], row[WEIGHT_IM + k], row[X + k], row[Y + k])
+            share, density, first, second, third = share + row[POLE_RE + k], density + d0, first + d1, second + d2, third + d3
     return share, density, first, second, third
 
 
@@ -364,13 +365,9 @@ def _read_beside(count, by, table):
             cosine, sine = wheel(-y * by)
             cosine, sine = size * cosine, size * sine
             share += row[POLE_RE + k] * cosine - row[POLE_IM + k] * sine
-            w_re, w_im = row[WEIGHT_RE + k] * cosine - row[WEIGHT_IM + k] * sine, row[WEIGHT_RE + k] * sine + row[WEIGHT_IM + k] * cosine
-            density += w_re
-            w_re, w_im = w_re * x - w_im * y, w_re * y + w_im * x
-            first -= w_re
-            w_re, w_im = w_re * x - w_im * y, w_re * y + w_im * x
-            second += w_re
-            third -= w_re * x - w_im * y
+            w_re, w_im = row[WEIGHT_RE + k], row[WEIGHT_IM + k]
+            d0, d1, d2, d3 = _rates(w_re * cosine - w_im * sine, w_re * sine + w_im * cosine, x, y)
+            density, first, second, third = density + d0, first + d1, second + d2, third + d3
     return share, density, first, second, third
 
 
