@@ -119,3 +119,17 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(study):
     given = lostmotion.study(lostmotion.read(ARM), study.poses.q, method="analytic").sheet
     assert find_row(given.sections, "analytic", "root mean square").figures[0].interval == ""
     assert find_row(given.sections, "levels", "all together").figures[0].interval == ""
+
+
+def test_without_sampling_it_is_told_what_halving_takes_off(study):
+    """Over the workspace, part by part: what a study by samples says of the same poses, within both intervals, and worked out once."""
+    summed = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
+    section = next(section for section in summed.sheet.sections if section.key == "halving")
+    assert summed.halving is summed.halving
+    parts = [cost.part for cost in summed.budget.parts if cost.alone > 0]
+    assert {row.label for row in section.rows[: len(parts)]} == {part.removeprefix("joints.") for part in parts}
+    for part in parts:
+        here, there = summed.halving.gains[part], study.halving.gains[part]
+        assert here.low <= there.high
+        assert there.low <= here.high
+    assert all(np.isfinite(row.figures[0].value) and row.figures[0].interval for row in section.rows)

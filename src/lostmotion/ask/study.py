@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, overload
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.analytic.analytic import Analytic
     from lostmotion.studies.analytic.pooled import Pooled
     from lostmotion.studies.budget import Budget
+    from lostmotion.studies.montecarlo.halving import Halving
     from lostmotion.studies.places import InZone
     from lostmotion.studies.route import FoundInZone
 
@@ -151,7 +153,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
         if found.analytic is None or found.pooled is None:
             raise ValueError("a study by no route")
         blame = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=sign, replicates=found.poses.replicates)
-        return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones)
+        return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones, seed=seed)
     told = answer(arm, found.poses, found.sampled, seed, approach=sign, threads=route.threads, progress=progress)
     besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": zones}
     return Study(**{name: getattr(told, name) for name in Answer.__dataclass_fields__} | besides)
@@ -249,6 +251,14 @@ class AnalyticStudy(Blamed, Shown):
     budget: Budget
     budgets: tuple[Budget, ...] = ()
     zones: tuple[FoundInZone, ...] = ()
+    seed: int = 1
+
+    @functools.cached_property
+    def halving(self) -> Halving:
+        """What would halving each part's errors, or each kind of error, take off the 95 % error over the workspace? By a second's paired samples."""
+        from lostmotion.studies.montecarlo.halving import halving_at
+
+        return halving_at(self.arm, self.poses, self.seed, approach=self.approach, threads=os.cpu_count() or 1)
 
     @property
     def places(self) -> tuple[Budget, ...]:
@@ -260,7 +270,7 @@ class AnalyticStudy(Blamed, Shown):
         """Give every figure, as printed, reported and written."""
         from lostmotion.figures.analytic import analytic_sheet
 
-        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, self.budget, self.places, self.zones)
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, replace(self.budget, halving=self.halving), self.places, self.zones)
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.

@@ -106,11 +106,12 @@ def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
         out.append(_crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found))
         out.append(_crossed(f"causes_at_{k}", f"Which kind of error is to blame: {found.where}", found.causes, found))
         if found.halving is not None:
-            out.append(_halved(f"halving_at_{k}", f"What halving takes off the 95 % error: {found.where}", found, found.halving))
+            out.append(halved_section(f"halving_at_{k}", f"What halving takes off the 95 % error: {found.where}", found, found.halving))
     return out
 
 
-def _halved(key: str, title: str, found: Budget, halving: Halving) -> Section:
+def halved_section(key: str, title: str, found: Budget, halving: Halving) -> Section:
+    """What would halving each part, and each kind of error, take off the 95 % error there?"""
     counted = f"{halving.samples} paired samples"
     rows = []
     for erring, gains, everywhere in ((found.parts, halving.gains, ""), (found.causes, halving.causes, ", at every joint")):
