@@ -223,6 +223,7 @@ def test_a_study_without_sampling_says_it_too(arm, study):
         "levels",
         "budget_levels",
         "causes_levels",
+        "halving",
         "budget_at_1",
         "causes_at_1",
         "halving_at_1",
