@@ -37,7 +37,8 @@ from rich.table import Table
 from lostmotion import sample_poses, screws
 from lostmotion.studies.draws import robot_draws
 from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import BLOCK, Plan, run, sample_block
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
+from lostmotion.studies.montecarlo.montecarlo import BLOCK, run
 from lostmotion.studies.montecarlo.product_kernel import AT_ONCE, compiled, squared_lengths
 
 if TYPE_CHECKING:

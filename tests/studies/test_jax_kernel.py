@@ -13,7 +13,8 @@ import lostmotion
 from lostmotion import sample_poses, screws
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.studies.montecarlo import jax_kernel, kernel
-from lostmotion.studies.montecarlo.montecarlo import Plan, run, sample_block
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
+from lostmotion.studies.montecarlo.montecarlo import run
 
 ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
 needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmark-jax]'")

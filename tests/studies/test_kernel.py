@@ -5,9 +5,10 @@ import pytest
 
 from lostmotion import Poses, pose_accuracy, pose_repeatability, sample_poses, screws
 from lostmotion.studies.intervals import student
-from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.montecarlo import kernel, montecarlo
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block, sample_blocks
 from lostmotion.studies.montecarlo.exact import draws_of
-from lostmotion.studies.montecarlo.montecarlo import Plan, run, sample_block
+from lostmotion.studies.montecarlo.montecarlo import run
 
 from .conftest import arm_of
 
@@ -56,9 +57,9 @@ def test_quantiles_read_from_the_histogram_are_those_of_the_samples(block):
 def test_every_sample_is_counted_once(block):
     """The histograms of the groups of robots hold every sample, in the bin where it belongs."""
     sample, errors = block
-    assert sample.group_hist.sum() == errors[..., 0].size
+    assert sample.whole_hist().sum() == errors[..., 0].size
     counted = np.histogram(np.linalg.norm(errors, axis=-1), kernel.bin_edges())[0]
-    assert np.abs(sample.group_hist.sum(axis=0) - counted).sum() <= 4  # a sample within rounding of an edge may fall to either side
+    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # a sample within rounding of an edge may fall to either side
 
 
 def test_the_interval_of_a_quantile_counts_robots(block):
@@ -129,6 +130,29 @@ def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(arm):
         assert again.tally.total == first.tally.total
         assert again.exact == first.exact
     assert not np.array_equal(run(arm, poses, 70, 3, 6).per_pose, first.per_pose)
+
+
+def test_blocks_walked_together_are_sampled_as_each_by_itself(arm):
+    """Blocks of one matrix, with the draws laid out once, give the bits of blocks that were walked by themselves."""
+    poses = sample_poses(arm, 40, "uniform")
+    plan = Plan.of(arm, poses, 70, 3, 5, 0.0)
+    spans = [(16, 20), (20, 31), (31, 40)]
+    together = sample_blocks(plan, screws(arm, poses.q[16:]), spans)
+    for (first, last), sample in zip(spans, together, strict=True):
+        alone = sample_block(plan, screws(arm, poses.q[first:last]), first)
+        for name in ("per_pose", "ap_rp", "robot_sums"):
+            np.testing.assert_array_equal(getattr(sample, name), getattr(alone, name), err_msg=name)
+        np.testing.assert_array_equal(sample.whole_hist(), alone.whole_hist())
+
+
+@pytest.mark.parametrize(("robots", "walks"), [(10, 1), (1000, 1), (10_000, 3), (40_000, 8)])
+def test_a_study_of_few_samples_walks_the_arm_once(arm, monkeypatch, robots, walks):
+    """Eight sets of poses are eight blocks; where each has few samples, their frames and terms are worked out together."""
+    walked = []
+    monkeypatch.setattr(montecarlo, "screws", lambda arm, q, **options: walked.append(len(q)) or screws(arm, q, **options))
+    run(arm, sample_poses(arm, 256), robots, 1, 1)
+    assert len(walked) == walks
+    assert sum(walked) == 256
 
 
 def test_more_robots_keep_the_first_ones(arm):

@@ -10,8 +10,9 @@ import pytest
 from lostmotion import Poses, sample_poses, screws
 from lostmotion.studies.intervals import quantile
 from lostmotion.studies.montecarlo import kernel, montecarlo, once_kernel
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.montecarlo.exact import draws_of
-from lostmotion.studies.montecarlo.montecarlo import Plan, run, sample_block
+from lostmotion.studies.montecarlo.montecarlo import run
 
 from .conftest import arm_of
 
@@ -43,7 +44,7 @@ def test_both_kernels_agree_on_robots_that_come_once(some_arm, monkeypatch):
     once = sample_block(plan, matrix, 3)
     monkeypatch.setattr(once_kernel, "run_once", kernel.run_block)
     many = sample_block(plan, matrix, 3)
-    np.testing.assert_array_equal(once.group_hist, many.group_hist)
+    np.testing.assert_array_equal(once.whole_hist(), many.whole_hist())
     np.testing.assert_array_equal(once.robot_sums, many.robot_sums)
     np.testing.assert_allclose(once.per_pose, many.per_pose, rtol=1e-12)
 
@@ -58,9 +59,9 @@ def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(some_arm):
     np.testing.assert_allclose(sample.per_pose[:, kernel.LARGEST], size.max(axis=1), rtol=1e-12)
     np.testing.assert_array_equal(sample.per_pose[:, kernel.LARGEST_ROBOT], size.argmax(axis=1))
     np.testing.assert_allclose(sample.robot_sums, size.sum(axis=0), rtol=1e-12)
-    assert sample.group_hist.sum() == size.size
+    assert sample.whole_hist().sum() == size.size
     counted = np.histogram(size, kernel.bin_edges())[0]
-    assert np.abs(sample.group_hist.sum(axis=0) - counted).sum() <= 4  # within rounding of an edge a sample may fall to either side
+    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # within rounding of an edge a sample may fall to either side
 
 
 def test_a_pose_s_quantiles_are_within_a_bin_of_the_samples(some_arm):
@@ -83,7 +84,7 @@ def test_quantiles_of_all_samples_are_within_the_stated_error(some_arm, level):
     widest = np.max(kernel.bin_edges()[1:] / kernel.bin_edges()[:-1]) - 1
     assert widest < 0.004
     exact = np.quantile(size, level, method="inverted_cdf")
-    assert quantile(sample.group_hist.sum(axis=0), level) == pytest.approx(exact, rel=widest)
+    assert quantile(sample.whole_hist().sum(axis=0), level) == pytest.approx(exact, rel=widest)
 
 
 def test_where_nothing_changes_from_visit_to_visit_thirty_are_as_good_as_one():
@@ -93,7 +94,7 @@ def test_where_nothing_changes_from_visit_to_visit_thirty_are_as_good_as_one():
     matrix, size = lengths(steady, poses, ROBOTS, 7)
     one = sample_block(Plan.of(steady, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
     thirty = sample_block(Plan.of(steady, poses, ROBOTS, 30, 7, 0.0), matrix, 0)
-    np.testing.assert_array_equal(thirty.group_hist, 30 * one.group_hist)
+    np.testing.assert_array_equal(thirty.whole_hist(), 30 * one.whole_hist())
     np.testing.assert_array_equal(thirty.per_pose, one.per_pose)
     np.testing.assert_allclose(thirty.ap_rp[:, 0], size, rtol=1e-12)
     assert (thirty.ap_rp[:, 1] == 0).all()

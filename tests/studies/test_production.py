@@ -13,7 +13,8 @@ from lostmotion.errors import InputError
 from lostmotion.formats import read
 from lostmotion.studies.draws import robot_draws, visit_draws
 from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import Plan, run
+from lostmotion.studies.montecarlo.blocks import Plan
+from lostmotion.studies.montecarlo.montecarlo import run
 from lostmotion.studies.poses import sample_poses
 from lostmotion.studies.screws import screws
 from lostmotion.studies.targets.production import exact_share, production_of, robot_figures, robots_needed, walked

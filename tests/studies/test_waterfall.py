@@ -9,6 +9,7 @@ from lostmotion import sample_poses
 from lostmotion.studies.analytic.analytic import of_screws
 from lostmotion.studies.intervals import pooled_mean, quantile
 from lostmotion.studies.montecarlo import montecarlo
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.montecarlo.paired import scaled, thinned
 from lostmotion.studies.montecarlo.waterfall import STAGES, constant_screws, left, waterfall
 from lostmotion.studies.screws import screws
@@ -100,8 +101,8 @@ def test_both_agrees_with_the_route_without_sampling(arm):
     geometry = constant_screws(arm, poses.q)
     for stage in STAGES:
         kept = dropped(matrix, stage, geometry)
-        plan = montecarlo.Plan.of(arm, poses, 2000, 2, 5, 0.0)
-        sample = montecarlo.sample_block(plan, kept, 0)
+        plan = Plan.of(arm, poses, 2000, 2, 5, 0.0)
+        sample = sample_block(plan, kept, 0)
         exact = of_screws(kept)
         squares = (exact.bias**2).sum(axis=1) + np.einsum("pii->p", exact.covariance)
         assert sample.per_pose[:, 2].mean() == pytest.approx(squares.mean(), rel=0.03)

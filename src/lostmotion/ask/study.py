@@ -17,7 +17,7 @@ from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.answer import Answer, answer
 from lostmotion.studies.budget import budget
-from lostmotion.studies.montecarlo.montecarlo import Device, check_device
+from lostmotion.studies.montecarlo.blocks import Device, check_device
 from lostmotion.studies.montecarlo.stopping import MOST_POSES, MOST_ROBOTS, Tolerance
 from lostmotion.studies.places import among, poses_in_zone
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses

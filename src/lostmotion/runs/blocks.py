@@ -13,7 +13,7 @@ from lostmotion.runs.stream import poses_between, steps_of
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.intervals import robots_quantile
 from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import Plan, sample_block
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.poses import Poses
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
@@ -168,7 +168,7 @@ def compute(order: Order, design: int, block: int) -> Record:
     parts = np.zeros((max(len(order.parts), 1), len(PARTS)))
     at = [order.parts.index(owner) for owner in tally.owners]
     parts[at] = np.column_stack([tally.variance, tally.own_bias, tally.shared_bias])
-    return Record(rows, np.ascontiguousarray(sample.group_hist), sums, parts)
+    return Record(rows, sample.whole_hist(), sums, parts)
 
 
 def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, bytes], dict[str, str]]:

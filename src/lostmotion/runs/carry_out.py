@@ -49,7 +49,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with every mistake in the files,
     and for counts out of range.
     """
-    from lostmotion.studies.montecarlo.montecarlo import Plan
+    from lostmotion.studies.montecarlo.blocks import Plan
     from lostmotion.studies.poses import POSE_LAWS, Poses
 
     parts: dict[str, None] = {}

@@ -18,7 +18,7 @@ from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.formats.designs import read_design
 from lostmotion.formats.poses import read_poses
 from lostmotion.formats.sweep import MOST_DESIGNS, MOST_KEYS, Axis, changes, designs
-from lostmotion.studies.montecarlo.montecarlo import MOST_ROBOTS, MOST_VISITS
+from lostmotion.studies.montecarlo.blocks import MOST_ROBOTS, MOST_VISITS
 from lostmotion.studies.poses import REPLICATES
 
 if TYPE_CHECKING:

@@ -122,7 +122,7 @@ def _replay(store: Store, found: Worst) -> Replay:
         tuple((joint.name, joint.type) for joint in design_of(order, found.design).arm.moving),
         matrix.at[-1, row],
         error,
-        exact.compose(matrix, row, draws)[0],
+        exact.compose(matrix, np.array([row]), draws[None])[0, 0],
         float(compute(order, found.design, found.block).poses[row, _LARGEST]),
         tuple(f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]),
         tuple(sorted(terms, key=lambda term: -abs(term.along))),

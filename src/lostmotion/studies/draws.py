@@ -86,13 +86,14 @@ def visit_key(seed: int, name: str) -> np.uint64:
     return np.uint64(key(seed, name) & 0xFFFFFFFFFFFFFFFF)
 
 
-def visit_draws(seed: int, streams: Sequence[Stream], pose: int, robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
-    """What was drawn at these returns to one pose? (stream, sample) for equally long lists of robots and visits.
+def visit_draws(seed: int, streams: Sequence[Stream], pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
+    """What was drawn at these returns to one pose, or to as many poses? (stream, sample) for equally long lists of robots and visits.
 
     Gives again, one by one, what the kernel reads in bulk: to compose errors exactly and to replay an extreme.
     """
     out = np.empty((len(streams), len(robots)))
-    counter = np.uint64(pose * 0x9E3779B97F4A7C15 & 0xFFFFFFFFFFFFFFFF) + (robots // LANES).astype(np.uint64) * np.uint64(0xD1B54A32D192ED03)
+    counter = np.atleast_1d(pose).astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    counter = counter + (robots // LANES).astype(np.uint64) * np.uint64(0xD1B54A32D192ED03)
     counter = counter + visits.astype(np.uint64) * np.uint64(0xABC98388FB8FAC03)
     lane = robots % LANES
     for row, stream in enumerate(streams):

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.studies.analytic.analytic import Analytic
     from lostmotion.studies.analytic.pooled import Pooled
-    from lostmotion.studies.montecarlo.montecarlo import Device, Sampled
+    from lostmotion.studies.montecarlo.blocks import Device
+    from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.montecarlo.stopping import Stopping, Tolerance
     from lostmotion.studies.places import InZone
     from lostmotion.studies.poses import Poses

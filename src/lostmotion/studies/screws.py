@@ -59,6 +59,10 @@ class Screws:
         """Give the indices of the terms of these levels."""
         return np.array([k for k, info in enumerate(self.infos) if info.level in levels], dtype=int)
 
+    def stretch(self, first: int, last: int) -> Screws:
+        """Give the screws of the poses from number `first` up to `last`."""
+        return Screws(self.infos, self.place, self.local[first:last], self.tool[first:last], self.at[:, first:last])
+
     @functools.cached_property
     def along_poses(self) -> Floats:
         """Give `tool` as (6, term, pose), contiguous."""

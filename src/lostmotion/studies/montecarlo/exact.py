@@ -28,8 +28,11 @@ class ExactCheck:
     samples: int
 
 
-def draws_of(matrix: Screws, seed: int, pose: int, robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
-    """What multiplies each term at these returns to pose number `pose` of the study? (term, sample); 1 for design terms."""
+def draws_of(matrix: Screws, seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
+    """What multiplies each term at these returns? (term, sample) for equally long lists of robots and visits; 1 for design terms.
+
+    `pose` is the number of the pose in the study: one for all samples, or one for each.
+    """
     out = np.ones((len(matrix.infos), len(robots)))
     built = int(robots.max()) + 1
     visiting = [(k, info.visit) for k, info in enumerate(matrix.infos) if info.visit is not None]
@@ -45,23 +48,24 @@ def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
     return np.asarray(robot_draws(seed, [stream], count)[:, 0, :].ravel())
 
 
-def compose(matrix: Screws, row: int, draws: Floats) -> Floats:
-    """Where does the tool really go at the pose in this row? Poses (sample, 4, 4) for draws (term, sample).
+def compose(matrix: Screws, rows: NDArray[np.int64], draws: Floats) -> Floats:
+    """Where does the tool really go at the poses in these rows? Poses (row, sample, 4, 4) for draws (row, term, sample).
 
     Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
     errors' geometry at any size.
     """
     places = np.unique(matrix.place)
     # From each place that moves to the next, and at last to the tool.
-    *steps, last = steps_of(matrix.at[[*places, -1], row : row + 1])[:, 0]
-    twists = np.empty((len(places), draws.shape[1], 6))
+    *steps, last = steps_of(matrix.at[[*places, -1]][:, rows])
+    local = matrix.local[rows]
+    twists = np.empty((len(places), len(rows), draws.shape[2], 6))
     for twist, place in zip(twists, places, strict=True):
         own = matrix.place == place
-        twist[:] = (matrix.local[row][:, own] @ draws[own]).T
-    here = np.broadcast_to(np.eye(4), (draws.shape[1], 4, 4))
+        twist[:] = (local[:, :, own] @ draws[:, own]).transpose(0, 2, 1)
+    here = np.broadcast_to(np.eye(4), (*twists.shape[1:3], 4, 4))
     for step, moved in zip(steps, exp(twists), strict=True):
-        here = here @ (step @ moved)
-    return np.asarray(here @ last)
+        here = here @ (step[:, None] @ moved)
+    return np.asarray(here @ last[:, None])
 
 
 def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
@@ -69,14 +73,11 @@ def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, r
 
     Compared on these rows of the matrix (whose first is pose `first_pose` of the study), for robots x visits draws each. No rows, no samples.
     """
-    robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(visits), indexing="ij"))
-    apart = []
-    for row in rows:
-        draws = draws_of(matrix, seed, first_pose + int(row), robot, visit)
-        linear = (matrix.tool[row, 3:] @ draws).T
-        exactly = compose(matrix, int(row), draws)[:, :3, 3] - matrix.at[-1, row, :3, 3]
-        apart.append(np.linalg.norm(exactly - linear, axis=1))
-    if not apart:
+    if not len(rows):
         return ExactCheck(0.0, 0.0, 0)
-    distances = np.concatenate(apart)
-    return ExactCheck(float(distances.max()), float(distances.mean()), len(distances))
+    row, robot, visit = (axis.ravel() for axis in np.meshgrid(rows, np.arange(robots), np.arange(visits), indexing="ij"))
+    draws = draws_of(matrix, seed, first_pose + row, robot, visit).reshape(len(matrix.infos), len(rows), robots * visits).transpose(1, 0, 2)
+    linear = (matrix.tool[rows, 3:] @ draws).transpose(0, 2, 1)
+    exactly = compose(matrix, rows, draws)[..., :3, 3] - matrix.at[-1, rows, None, :3, 3]
+    distances = np.linalg.norm(exactly - linear, axis=-1)
+    return ExactCheck(float(distances.max()), float(distances.mean()), distances.size)

@@ -8,18 +8,17 @@ from __future__ import annotations
 import math
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
-from numbers import Integral
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, get_args
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.budget import Tally
-from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
-from lostmotion.studies.intervals import robots_quantile, student
-from lostmotion.studies.montecarlo import exact, kernel, once_kernel
+from lostmotion.studies.intervals import robots_quantile
+from lostmotion.studies.montecarlo import exact, kernel
+from lostmotion.studies.montecarlo.blocks import BlockSample, Device, Plan, sample_blocks
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
 if TYPE_CHECKING:
@@ -29,16 +28,11 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.poses import Poses
 
-Device = Literal["cpu", "gpu"]
-DEVICES: Final = get_args(Device)
-
 BLOCK: Final = 1280
-MOST_ROBOTS: Final = 1_000_000
-MOST_VISITS: Final = 10_000
 # A block holds AP and RP of every robot at every pose of it: fewer poses where there are many robots, so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
-# Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
-_MOST_GROUPS: Final = 32
+# Blocks of so few samples are walked together: NumPy's calls for the frames and terms of a block take as long as so many samples.
+_FEW_SAMPLES: Final = 1_000_000
 # The exact check looks at this many poses, evenly spread over the study.
 _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
@@ -76,69 +70,29 @@ class Sampled:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What a run consists of; `groups` of robots, for the intervals of pooled quantiles."""
-
-    arm: Arm
-    poses: Poses
-    robots: int
-    visits: int
-    seed: int
-    approach: float
-    groups: int
-    device: Device = "cpu"
-    # What was drawn for every robot, by stream: the same in all blocks, so drawn once.
-    robot_draws: dict[Stream, Floats] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
-        """Check the numbers and split the robots into groups.
-
-        device "gpu": errors are formed by JAX on its graphics processor; LostmotionError where there is none.
-        """
-        for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
-            if not isinstance(value, Integral) or not 1 <= value <= most:
-                raise refuse_argument(name, value, f"a whole number from 1 to {most}", f"{name} = 30")
-        if approach not in (-1, 0, 1):
-            raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
-        check_device(device)
-        groups = min(_MOST_GROUPS, robots)
-        return cls(arm, poses, robots, visits, seed, approach, groups, device)
-
-
-@dataclass(frozen=True)
-class BlockSample:
-    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and the histogram of each group."""
-
-    per_pose: Floats
-    ap_rp: Floats
-    robot_sums: Floats
-    group_hist: np.ndarray
-
-
-@dataclass(frozen=True)
 class _Block:
+    """What is kept of one block: as in BlockSample, but AP and RP over all robots, and sums of mean error, AP and RP for each."""
+
     first: int
+    last: int
     per_pose: Floats
+    bins: slice
     group_hist: np.ndarray
-    ap_rp: Floats
-    robot_sums: Floats
+    spread: Floats
+    sums: Floats
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """What is known of a few blocks whose poses were walked together."""
+
+    blocks: list[_Block]
     worst: Floats
     rss: Floats
     bias: Floats
     rotation_ms: Floats
     tally: Tally
     check: exact.ExactCheck
-
-
-def check_device(device: str) -> None:
-    """Refuse a device that is not known (InputError), or a GPU that is not there or that JAX is not there for (LostmotionError)."""
-    if device not in DEVICES:
-        raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
-    if device == "gpu":
-        from lostmotion.studies.montecarlo.jax_kernel import refuse_without_gpu
-
-        refuse_without_gpu()
 
 
 def run(  # noqa: PLR0913 - a study is these numbers
@@ -167,16 +121,19 @@ def run(  # noqa: PLR0913 - a study is these numbers
     out = _empty(plan)
     total: Tally | None = None
     checks = []
-    for block in _blocks(plan, threads, tile):
-        rows = slice(block.first, block.first + len(block.bias))
-        for name in ("per_pose", "ap_rp", "worst", "rss", "bias", "rotation_ms"):
-            out[name][rows] = getattr(block, name)
-        replicate = block.first * poses.replicates // len(poses)
-        out["robot_means"][replicate] += block.robot_sums
-        out["group_hist"] += block.group_hist
-        out["replicate_hist"][replicate] += block.group_hist.sum(axis=0)
-        total = block.tally if total is None else total + block.tally
-        checks.append(block.check)
+    for walk in _walks(plan, threads, tile):
+        rows = slice(walk.blocks[0].first, walk.blocks[-1].last)
+        for name in ("worst", "rss", "bias", "rotation_ms"):
+            out[name][rows] = getattr(walk, name)
+        for block in walk.blocks:
+            out["per_pose"][block.first : block.last] = block.per_pose
+            out["ap_rp"][block.first : block.last] = block.spread
+            replicate = block.first * poses.replicates // len(poses)
+            out["robot_means"][replicate] += block.sums
+            out["replicate_hist"][replicate, block.bins] += block.group_hist.sum(axis=0)
+            out["group_hist"][:, block.bins] += block.group_hist
+        total = walk.tally if total is None else total + walk.tally
+        checks.append(walk.check)
         if progress is not None:
             progress("visiting poses", rows.stop, len(poses))
     if total is None:
@@ -220,17 +177,16 @@ def _join(checks: list[exact.ExactCheck]) -> exact.ExactCheck:
     return exact.ExactCheck(max(check.largest for check in checks), mean, samples)
 
 
-def _blocks(plan: Plan, threads: int, tile: int) -> Iterator[_Block]:
+def _walks(plan: Plan, threads: int, tile: int) -> Iterator[_Walk]:
     """Compute the blocks on a few threads and hand them on in order; only a bounded number waits."""
-    spans = _spans(plan)
-    tiles = [spans[k : k + tile] for k in range(0, len(spans), tile)]
+    walks = _together(plan, _spans(plan))
     if threads == 1:
-        yield from (_block(plan, *span) for span in spans)
+        yield from (_walk(plan, spans) for spans in walks)
         return
     with ThreadPoolExecutor(threads) as pool:
-        waiting: deque[Future[list[_Block]]] = deque()
-        for spans_of_tile in tiles:
-            waiting.append(pool.submit(lambda mine: [_block(plan, *span) for span in mine], spans_of_tile))
+        waiting: deque[Future[list[_Walk]]] = deque()
+        for of_tile in (walks[k : k + tile] for k in range(0, len(walks), tile)):
+            waiting.append(pool.submit(lambda mine: [_walk(plan, spans) for spans in mine], of_tile))
             if len(waiting) > 2 * threads:
                 yield from waiting.popleft().result()
         while waiting:
@@ -248,22 +204,25 @@ def _spans(plan: Plan) -> list[tuple[int, int]]:
     return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
 
 
-def _block(plan: Plan, first: int, last: int) -> _Block:
+def _together(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Put small neighbouring blocks together."""
+    most = max(min(BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
+    out: list[list[tuple[int, int]]] = []
+    for span in spans:
+        if out and span[1] - out[-1][0][0] <= most:
+            out[-1].append(span)
+        else:
+            out.append([span])
+    return out
+
+
+def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
+    first, last = spans[0][0], spans[-1][1]
     matrix = screws(plan.arm, plan.poses.q[first:last], approach=plan.approach)
-    sample = sample_block(plan, matrix, first)
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
     rows = checked[(checked >= first) & (checked < last)] - first
-    spread = np.full((last - first, 2, 4), np.nan)
-    sums = np.column_stack([sample.robot_sums, np.full((plan.robots, 2), np.nan)])
-    if plan.visits > 1:
-        spread = _over_robots(sample.ap_rp)
-        sums[:, 1:] = sample.ap_rp.sum(axis=0).T
-    return _Block(
-        first,
-        sample.per_pose,
-        sample.group_hist,
-        spread,
-        sums,
+    return _Walk(
+        [_block(plan, *block) for block in zip(spans, sample_blocks(plan, matrix, spans), strict=True)],
         worst_case(matrix),
         root_sum_square(matrix),
         matrix.bias,
@@ -271,6 +230,15 @@ def _block(plan: Plan, first: int, last: int) -> _Block:
         Tally.of(matrix),
         exact.check(matrix, first, rows, plan.seed, min(plan.robots, _CHECKED_ROBOTS), min(plan.visits, _CHECKED_VISITS)),
     )
+
+
+def _block(plan: Plan, span: tuple[int, int], sample: BlockSample) -> _Block:
+    spread = np.full((len(sample.per_pose), 2, 4), np.nan)
+    sums = np.column_stack([sample.robot_sums, np.full((plan.robots, 2), np.nan)])
+    if plan.visits > 1:
+        spread = _over_robots(sample.ap_rp)
+        sums[:, 1:] = sample.ap_rp.sum(axis=0).T
+    return _Block(*span, sample.per_pose, sample.bins, sample.group_hist, spread, sums)
 
 
 def _rotation_ms(matrix: Screws) -> Floats:
@@ -284,88 +252,3 @@ def _rotation_ms(matrix: Screws) -> Floats:
 def _over_robots(values: Floats) -> Floats:
     """Sum values (pose, 2, robot) up: mean, 95 % quantile over robots, and its interval (pose, 2, 4)."""
     return np.concatenate([values.mean(axis=2)[..., None], robots_quantile(values)], axis=-1)
-
-
-def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
-    """Run the kernel on one block of poses, the first of which is number `first` of the study."""
-    poses = len(matrix.tool)
-    robot = _alive(matrix, "robot")
-    visit = _alive(matrix, "visit")
-    both = _alive(matrix, "robot x visit")
-    tables: dict[Stream, int] = {}
-    for k in (*visit, *both):
-        tables.setdefault(_known(matrix.infos[k].visit), len(tables))
-    counts = np.zeros((plan.groups, kernel.ROW_OF_BINS), np.int64)
-    out = BlockSample(
-        np.zeros((poses, kernel.COLUMNS)),
-        np.zeros((poses, 2, plan.robots if plan.visits > 1 else 0)),
-        np.zeros(plan.robots),
-        counts[:, : kernel.BINS],
-    )
-    _kernel(plan, moves=len(visit) + len(both) > 0)(
-        first,
-        np.ascontiguousarray(matrix.bias[:, 3:]),
-        matrix.along_poses[3:],
-        _padded(robot),
-        _drawn(plan, [_known(matrix.infos[k].robot) for k in robot], pad=True),
-        _padded(visit),
-        *_reading(plan.seed, matrix, visit, tables),
-        both,
-        *_reading(plan.seed, matrix, both, tables),
-        _drawn(plan, [_known(matrix.infos[k].robot) for k in both]),
-        np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
-        plan.robots,
-        plan.visits,
-        plan.groups,
-        student(plan.robots - 1),
-        out.per_pose,
-        out.ap_rp,
-        out.robot_sums,
-        counts,
-    )
-    return out
-
-
-def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
-    """Choose who forms the errors; `moves` tells whether anything changes from visit to visit."""
-    if plan.device == "gpu":
-        from lostmotion.studies.montecarlo import jax_kernel
-
-        return jax_kernel.run_block
-    return kernel.run_block if moves and plan.visits > 1 else once_kernel.run_once
-
-
-def _alive(matrix: Screws, level: str) -> np.ndarray:
-    """Give the terms of a level that move the tool at some pose of the block; leaving out the others changes no bit."""
-    columns = matrix.columns(level)  # type: ignore[arg-type]
-    return np.asarray(columns[matrix.square_sums[columns] != 0])
-
-
-def _known(stream: Stream | None) -> Stream:
-    if stream is None:
-        raise ValueError("a term without a draw reached the kernel")
-    return stream
-
-
-def _drawn(plan: Plan, streams: list[Stream], *, pad: bool = False) -> Floats:
-    """Give the robots' draws (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros."""
-    out = np.zeros((-(-plan.robots // kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), kernel.LANES))
-    for row, stream in enumerate(streams):
-        if stream not in plan.robot_draws:
-            plan.robot_draws[stream] = robot_draws(plan.seed, [stream], plan.robots)[:, 0]
-        out[:, row] = plan.robot_draws[stream]
-    return out
-
-
-def _padded(columns: np.ndarray) -> np.ndarray:
-    """Fill up to a multiple of four terms; -1 stands for one that does nothing."""
-    return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
-
-
-def _reading(seed: int, matrix: Screws, columns: np.ndarray, tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Tell the kernel which table each visit stream reads and which key steers it, padded like the screws."""
-    streams = [_known(matrix.infos[k].visit) for k in columns]
-    rows = [tables[stream] for stream in streams]
-    keys = [visit_key(seed, stream.name) for stream in streams]
-    pad = [0] * (-len(rows) % 4)
-    return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import Plan, sample_block
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.poses import Poses
 from lostmotion.studies.screws import Screws, screws
 
@@ -56,8 +56,9 @@ class Paired:
             block = sample_block(self.plan, scaled(matrix, factors), first)
             first += len(matrix.tool)
             means.append(block.robot_sums / len(matrix.tool))
-            groups += block.group_hist
-            sets.append(block.group_hist.sum(axis=0))
+            groups[:, block.bins] += block.group_hist
+            sets.append(np.zeros(kernel.BINS, np.int64))
+            sets[-1][block.bins] = block.group_hist.sum(axis=0)
             largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
         return Sample(np.array(means), groups, np.array(sets), largest)
 

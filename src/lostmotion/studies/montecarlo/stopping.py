@@ -19,7 +19,7 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.intervals import Spread, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_spread, share_spread, two_way
-from lostmotion.studies.montecarlo.montecarlo import MOST_ROBOTS as ROBOTS_THERE_CAN_BE
+from lostmotion.studies.montecarlo.blocks import MOST_ROBOTS as ROBOTS_THERE_CAN_BE
 from lostmotion.studies.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.montecarlo.montecarlo import Device, Sampled
+    from lostmotion.studies.montecarlo.blocks import Device
+    from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.poses import Poses
 
 STAGES: Final = 4

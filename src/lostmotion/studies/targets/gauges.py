@@ -19,7 +19,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.studies.draws import Stream, uniforms
 from lostmotion.studies.intervals import Estimate, pooled_quantile, pooled_robots_quantile, student
 from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import Plan, sample_block
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.targets.production import in_blocks
 
 if TYPE_CHECKING:
@@ -240,8 +240,8 @@ class ByVisits:
         each = len(self.rows) // self.replicates
         means = np.empty((self.replicates, self.plan.robots))
         for k in range(self.replicates):
-            part = replace(found, tool=found.tool[k * each : (k + 1) * each])
-            means[k] = sample_block(self.plan, part, int(self.rows[k * each])).ap_rp[:, 1].mean(axis=0)
+            sample = sample_block(self.plan, found.stretch(k * each, (k + 1) * each), int(self.rows[k * each]))
+            means[k] = sample.ap_rp[:, 1].mean(axis=0)
         return pooled_robots_quantile(means, self.share)
 
 
@@ -256,10 +256,10 @@ def by_montecarlo(plan: Plan, matrix: Screws, share: float) -> tuple[Estimate, E
     means = np.zeros((sets, plan.robots))
     largest = 0.0
     for k in range(sets):
-        for first, block in in_blocks(replace(matrix, tool=matrix.tool[k * each : (k + 1) * each]), plan.robots):
+        for first, block in in_blocks(matrix.stretch(k * each, (k + 1) * each), plan.robots):
             sample = sample_block(plan, block, k * each + first)
-            of_groups += sample.group_hist
-            of_sets[k] += sample.group_hist.sum(axis=0)
+            of_groups[:, sample.bins] += sample.group_hist
+            of_sets[k, sample.bins] += sample.group_hist.sum(axis=0)
             largest = max(largest, float(sample.per_pose[:, kernel.LARGEST].max()))
             means[k] += sample.ap_rp[:, 1].sum(axis=0) / each if plan.visits > 1 else math.nan
     return pooled_quantile(of_groups, of_sets, share, largest), pooled_robots_quantile(means, share)

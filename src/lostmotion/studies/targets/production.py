@@ -15,7 +15,8 @@ import numpy as np
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.intervals import quantile
 from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import BLOCK, Plan, sample_block
+from lostmotion.studies.montecarlo.blocks import Plan, sample_block
+from lostmotion.studies.montecarlo.montecarlo import BLOCK
 from lostmotion.studies.screws import Screws, screws
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float
     poses = 0
     for first, matrix in blocks:
         sample = sample_block(own, matrix, first)
-        counts += sample.group_hist
+        counts[:, sample.bins] += sample.group_hist
         poses += len(matrix.tool)
         if plan.visits > 1:
             worst = np.maximum(worst, sample.ap_rp.max(axis=0))
@@ -175,7 +176,7 @@ def in_blocks(matrix: Screws, robots: int) -> Iterator[tuple[int, Screws]]:
     """Cut screws into blocks of poses, so that memory stays bounded however many robots there are."""
     step = max(min(BLOCK, _MOST_PAIRS // robots), 1)
     for first in range(0, len(matrix.tool), step):
-        yield first, replace(matrix, tool=matrix.tool[first : first + step])
+        yield first, matrix.stretch(first, first + step)
 
 
 def walked(plan: Plan) -> Iterator[tuple[int, Screws]]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.intervals import Estimate
-from lostmotion.studies.montecarlo.montecarlo import Plan
+from lostmotion.studies.montecarlo.blocks import Plan
 from lostmotion.studies.screws import screws
 from lostmotion.studies.targets.allocation import NOTHING, Joint, equal_effect, mean_square_form, moving, parts_of
 from lostmotion.studies.targets.gauges import BySamples, ByVisits, Gauge, around, by_montecarlo, root, scaled

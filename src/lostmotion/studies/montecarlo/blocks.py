@@ -1,0 +1,178 @@
+"""One block of poses: what is drawn for the robots that visit them, and what the kernel makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, get_args
+
+import numpy as np
+
+from lostmotion.errors import refuse_argument
+from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
+from lostmotion.studies.intervals import student
+from lostmotion.studies.montecarlo import kernel, once_kernel
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from lostmotion.arm import Arm
+    from lostmotion.spatial import Floats
+    from lostmotion.studies.poses import Poses
+    from lostmotion.studies.screws import Screws
+
+Device = Literal["cpu", "gpu"]
+DEVICES: Final = get_args(Device)
+
+MOST_ROBOTS: Final = 1_000_000
+MOST_VISITS: Final = 10_000
+# Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
+_MOST_GROUPS: Final = 32
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run consists of; `groups` of robots, for the intervals of pooled quantiles."""
+
+    arm: Arm
+    poses: Poses
+    robots: int
+    visits: int
+    seed: int
+    approach: float
+    groups: int
+    device: Device = "cpu"
+    # What was drawn for every robot, by stream: the same in all blocks, so drawn once.
+    robot_draws: dict[Stream, Floats] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
+        """Check the numbers and split the robots into groups.
+
+        device "gpu": errors are formed by JAX on its graphics processor; LostmotionError where there is none.
+        """
+        for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
+            if not isinstance(value, Integral) or not 1 <= value <= most:
+                raise refuse_argument(name, value, f"a whole number from 1 to {most}", f"{name} = 30")
+        if approach not in (-1, 0, 1):
+            raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+        check_device(device)
+        groups = min(_MOST_GROUPS, robots)
+        return cls(arm, poses, robots, visits, seed, approach, groups, device)
+
+
+@dataclass(frozen=True)
+class BlockSample:
+    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and the histogram of each group.
+
+    group_hist (group, bin) holds those bins of the histogram that `bins` cuts out: there are no errors beside them.
+    """
+
+    per_pose: Floats
+    ap_rp: Floats
+    robot_sums: Floats
+    bins: slice
+    group_hist: np.ndarray
+
+    def whole_hist(self) -> np.ndarray:
+        """Give the histogram of each group with all its bins (group, kernel.BINS)."""
+        out = np.zeros((len(self.group_hist), kernel.BINS), np.int64)
+        out[:, self.bins] = self.group_hist
+        return out
+
+
+def check_device(device: str) -> None:
+    """Refuse a device that is not known (InputError), or a GPU that is not there or that JAX is not there for (LostmotionError)."""
+    if device not in DEVICES:
+        raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
+    if device == "gpu":
+        from lostmotion.studies.montecarlo.jax_kernel import refuse_without_gpu
+
+        refuse_without_gpu()
+
+
+def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
+    """Run the kernel on one block of poses, the first of which is number `first` of the study."""
+    return next(sample_blocks(plan, matrix, [(first, first + len(matrix.tool))]))
+
+
+def sample_blocks(plan: Plan, matrix: Screws, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
+    """Run the kernel on one block of poses after the other; `spans` are their numbers in the study, which the matrix holds from the first on."""
+    robot = _alive(matrix, "robot")
+    visit = _alive(matrix, "visit")
+    both = _alive(matrix, "robot x visit")
+    tables: dict[Stream, int] = {}
+    for k in (*visit, *both):
+        tables.setdefault(_known(matrix.infos[k].visit), len(tables))
+    work = _kernel(plan, moves=len(visit) + len(both) > 0)
+    drawn = (
+        _padded(robot),
+        _drawn(plan, [_known(matrix.infos[k].robot) for k in robot], pad=True),
+        _padded(visit),
+        *_reading(plan.seed, matrix, visit, tables),
+        both,
+        *_reading(plan.seed, matrix, both, tables),
+        _drawn(plan, [_known(matrix.infos[k].robot) for k in both]),
+        np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
+        plan.robots,
+        plan.visits,
+        plan.groups,
+        student(plan.robots - 1),
+    )
+    counts = np.zeros((plan.groups, kernel.ROW_OF_BINS), np.int64)
+    for first, last in spans:
+        here = slice(first - spans[0][0], last - spans[0][0])
+        per_pose = np.zeros((last - first, kernel.COLUMNS))
+        ap_rp = np.zeros((last - first, 2, plan.robots if plan.visits > 1 else 0))
+        robot_sums = np.zeros(plan.robots)
+        bias, shift = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], matrix.along_poses[3:, :, here]))
+        work(first, bias, shift, *drawn, per_pose, ap_rp, robot_sums, counts)
+        counted = np.flatnonzero(counts.sum(axis=0))
+        bins = slice(int(counted[0]), int(counted[-1]) + 1)
+        yield BlockSample(per_pose, ap_rp, robot_sums, bins, counts[:, bins].copy())
+        counts[:, bins] = 0
+
+
+def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
+    """Choose who forms the errors; `moves` tells whether anything changes from visit to visit."""
+    if plan.device == "gpu":
+        from lostmotion.studies.montecarlo import jax_kernel
+
+        return jax_kernel.run_block
+    return kernel.run_block if moves and plan.visits > 1 else once_kernel.run_once
+
+
+def _alive(matrix: Screws, level: str) -> np.ndarray:
+    """Give the terms of a level that move the tool at some pose of the block; leaving out the others changes no bit."""
+    columns = matrix.columns(level)  # type: ignore[arg-type]
+    return np.asarray(columns[matrix.square_sums[columns] != 0])
+
+
+def _known(stream: Stream | None) -> Stream:
+    if stream is None:
+        raise ValueError("a term without a draw reached the kernel")
+    return stream
+
+
+def _drawn(plan: Plan, streams: list[Stream], *, pad: bool = False) -> Floats:
+    """Give the robots' draws (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros."""
+    out = np.zeros((-(-plan.robots // kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), kernel.LANES))
+    for row, stream in enumerate(streams):
+        if stream not in plan.robot_draws:
+            plan.robot_draws[stream] = robot_draws(plan.seed, [stream], plan.robots)[:, 0]
+        out[:, row] = plan.robot_draws[stream]
+    return out
+
+
+def _padded(columns: np.ndarray) -> np.ndarray:
+    """Fill up to a multiple of four terms; -1 stands for one that does nothing."""
+    return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
+
+
+def _reading(seed: int, matrix: Screws, columns: np.ndarray, tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Tell the kernel which table each visit stream reads and which key steers it, padded like the screws."""
+    streams = [_known(matrix.infos[k].visit) for k in columns]
+    rows = [tables[stream] for stream in streams]
+    keys = [visit_key(seed, stream.name) for stream in streams]
+    pad = [0] * (-len(rows) % 4)
+    return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)
