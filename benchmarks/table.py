@@ -327,8 +327,10 @@ print(whole / samples * 1e9, once / len(poses) * 1e6, further * 1e9, resource.ge
 """
 # With so few robots and visits, a run takes next to nothing but what it takes for every pose.
 LEAST = 4
-# One table of draws and fresh ones: more draws at as many poses; robots that return: more visits.
+# One table of draws and fresh ones: more poses of as many draws, and more draws at as many poses; robots that return: more visits.
 SIZES = [
+    *(("one table of draws", "robot", poses, 1000, 1) for poses in (1000, 10_000, 100_000, 1_000_000)),
+    *(("fresh draws", "visit", poses, 1000, 1) for poses in (1000, 10_000, 100_000, 1_000_000)),
     *(("one table of draws", "robot", poses, robots, 1) for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))),
     *(("fresh draws", "visit", poses, robots, 1) for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))),
     *(("fresh draws, AP and RP", "visit", 1000, 100, visits) for visits in (10, 100, 1000, 10_000)),

@@ -258,7 +258,9 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
 
 def _seen_from(at: Floats, forces: Floats, moments: Floats) -> Floats:
     """Give wrenches (place, pose, 6) about each place's origin, in its axes, for forces and moments about the base's origin in its axes."""
-    out = np.empty((len(at), 6, at.shape[1])).transpose(0, 2, 1)
+    out = np.zeros((len(at), 6, at.shape[1])).transpose(0, 2, 1)
+    if not forces.any() and not moments.any():  # an arm of lumped errors weighs nothing
+        return out
     for vector, here in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
         for j in range(3):
             here[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
