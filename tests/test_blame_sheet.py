@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+import lostmotion
+from lostmotion import Arm
+from lostmotion.studies.montecarlo import halving
+
 ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
 QUICK = ("--poses", "32", "--robots", "40", "--visits", "3")
 AT = "O=10deg A=20deg B=-30deg C=0deg roll=5deg"
@@ -76,3 +80,23 @@ def test_what_cannot_be_answered_is_refused_before_the_work(tmp_path, words, nam
     assert done.returncode == 2
     assert named in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("method", ["analytic", "montecarlo"])
+def test_what_errs_by_nothing_has_no_empty_tables(method):
+    """An arm without errors has no part to halve: neither over the workspace nor at a pose is there a table without a row."""
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": "300 mm"}}
+    study = lostmotion.study(Arm.model_validate({"name": "ideal", "joints": [joint]}), 16, robots=8, visits=2, method=method).blaming(pose=3)
+    assert [section.key for section in study.sheet.sections if not section.rows] == []
+    assert not any(section.key.startswith("halving") for section in study.sheet.sections)
+
+
+@pytest.mark.parametrize("method", ["analytic", "montecarlo"])
+def test_questions_still_to_come_keep_to_the_study_s_threads(monkeypatch, method):
+    """A study on one thread answers the next question on one thread too."""
+    used = []
+    kept = halving.halving_at
+    monkeypatch.setattr(halving, "halving_at", lambda *given, threads, **named: used.append(threads) or kept(*given, threads=threads, **named))
+    study = lostmotion.study(lostmotion.read(ARM), 16, robots=8, visits=2, method=method, threads=1)
+    _ = study.blaming(pose=3).halving
+    assert used == [1] * (2 if method == "analytic" else 1)

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.special import betainc
 
 from lostmotion import sample_poses
-from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
+from lostmotion.studies import intervals
+from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile, robots_quantile, root_mean_square, student
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.kernel import bin_edges
 from lostmotion.studies.montecarlo.montecarlo import run
@@ -62,10 +64,11 @@ def test_the_interval_of_a_pooled_quantile_covers():
 
 
 @pytest.mark.slow
-def test_the_intervals_of_whole_studies_cover():
-    """200 studies of a small arm, each with its own poses, robots and visits, against one of 8 192 poses and 4 000 robots.
+def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
+    """1 000 studies of a small arm, each with its own poses, robots and visits, against one of 8 192 poses and 16 000 robots.
 
-    95 % hold, within 3.3 deviations of a count of 200 (1.5 % each).
+    Mean error, AP and RP; 50 and 95 % errors; the mean error and the AP that 95 % of robots stay below. Not that RP: over so few poses and visits a
+    robot's average still scatters by itself, and the value for eight sets of eight poses is another one (docs/theory/accuracy.md).
     """
     play = {"backlash": "0.5 arcmin ± 0.2 arcmin"}
     small = arm_of(
@@ -75,13 +78,17 @@ def test_the_intervals_of_whole_studies_cover():
     def told(poses, robots, seed):
         found = run(small, sample_poses(small, poses, seed=seed), robots, 4, seed)
         means = [pooled_mean(found.robot_means[:, :, k]) for k in range(3)]
-        return [*means, *(pooled_quantile(found.group_hist, found.replicate_hist, level) for level in (0.5, 0.95))]
+        pooled = [pooled_quantile(found.group_hist, found.replicate_hist, level) for level in (0.5, 0.95)]
+        return [*means, *pooled, *(pooled_robots_quantile(found.robot_means[:, :, k]) for k in range(2))]
 
-    truth = [each.value for each in told(8192, 4000, 10**6)]
+    truth = [each.value for each in told(8192, 16_000, 10**6)]
+    monkeypatch.setattr(intervals, "student", lambda freedom: student(freedom, 0.90))
+    monkeypatch.setattr(intervals, "_CONFIDENCE", 0.90)
     held = np.zeros(len(truth))
-    for seed in range(200):
+    for seed in range(1000):
         held += [each.low <= true <= each.high for each, true in zip(told(64, 128, seed), truth, strict=True)]
-    assert (np.abs(held / 200 - 0.95) <= 3.3 * np.sqrt(0.95 * 0.05 / 200)).all(), held / 200
+    assert (held >= 870).all(), held
+    assert (held <= 930).all(), held
 
 
 def test_a_99_percent_interval_of_few_robots_ends_below_all_samples():
@@ -106,7 +113,17 @@ def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():
     assert (found.high - found.low) / 2 == pytest.approx(1.9623 * robots.std(ddof=1) / np.sqrt(1000), rel=1e-4)
 
 
-def test_the_robots_quantile_covers():
+@pytest.mark.parametrize("count", [72, 128, 1000])
+def test_the_robots_quantile_covers(count):
+    """10 000 made-up studies: the value that 95 % of robots stay below lies beyond either end of its interval in 1.7 to 2.9 %, whatever the law."""
+    values = np.random.default_rng(11).uniform(size=(10_000, count)) ** 3
+    _, low, high = robots_quantile(values).T
+    missed = np.array([(low > 0.95**3).mean(), (high < 0.95**3).mean()])
+    assert (missed > 0.017).all()
+    assert (missed < 0.029).all()
+
+
+def test_the_pooled_robots_quantile_covers():
     """400 made-up studies of 300 robots over sets that differ: the value that 95 % of robots stay below is held in at least 93 %."""
     rng = np.random.default_rng(11)
     held = 0
@@ -114,6 +131,25 @@ def test_the_robots_quantile_covers():
         found = pooled_robots_quantile(rng.normal(1, 0.2, 300) + rng.normal(0, 0.02, (SETS, 1)))
         held += found.low <= 1 + 0.2 * 1.6448536 <= found.high
     assert held / 400 >= 0.93
+
+
+def test_places_between_robots_are_those_of_the_beta_law():
+    """The ends lie where beta laws leave 2.5 % beyond the level, and near those published for the medians of Hutson's two samples of floods.
+
+    Published: 0.37502 to 0.62498 of n + 1 for 59 years, 0.34414 to 0.65586 for 37, found by a search (A. Hutson's R package QuantileNPCI, vignette).
+    """
+    for count, published in ((59, (0.37502, 0.62498)), (37, (0.34414, 0.65586))):
+        value, *ends = robots_quantile(np.arange(1.0, count + 1), 0.5)
+        assert value == (count + 1) / 2
+        assert [betainc(end, count + 1 - end, 0.5) for end in ends] == pytest.approx([0.975, 0.025], abs=1e-9)
+        assert np.array(ends) / (count + 1) == pytest.approx(published, abs=5e-5)
+
+
+@pytest.mark.parametrize(("count", "known"), [(1, (False, False)), (2, (True, False)), (71, (True, False)), (72, (True, True))])
+def test_an_end_beyond_all_robots_is_not_known(count, known):
+    """0.95^71 is more than 2.5 %, so none of 71 robots need lie above what 95 % stay below; of one, none need lie below either."""
+    _, *ends = robots_quantile(np.arange(float(count)))
+    assert tuple(np.isfinite(ends)) == known
 
 
 def test_a_root_mean_square_lies_between_the_roots_of_its_mean_squares_ends():

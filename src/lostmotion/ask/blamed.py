@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self, cast
 
@@ -22,12 +21,14 @@ if TYPE_CHECKING:
 
 
 class Blamed:
-    """A study, sampled or not, of which part is to blame; a dataclass that has these four gains the two questions below."""
+    """A study, sampled or not, of which part is to blame; a dataclass that has these six gains the two questions below."""
 
     if TYPE_CHECKING:
         arm: Arm
         poses: Poses
+        seed: int
         approach: float
+        threads: int
         budgets: tuple[Budget, ...]
 
     def costs(self, by: By = "part", *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> list[Cost]:
@@ -46,7 +47,7 @@ class Blamed:
         from lostmotion.studies.montecarlo.halving import halving_at
 
         q, where = self._where(pose, zone)
-        gains = halving_at(self.arm, Poses(q, "given"), getattr(self, "seed", 1), approach=self.approach, threads=os.cpu_count() or 1)
+        gains = halving_at(self.arm, Poses(q, "given"), self.seed, approach=self.approach, threads=self.threads)
         found = replace(budget(self.arm, q, where, approach=self.approach), halving=gains)
         return cast("Self", replace(cast("Any", self), budgets=(*self.budgets, found)))
 

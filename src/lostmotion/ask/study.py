@@ -153,7 +153,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
         if found.analytic is None or found.pooled is None:
             raise ValueError("a study by no route")
         blame = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=sign, replicates=found.poses.replicates)
-        return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones, seed=seed)
+        return AnalyticStudy(arm, found.poses, sign, found.analytic, found.pooled, blame, zones=zones, seed=seed, threads=route.threads)
     told = answer(arm, found.poses, found.sampled, seed, approach=sign, threads=route.threads, progress=progress)
     besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": zones}
     return Study(**{name: getattr(told, name) for name in Answer.__dataclass_fields__} | besides)
@@ -252,13 +252,14 @@ class AnalyticStudy(Blamed, Shown):
     budgets: tuple[Budget, ...] = ()
     zones: tuple[FoundInZone, ...] = ()
     seed: int = 1
+    threads: int = 1
 
     @functools.cached_property
     def halving(self) -> Halving:
         """What would halving each part's errors, or each kind of error, take off the 95 % error over the workspace? By a second's paired samples."""
         from lostmotion.studies.montecarlo.halving import halving_at
 
-        return halving_at(self.arm, self.poses, self.seed, approach=self.approach, threads=os.cpu_count() or 1)
+        return halving_at(self.arm, self.poses, self.seed, approach=self.approach, threads=self.threads)
 
     @property
     def places(self) -> tuple[Budget, ...]:

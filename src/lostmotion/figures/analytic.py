@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, find_row, length, several
-from lostmotion.figures.budget import asked_sections, by_level_sections, halved_section, levels_section
+from lostmotion.figures.budget import asked_sections, by_level_sections, halved_sections, levels_section
 from lostmotion.figures.error import joint_values
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square
@@ -53,7 +53,7 @@ def analytic_sheet(
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
     told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
-    halved = [] if blame.halving is None else [halved_section("halving", "What halving takes off the 95 % error", blame, blame.halving)]
+    halved = halved_sections("halving", "What halving takes off the 95 % error", blame)
     dearest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
         name=arm.name,

@@ -88,7 +88,7 @@ def sections(answer: Answer) -> list[Section]:
 
         whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled)
         found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
-    return found
+    return [section for section in found if section.rows]  # of an arm without errors no part is to blame
 
 
 def _repeats(answer: Answer) -> Estimate | None:

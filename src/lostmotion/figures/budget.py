@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.budget import Budget, Cost
     from lostmotion.studies.intervals import Estimate
-    from lostmotion.studies.montecarlo.halving import Halving
 
 _LEVELS: Final = ("load and pose", "each robot", "each visit")
 # What can be done about each level of chance, in words that a sweep uses too.
@@ -105,13 +104,15 @@ def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
     for k, found in enumerate(budgets, start=1):
         out.append(_crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found))
         out.append(_crossed(f"causes_at_{k}", f"Which kind of error is to blame: {found.where}", found.causes, found))
-        if found.halving is not None:
-            out.append(halved_section(f"halving_at_{k}", f"What halving takes off the 95 % error: {found.where}", found, found.halving))
+        out += halved_sections(f"halving_at_{k}", f"What halving takes off the 95 % error: {found.where}", found)
     return out
 
 
-def halved_section(key: str, title: str, found: Budget, halving: Halving) -> Section:
-    """What would halving each part, and each kind of error, take off the 95 % error there?"""
+def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
+    """What would halving each part, and each kind of error, take off the 95 % error there? Nothing where that was not asked or nothing errs."""
+    halving = found.halving
+    if halving is None or not any(cost.alone > 0 for cost in found.parts):
+        return []
     counted = f"{halving.samples} paired samples"
     rows = []
     for erring, gains, everywhere in ((found.parts, halving.gains, ""), (found.causes, halving.causes, ", at every joint")):
@@ -119,7 +120,7 @@ def halved_section(key: str, title: str, found: Budget, halving: Halving) -> Sec
         for gain, name in sorted(kept, key=lambda each: -each[0].value):
             rows.append(Row(name, (_gain(gain, counted),), "cancels part of the others" if gain.high < 0 else ""))
     note = f"parts, then kinds of error; the 95 % error here is {digits(halving.before * 1e3)} mm on {counted}"
-    return Section(key, title, ("taken off",), tuple(rows), note)
+    return [Section(key, title, ("taken off",), tuple(rows), note)]
 
 
 def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:

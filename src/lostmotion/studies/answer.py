@@ -34,7 +34,7 @@ class Answer:
     tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
     budget: who is to blame over all poses, by kind of error too; budgets: the same at poses and in zones that were asked about.
-    zones: the errors in zones that were asked about, over poses of their own.
+    zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
     """
 
     arm: Arm
@@ -55,6 +55,7 @@ class Answer:
     stopping: Stopping | None = None
     budgets: tuple[Budget, ...] = ()
     zones: tuple[FoundInZone, ...] = ()
+    threads: int = 1
 
     @property
     def places(self) -> tuple[Budget, ...]:
@@ -86,4 +87,5 @@ def answer(
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
-    return Answer(arm, poses, seed, approach, sampled, tool_points(arm, poses.q), torques, worst, bent, space, gains, remedies, blame)
+    tool = tool_points(arm, poses.q)
+    return Answer(arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, threads=threads)
