@@ -21,6 +21,91 @@ OPTIONS = {
 
 
 @pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ("run", ARM, "--method", "analitic", "--poses", "many", "--robots", "0"),
+            """lostmotion: 3 mistakes
+--poses
+  found     'many'
+  expected  a whole number, at least 1
+  example   --poses 2048
+--robots
+  found     '0'
+  expected  a whole number, at least 1
+  example   --robots 1000
+--method
+  found     'analitic'
+  expected  one of montecarlo, analytic, both
+  example   --method montecarlo
+  did you mean 'analytic'?
+""",
+        ),
+        (
+            ("run", ARM, "--pose", "3"),
+            """lostmotion: 1 mistake
+lostmotion run
+  found     '--pose'
+  expected  an option that lostmotion run --help lists
+  did you mean '--poses'?
+""",
+        ),
+        (
+            ("run",),
+            """lostmotion: 1 mistake
+file
+  found     nothing
+  expected  Arm: native TOML, or URDF with its sidecar TOML.
+  example   lostmotion run arm.toml
+""",
+        ),
+        (
+            ("run", ARM, "--seed"),
+            """lostmotion: 1 mistake
+--seed
+  found     nothing after it
+  expected  a whole number, at least 0
+  example   --seed 1
+""",
+        ),
+        (
+            ("run", ARM, "--force=yes"),
+            """lostmotion: 1 mistake
+--force
+  found     a value
+  expected  the option alone: it is a switch
+  example   --force
+""",
+        ),
+        (
+            ("run", ARM, "--zone", "x", "0.2..0.5", "m"),
+            """lostmotion: 1 mistake
+lostmotion run
+  found     '0.2..0.5 m'
+  expected  nothing more; what has spaces stands in quotes
+  example   "x 0.2..0.5 m"
+""",
+        ),
+        (
+            ("mapp", ARM),
+            """lostmotion: 1 mistake
+command
+  found     'mapp'
+  expected  one of run, map, catalog, gear, bearing, statics, size, iso9283, target, sweep, replay, schema
+  example   lostmotion run arm.toml
+  did you mean 'map'?
+""",
+        ),
+    ],
+    ids=["values", "option", "file", "no value", "switch", "spaces", "command"],
+)
+def test_words_that_no_option_takes_are_said_as_any_mistake_is(tmp_path, words, said):
+    """All at once, each with what was found, what is expected and an example; exit code 2 and nothing else printed."""
+    done = subprocess.run([sys.executable, "-m", "lostmotion", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr.replace("python -m lostmotion", "lostmotion")) == (2, "", said)
+
+
+@pytest.mark.parametrize(
     ("words", "lines"),
     [
         (("run", ARM, "--at", "99999"), ["--at", "  found     99999", "  expected  a number from 0 to 2047", "  example   --at 0"]),

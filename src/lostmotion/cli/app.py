@@ -6,21 +6,31 @@ import math
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lostmotion import __version__
 from lostmotion.cli.spoken import Spoken
+from lostmotion.cli.typed import Typed
 from lostmotion.errors import LostmotionError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import FrameType
 
 stopped: list[bool] = []
 STOPPED = 130  # the shell's own code for it
 
-app = typer.Typer(
+
+class _App(typer.Typer):
+    """Commands that say what is wrong with what was typed."""
+
+    def command(self, name: str | None = None, **options: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - typer's own options
+        return super().command(name, cls=Typed, **options)
+
+
+app = _App(
     cls=Spoken,
     help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
     no_args_is_help=True,

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any, Final, get_args, get_type_hints
 
 from typer.core import TyperGroup
 
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, Problem, nearest, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import typer
-
-    from lostmotion.errors import Problem
 
 # Arguments of the Python verbs that a command's option calls otherwise.
 _CALLED: Final = {"run": {"pose": "at"}, "size": {"also": "poses_file"}}
@@ -37,6 +35,13 @@ class Spoken(TyperGroup):
             typed |= {argument: typed[option] for argument, option in _CALLED.get(name, {}).items()}
             options = {argument: option for argument, option in typed.items() if option.name}
             raise InputError([spoken(problem, options) for problem in error.problems]) from error
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
+        """Find the command that was typed. Raises InputError where there is none of this name."""
+        word, known = args[0], self.list_commands(ctx)
+        if word not in known:
+            raise InputError([Problem("", "command", shown(word), "one of " + ", ".join(known), "lostmotion run arm.toml", nearest(word, known))])
+        return super().resolve_command(ctx, args)
 
 
 @dataclass(frozen=True, slots=True)
