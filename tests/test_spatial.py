@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from lostmotion.spatial import across, adjoint, exp, inverse, log, pose_of, shift, skew, turn
+from lostmotion.spatial import across, adjoint, exp, inverse, log, mapped, pose_of, shift, skew, turn
 
 UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1).map(lambda v: np.array(v) / np.linalg.norm(v))
 VELOCITY = st.tuples(*[st.floats(-10, 10)] * 3).map(np.array)
@@ -142,3 +142,14 @@ def test_a_quarter_turn_takes_x_to_y():
     """A quarter turn about z takes a point on x to y; a shift moves it on."""
     moved = shift(0, 0, 0.5) @ turn((0, 0, 1), math.pi / 2) @ [1, 0, 0, 1]
     np.testing.assert_allclose(moved, [0, 1, 0.5, 1], atol=1e-15)
+
+
+def test_one_vector_is_mapped_to_the_bits_of_many():
+    """The matrix product, to rounding, and for one vector exactly as among others."""
+    rng = np.random.default_rng(2)
+    matrix, vectors = rng.normal(size=(6, 6)), rng.normal(size=(40, 6))
+    found = mapped(matrix, vectors)
+    np.testing.assert_allclose(found, vectors @ matrix.T, rtol=1e-13, atol=1e-15)
+    for k in range(40):
+        np.testing.assert_array_equal(mapped(matrix, vectors[k : k + 1])[0], found[k])
+        assert mapped(matrix[0], vectors[k : k + 1])[0] == found[k, 0]

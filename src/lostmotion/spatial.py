@@ -41,6 +41,14 @@ def cross(a: Floats, b: Floats) -> Floats:
     return out
 
 
+def mapped(matrix: Floats, vectors: Floats) -> Floats:
+    """Which vectors (pose, m) or numbers (pose,) does a matrix (m, k) or a vector (k,) make of vectors (pose, k)?
+
+    matrix @ vector for each, summed in one order: the matrix product of one vector alone takes another way than that of many, to other bits.
+    """
+    return np.asarray(sum(np.multiply.outer(matrix[..., k], vectors[:, k]) for k in range(matrix.shape[-1]))).T
+
+
 def across(axis: Floats) -> tuple[Floats, Floats]:
     """Which two unit directions (3,) lie across a unit axis (3,), and across each other?"""
     round_axis = skew(axis)

@@ -19,11 +19,12 @@ from lostmotion.studies.analytic.pooled import pooled
 from lostmotion.studies.budget import Tally
 from lostmotion.studies.intervals import pooled_quantile
 from lostmotion.studies.montecarlo.montecarlo import run
+from lostmotion.studies.montecarlo.paired import scaled
 from lostmotion.studies.poses import Poses, sample_poses
 from lostmotion.studies.screws import screws
 from lostmotion.studies.targets import gauges
 from lostmotion.studies.targets.allocation import equal_effect, mean_square_form, parts_of
-from lostmotion.studies.targets.gauges import BySamples, Missed, scaled
+from lostmotion.studies.targets.gauges import BySamples, Missed
 from lostmotion.studies.targets.items import alike, items
 from lostmotion.studies.targets.targets import _ranges, targets
 

@@ -26,7 +26,7 @@ from lostmotion.parts.source import (
     Term,
     limit_term,
 )
-from lostmotion.spatial import pose_of, skew
+from lostmotion.spatial import mapped, pose_of, skew
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ class BaseMount(ErrorSource):
         """How the mount gives, and by how much mounts differ."""
         if self.compliance is None:
             return []
-        give = at.wrench @ self.compliance.T
+        give = mapped(self.compliance, at.wrench)
         stated = self.base.compliance or self.base.tracks
         scatter = stated.scatter if stated is not None else 0.0
         return [Term("give", give), *([limit_term("scatter", give, scatter, Normal())] if scatter else [])]

@@ -16,7 +16,7 @@ from lostmotion.parts.place import Direction, Place, Vector, unit
 from lostmotion.parts.profile import Section, beam_of, doubt_of_section
 from lostmotion.parts.section import Rod, refuse_section
 from lostmotion.parts.source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Part, Term, limit_term, toleranced_terms
-from lostmotion.spatial import pose_of, skew
+from lostmotion.spatial import mapped, pose_of, skew
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -177,13 +177,13 @@ class ElasticLink(ErrorSource):
             out.append(limit_term("length", np.concatenate([np.zeros(3), along]), link.length_tolerance, Normal()))
         if link.is_rigid:
             return out
-        bent = at.wrench @ self.tip_compliance.T
-        sagged = at.gravity @ self.own_weight_compliance.T
+        bent = mapped(self.tip_compliance, at.wrench)
+        sagged = mapped(self.own_weight_compliance, at.gravity)
         out += [Term("bending under load", bent), Term("sag under own weight", sagged)]
         scatters = self._beam[1]
         for k, scatter in enumerate(scatters):
             if scatter:
-                own = at.wrench @ self._give_by_cause[k].T + at.gravity @ self._sag_by_cause[k].T
+                own = mapped(self._give_by_cause[k], at.wrench) + mapped(self._sag_by_cause[k], at.gravity)
                 name = "stiffness scatter" if len(scatters) == 1 else f"stiffness scatter of material {k + 1}"
                 out.append(limit_term(name, own, scatter, Normal()))
         return out

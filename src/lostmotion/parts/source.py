@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
 from lostmotion.laws.chance import Amount, Cosine, Law, Sine, of_tolerance
+from lostmotion.spatial import mapped
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ class Condition:
     @property
     def load(self) -> Floats:
         """Give the load along the joint's own motion (pose,): torque in N m on a turning joint, force in N on a sliding one."""
-        return self.wrench @ self.axis
+        return mapped(self.axis, self.wrench)
 
     def turned(self, lead: float | None) -> Floats:
         """Give how far the output has turned (pose,), rad: the joint's own angle, or on a sliding joint that of its screw, with its lead in m."""

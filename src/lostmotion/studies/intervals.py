@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # A quantile read from the histogram is sure to a tenth of a bin's width of 0.27 %.
 RESOLUTION: Final = 2.7e-4
+# The level of every interval that does not say another.
 _CONFIDENCE: Final = 0.95
 # Groups of robots by which the choice of robots is told from that of poses: at most so many, of at least so many robots.
 _GROUPS: Final = 16
@@ -181,7 +182,8 @@ def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
     """Which value do this share of the robots (..., robot) stay below? (..., 3): the value and the ends of its interval.
 
     The ends are order statistics, on a straight line between two robots where the binomial law asks for a place between them, so that the interval
-    holds what it says and no more (A. Hutson, J. Applied Statistics 26 (1999) 343). Free of any law; an end outside the robots built is NaN.
+    holds about what it says and no more (A. Hutson, J. Applied Statistics 26 (1999) 343): each end is missed in 1.5 to 3 % from 128 robots on,
+    whether tails are short or long, with fewer up to 5.5 %. An end outside the robots built is NaN. For finite values.
     """
     from scipy.special import bdtr, bdtrik
 
@@ -242,8 +244,8 @@ def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, fl
     return total, total**2 / sum(square**2 / freedom for square, freedom in zip(squares, freedoms, strict=True) if freedom > 0)
 
 
-def student(freedom: float, level: float = 0.95) -> float:
+def student(freedom: float, level: float | None = None) -> float:
     """How many standard errors is half of an interval of this level, with so many degrees of freedom? NaN for none."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(freedom, (1 + level) / 2)) if freedom > 0 else math.nan
+    return float(stdtrit(freedom, (1 + (level or _CONFIDENCE)) / 2)) if freedom > 0 else math.nan

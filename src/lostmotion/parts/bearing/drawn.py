@@ -15,7 +15,7 @@ from lostmotion.parts.bearing.mounted import MountedBearing
 from lostmotion.parts.bearing.rolling import per_shift
 from lostmotion.parts.bearing.runout import runout_terms
 from lostmotion.parts.source import Condition, Draw, ErrorSource, ForceAmount, LengthAmount, Term
-from lostmotion.spatial import across, cross
+from lostmotion.spatial import across, cross, mapped
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -75,7 +75,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
         rows, play = self.rows, self.working
         reactions = [self._reaction(at.wrench, axis, side) for _, side in _SIDES]
         sizes = tuple(np.linalg.norm(each, axis=-1) for each in reactions)
-        force = at.wrench[:, 3:] @ axis if turning and rows.axial else np.zeros(len(at.angle))
+        force = mapped(axis, at.wrench[:, 3:]) if turning and rows.axial else np.zeros(len(at.angle))
         loads = sizes[0], sizes[1], force
         table = self.table(play.nominal)
         whole, edge = table.shifts(*loads), table.edges(*loads)

@@ -20,7 +20,7 @@ from lostmotion.parts.source import (
     Term,
     play_terms,
 )
-from lostmotion.spatial import across, cross, skew
+from lostmotion.spatial import across, cross, mapped, skew
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class RollingPair(Part, ErrorSource):
     def _axial(self, at: Condition, axis: Floats) -> list[Term]:
         if at.axis[3:].any():
             return []  # along a sliding joint the drive holds, not the bearing; the joint refuses what would be lost here
-        force = at.wrench[:, 3:] @ axis
+        force = mapped(axis, at.wrench[:, 3:])
         twist = np.concatenate([np.zeros(3), axis])
         out: list[Term] = []
         half = self.axial_play.nominal / 2

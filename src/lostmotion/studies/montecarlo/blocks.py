@@ -26,7 +26,7 @@ DEVICES: Final = get_args(Device)
 
 MOST_ROBOTS: Final = 1_000_000
 MOST_VISITS: Final = 10_000
-# Intervals are stated at 95 %; robots are split into groups of at least eight for the intervals of pooled quantiles.
+# Robots are split into groups for the intervals of pooled quantiles.
 _MOST_GROUPS: Final = 32
 
 
@@ -143,7 +143,7 @@ def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
 
 
 def _alive(matrix: Screws, level: str) -> np.ndarray:
-    """Give the terms of a level that move the tool at some pose of the block; leaving out the others changes no bit."""
+    """Give the terms of a level that move the tool at some pose; leaving out the others changes no bit."""
     columns = matrix.columns(level)  # type: ignore[arg-type]
     return np.asarray(columns[matrix.square_sums[columns] != 0])
 

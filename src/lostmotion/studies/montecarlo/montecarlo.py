@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 BLOCK: Final = 1280
 # A block holds AP and RP of every robot at every pose of it: fewer poses where there are many robots, so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
-# Blocks of so few samples are walked together: NumPy's calls for the frames and terms of a block take as long as so many samples.
+# Blocks of so few samples in all are walked together, by one thread: NumPy's calls for each one's frames and terms take longer than its samples.
 _FEW_SAMPLES: Final = 1_000_000
 # The exact check looks at this many poses, evenly spread over the study.
 _CHECKED_POSES: Final = 12
@@ -110,7 +110,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
 ) -> Sampled:
     """How far off is the tool, for these robots returning to these poses?
 
-    `tile` blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
+    `tile` walks over one or a few blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
     device "gpu" forms the errors by JAX on its graphics processor: the same figures but for rounding.
     `progress` is called with what is being done, how much of it is done, and how much there is.
     Raises InputError for robots, visits, threads, tile, approach or device out of range, LostmotionError for a GPU that is not there.

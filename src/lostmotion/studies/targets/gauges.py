@@ -20,6 +20,7 @@ from lostmotion.studies.draws import Stream, uniforms
 from lostmotion.studies.intervals import Estimate, pooled_quantile, pooled_robots_quantile, student
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.blocks import Plan, sample_block
+from lostmotion.studies.montecarlo.paired import scaled
 from lostmotion.studies.targets.production import in_blocks
 
 if TYPE_CHECKING:
@@ -67,11 +68,6 @@ class Gauge(Protocol):
 
     def value(self, factors: Floats) -> Estimate:
         """Give what is compared with the target, m, for a factor on each term (term,)."""
-
-
-def scaled(matrix: Screws, factors: Floats) -> Screws:
-    """Which screws has the same arm with each term (term,) larger by its factor?"""
-    return replace(matrix, tool=matrix.tool * factors)
 
 
 def root(missed: Callable[[float], Missed], low: float, high: float) -> float:
@@ -204,7 +200,8 @@ class ByVisits:
         self.plan = replace(plan, robots=min(plan.robots, _RP_ROBOTS), groups=1, robot_draws={})
         kept = np.zeros(len(matrix.infos))
         kept[matrix.columns("visit", "robot x visit")] = 1
-        self.matrix = replace(matrix, tool=matrix.tool[self.rows] * kept)
+        rows = {"local": matrix.local[self.rows], "tool": matrix.tool[self.rows], "at": matrix.at[:, self.rows]}
+        self.matrix = scaled(replace(matrix, **rows), kept)
 
     @property
     def poses(self) -> int:

@@ -16,9 +16,10 @@ import numpy as np
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.montecarlo.blocks import Plan
+from lostmotion.studies.montecarlo.paired import scaled
 from lostmotion.studies.screws import screws
 from lostmotion.studies.targets.allocation import NOTHING, Joint, equal_effect, mean_square_form, moving, parts_of
-from lostmotion.studies.targets.gauges import BySamples, ByVisits, Gauge, around, by_montecarlo, root, scaled
+from lostmotion.studies.targets.gauges import BySamples, ByVisits, Gauge, around, by_montecarlo, root
 from lostmotion.studies.targets.items import Item, alike, items
 from lostmotion.studies.targets.production import MOST_ROBOTS, Judged, Yield, check_share, in_blocks, robot_figures, yield_of
 
