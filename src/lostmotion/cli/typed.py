@@ -26,7 +26,10 @@ class Typed(TyperCommand):
         try:
             return super().parse_args(ctx, args)  # type: ignore[arg-type, unused-ignore]
         except _UsageError as error:
-            raise InputError(list(_problems(self, ctx, typed, error))) from error
+            problems = list(_problems(self, ctx, typed, error))
+            if not problems:
+                raise
+            raise InputError(problems) from error
 
 
 def _problems(command: Any, ctx: typer.Context, typed: list[str], error: Exception) -> Iterator[Problem]:  # noqa: ANN401 - Click's own class

@@ -143,14 +143,9 @@ def two_way(values: Floats) -> Spread:
     F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) its degrees of freedom. A component that comes out below zero counts as none.
     """
     sets, robots = values.shape
-    whole = float(values.mean())
-    of_robots, of_sets = values.mean(axis=0), values.mean(axis=1)
-    squares = [_mean_square(of_robots), _mean_square(of_sets)]
+    squares = [_mean_square(values.mean(axis=0)), _mean_square(values.mean(axis=1))]
     freedoms = [robots - 1, sets - 1]
-    cells = 0.0
-    if sets > 1:
-        rest = values - of_robots - of_sets[:, None] + whole
-        cells = float((rest**2).sum()) / ((sets - 1) * (robots - 1)) / (sets * robots)
+    cells = _mean_square_of_cells(values)
     # The cells' part is in both; a family that shows less than that differs by nothing of its own.
     real = [k for k in (0, 1) if squares[k] > cells]
     if len(real) > 1:
@@ -202,11 +197,25 @@ def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
 def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate:
     """Which value do this share of the robots stay below on the average over the poses, and how sure is that?
 
-    robot_means (set of poses, robot). The order statistics' interval, widened by what the choice of poses leaves (`quantile_spread`).
+    robot_means (set of poses, robot). Robots are drawn together by what few poses and visits alone make their averages differ, as the sets tell; else
+    the value would read high. The order statistics' interval, widened by what the choice of poses leaves (`quantile_spread`).
     """
-    value, low, high = (float(x) for x in robots_quantile(robot_means.mean(axis=0), level))
+    value, low, high = (float(x) for x in robots_quantile(_of_many_poses(robot_means), level))
     of_poses = student(len(robot_means) - 1) * math.sqrt(quantile_spread(robot_means, level)) if len(robot_means) > 1 else 0.0
     return Estimate(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
+
+
+def _of_many_poses(robot_means: Floats) -> Floats:
+    """How would each robot's average (robot,) differ from the others' over many poses, by means over each set of poses (set of poses, robot)?
+
+    Drawn together until their variance is what robots differ by themselves (T. Louis, J. Am. Stat. Assoc. 79 (1984) 393). One set tells nothing.
+    """
+    found = robot_means.mean(axis=0)
+    if min(robot_means.shape) < 2:  # noqa: PLR2004 - nothing differs
+        return np.asarray(found)
+    whole, seen = found.mean(), _mean_square(found)
+    real = max(1 - _mean_square_of_cells(robot_means) / seen, 0.0) if seen > 0 else 0.0
+    return np.asarray(whole + math.sqrt(real) * (found - whole))
 
 
 def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
@@ -234,6 +243,15 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
 def _mean_square(members: Floats) -> float:
     """Give the squared standard error of the mean of independent members; none of a single one."""
     return float(members.var(ddof=1)) / len(members) if len(members) > 1 else 0.0
+
+
+def _mean_square_of_cells(values: Floats) -> float:
+    """Give what cells (set of poses, robot) differ by once sets and robots are taken out: its part in the squared error of the grand mean."""
+    sets, robots = values.shape
+    if sets < 2:  # noqa: PLR2004 - one set leaves nothing
+        return 0.0
+    rest = values - values.mean(axis=0) - values.mean(axis=1)[:, None] + values.mean()
+    return float((rest**2).sum() / ((sets - 1) * (robots - 1)) / (sets * robots))
 
 
 def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, float]:
