@@ -91,6 +91,12 @@ def test_what_errs_by_nothing_has_no_empty_tables(method):
     assert not any(section.key.startswith("halving") for section in study.sheet.sections)
 
 
+def test_one_visit_says_why_there_is_no_repeatability():
+    """With one visit the sheet keeps its place for ISO 9283 and says what it needs."""
+    sections = {section.key: section for section in lostmotion.study(lostmotion.read(ARM), 16, robots=8, visits=1).sheet.sections}
+    assert sections["iso9283"].note == "needs at least 2 visits"
+
+
 @pytest.mark.parametrize("method", ["analytic", "montecarlo"])
 def test_questions_still_to_come_keep_to_the_study_s_threads(monkeypatch, method):
     """A study on one thread answers the next question on one thread too."""

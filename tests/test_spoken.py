@@ -47,6 +47,7 @@ OPTIONS = {
 lostmotion run
   found     '--pose'
   expected  an option that lostmotion run --help lists
+  example   --poses 2048
   did you mean '--poses'?
 """,
         ),

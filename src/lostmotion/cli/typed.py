@@ -56,8 +56,10 @@ def _unreadable(command: Any, ctx: typer.Context, error: Exception) -> Problem: 
     option = str(getattr(error, "option_name", ""))
     params = {name: param for param in command.get_params(ctx) for name in param.opts}
     if option not in params:
+        meant = nearest(option, params)
+        example = _takes(command, ctx, params[meant])[1] if meant else ""
         known = f"an option that {ctx.command_path} --help lists"
-        return Problem("", ctx.command_path, shown(option) if option else str(error), known, "", nearest(option, params))
+        return Problem("", ctx.command_path, shown(option) if option else str(error), known, example, meant)
     if getattr(params[option], "is_flag", False):
         return Problem("", option, "a value", "the option alone: it is a switch", option)
     expected, example, _ = _takes(command, ctx, params[option])

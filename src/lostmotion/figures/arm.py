@@ -72,8 +72,7 @@ def sections(answer: Answer) -> list[Section]:
         *zone_sections(answer),
         levels_section(answer.budget),
         waterfall_section(answer.waterfall, _repeats(answer)),
-        budget_section(answer),
-        causes_section(answer),
+        *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),  # none where nothing errs
         *by_level_sections(answer.budget),
         *asked_sections(answer.places),
         *_bending(answer),
@@ -88,7 +87,7 @@ def sections(answer: Answer) -> list[Section]:
 
         whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled)
         found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
-    return [section for section in found if section.rows]  # of an arm without errors no part is to blame
+    return found
 
 
 def _repeats(answer: Answer) -> Estimate | None:

@@ -59,7 +59,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
             "exact at the poses visited" if poses.replicates > 1 else "",
         ),
     ]
-    note = "best and worst pose are chosen by the same samples: their intervals hold for a pose named beforehand"
+    note = "best and worst pose are those of the poses visited, chosen by the same samples: their intervals hold for a pose named beforehand"
     return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
 
 
@@ -94,7 +94,8 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         "ISO 9283, predicted",
         ("value",),
         tuple(rows),
-        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}",
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}. A worst pose is the worst of those visited "
+        "and chosen by the same samples: its interval holds for a pose named beforehand",
     )
 
 
