@@ -56,9 +56,12 @@ def options_of(command: Any) -> dict[str, Option]:  # noqa: ANN401 - Click's own
     """Which options does a command take, by argument?"""
     hints = get_type_hints(command.callback)
     numbers = {name for name, hint in hints.items() if {hint, *get_args(hint)} & {int, float}}
-    return {
-        str(param.name): Option(next((each for each in param.opts if each.startswith("--")), ""), param.name in numbers) for param in command.params
-    }
+    return {str(param.name): Option(long_name(param), param.name in numbers) for param in command.params}
+
+
+def long_name(param: Any) -> str:  # noqa: ANN401 - Click's own class
+    """What is an option called, "--at"? Empty for what is typed without a name."""
+    return next((each for each in param.opts if each.startswith("--")), "")
 
 
 def spoken(problem: Problem, options: Mapping[str, Option]) -> Problem:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args, get_type_hints
 import typer
 from typer.core import TyperCommand
 
+from lostmotion.cli.spoken import long_name
 from lostmotion.errors import InputError, Problem, nearest, shown
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def _unreadable(command: Any, ctx: typer.Context, error: Exception) -> Problem: 
 
 
 def _name(param: Any) -> str:  # noqa: ANN401 - Click's own class
-    return next((name for name in param.opts if name.startswith("--")), str(param.name))
+    return long_name(param) or str(param.name)
 
 
 def _takes(command: Any, ctx: typer.Context, param: Any) -> tuple[str, str, list[str]]:  # noqa: ANN401 - Click's own classes

@@ -11,7 +11,6 @@ from lostmotion.errors import LostmotionError
 from lostmotion.runs.order import Order, made_with, order_of
 from lostmotion.runs.stream import poses_between, steps_of
 from lostmotion.studies.budget import Tally
-from lostmotion.studies.intervals import robots_quantile
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.poses import Poses
@@ -154,11 +153,7 @@ def compute(order: Order, design: int, block: int) -> Record:
     rows = np.full((order.block, len(COLUMNS)), np.nan)
     found = rows[: last - first]
     found[:, :_AP] = sample.per_pose
-    sums = np.column_stack([sample.robot_sums, np.full((order.robots, 2), np.nan)])
-    if order.visits > 1:
-        spread = np.concatenate([sample.ap_rp.mean(axis=2)[..., None], robots_quantile(sample.ap_rp)], axis=-1)
-        found[:, _AP:_SQUARES] = spread.reshape(last - first, -1)
-        sums[:, 1:] = sample.ap_rp.sum(axis=0).T
+    found[:, _AP:_SQUARES] = sample.over_robots().reshape(last - first, -1)
     found[:, _SQUARES] = (matrix.bias[:, 3:] ** 2).sum(axis=1)
     found[:, _SQUARES + 1] = matrix.squares[matrix.columns("robot")].sum(axis=0)
     found[:, _SQUARES + 2] = matrix.squares[matrix.columns("visit", "robot x visit")].sum(axis=0)
@@ -168,7 +163,7 @@ def compute(order: Order, design: int, block: int) -> Record:
     parts = np.zeros((max(len(order.parts), 1), len(PARTS)))
     at = [order.parts.index(owner) for owner in tally.owners]
     parts[at] = np.column_stack([tally.variance, tally.own_bias, tally.shared_bias])
-    return Record(rows, sample.whole_hist(), sums, parts)
+    return Record(rows, sample.whole_hist(), sample.over_poses(), parts)
 
 
 def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, bytes], dict[str, str]]:

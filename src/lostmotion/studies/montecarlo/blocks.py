@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
-from lostmotion.studies.intervals import student
+from lostmotion.studies.intervals import robots_quantile, student
 from lostmotion.studies.montecarlo import kernel, once_kernel
 
 if TYPE_CHECKING:
@@ -73,6 +73,19 @@ class BlockSample:
     robot_sums: Floats
     bins: slice
     group_hist: np.ndarray
+
+    def over_robots(self) -> Floats:
+        """Sum AP and RP up (pose, 2, 4): mean, 95 % quantile over robots, and its interval; NaN where there is one visit."""
+        if not self.ap_rp.shape[2]:
+            return np.full((len(self.per_pose), 2, 4), np.nan)
+        return np.concatenate([self.ap_rp.mean(axis=2)[..., None], robots_quantile(self.ap_rp)], axis=-1)
+
+    def over_poses(self) -> Floats:
+        """Sum each robot's mean error, AP and RP (robot, 3); NaN for the latter where there is one visit."""
+        out = np.column_stack([self.robot_sums, np.full((len(self.robot_sums), 2), np.nan)])
+        if self.ap_rp.shape[2]:
+            out[:, 1:] = self.ap_rp.sum(axis=0).T
+        return out
 
     def whole_hist(self) -> np.ndarray:
         """Give the histogram of each group with all its bins (group, kernel.BINS)."""

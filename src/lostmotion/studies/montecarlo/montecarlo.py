@@ -16,9 +16,8 @@ import numpy as np
 
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.budget import Tally
-from lostmotion.studies.intervals import robots_quantile
 from lostmotion.studies.montecarlo import exact, kernel
-from lostmotion.studies.montecarlo.blocks import BlockSample, Device, Plan, sample_blocks
+from lostmotion.studies.montecarlo.blocks import Device, Plan, sample_blocks
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
 if TYPE_CHECKING:
@@ -222,7 +221,10 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
     rows = checked[(checked >= first) & (checked < last)] - first
     return _Walk(
-        [_block(plan, *block) for block in zip(spans, sample_blocks(plan, matrix, spans), strict=True)],
+        [
+            _Block(*span, sample.per_pose, sample.bins, sample.group_hist, sample.over_robots(), sample.over_poses())
+            for span, sample in zip(spans, sample_blocks(plan, matrix, spans), strict=True)
+        ],
         worst_case(matrix),
         root_sum_square(matrix),
         matrix.bias,
@@ -232,23 +234,9 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
     )
 
 
-def _block(plan: Plan, span: tuple[int, int], sample: BlockSample) -> _Block:
-    spread = np.full((len(sample.per_pose), 2, 4), np.nan)
-    sums = np.column_stack([sample.robot_sums, np.full((plan.robots, 2), np.nan)])
-    if plan.visits > 1:
-        spread = _over_robots(sample.ap_rp)
-        sums[:, 1:] = sample.ap_rp.sum(axis=0).T
-    return _Block(*span, sample.per_pose, sample.bins, sample.group_hist, spread, sums)
-
-
 def _rotation_ms(matrix: Screws) -> Floats:
     """Give the mean square of the tool's rotation (pose,), rad^2: of the bias, and the variances of all that is drawn."""
     turn = matrix.along_poses[:3]
     drawn = np.ones(len(matrix.infos))
     drawn[matrix.columns("design")] = 0
     return np.asarray((matrix.bias[:, :3] ** 2).sum(axis=1) + drawn @ np.einsum("ctp,ctp->tp", turn, turn))
-
-
-def _over_robots(values: Floats) -> Floats:
-    """Sum values (pose, 2, robot) up: mean, 95 % quantile over robots, and its interval (pose, 2, 4)."""
-    return np.concatenate([values.mean(axis=2)[..., None], robots_quantile(values)], axis=-1)

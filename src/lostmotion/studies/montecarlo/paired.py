@@ -50,17 +50,16 @@ class Paired:
 
     def run(self, factors: Floats) -> Sample:
         """What do these robots do with every term scaled by its factor (term,)?"""
-        means, groups, sets, largest = [], np.zeros((self.plan.groups, kernel.BINS), np.int64), [], 0.0
-        first = 0
-        for matrix in self.matrices:
+        groups, sets = (np.zeros((count, kernel.BINS), np.int64) for count in (self.plan.groups, len(self.matrices)))
+        means, largest, first = [], 0.0, 0
+        for of_set, matrix in zip(sets, self.matrices, strict=True):
             block = sample_block(self.plan, scaled(matrix, factors), first)
             first += len(matrix.tool)
             means.append(block.robot_sums / len(matrix.tool))
             groups[:, block.bins] += block.group_hist
-            sets.append(np.zeros(kernel.BINS, np.int64))
-            sets[-1][block.bins] = block.group_hist.sum(axis=0)
+            of_set[block.bins] = block.group_hist.sum(axis=0)
             largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
-        return Sample(np.array(means), groups, np.array(sets), largest)
+        return Sample(np.array(means), groups, sets, largest)
 
 
 def scaled(matrix: Screws, factors: Floats) -> Screws:
