@@ -28,7 +28,7 @@ from lostmotion.arm import (
 )
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
-from lostmotion.spatial import exp, moved
+from lostmotion.spatial import combined, exp, motion
 
 ONE, TWO = 0.5, 0.3
 
@@ -250,8 +250,9 @@ def test_a_pure_motion_is_an_exponential(q: tuple[float, ...]):
     """Turning or sliding by an amount is the exponential of that amount of the joint's unit twist."""
     arm = spatial()
     for joint, amount in zip(arm.moving, q, strict=True):
-        here = frames(arm, np.array([q]))[-1]
-        np.testing.assert_allclose(moved(here, joint.twist, np.array([amount])), here @ exp(amount * joint.twist), atol=1e-14)
+        here = frames(arm, np.array([q]))[-1, 0]
+        there = combined(here[..., None], motion(joint.twist, np.array([amount])))[..., 0]
+        np.testing.assert_allclose(there, here @ exp(amount * joint.twist), atol=1e-14)
 
 
 def test_places_are_named_in_walking_order():

@@ -17,7 +17,7 @@ from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
 from lostmotion.parts.source import Condition, Force, Line, Mass, Part, Term, Torque
-from lostmotion.spatial import cross, inverse, moved
+from lostmotion.spatial import combined, cross, inverse, mapped, motion
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -152,30 +152,27 @@ def frames(arm: Arm, q: Floats) -> Floats:
     Source: product of exponentials, Lynch and Park 2017, ch. 4; equal to Pinocchio's frames (tests/validation).
     """
     values = as_poses(arm, q)
-    out = np.empty((len(arm.places), 4, 4, len(values))).transpose(0, 3, 1, 2)  # poses lie innermost in memory: all steps run along them
-    out[0] = np.eye(4)
-    column = iter(values.T)
+    out = np.empty((len(arm.places), 4, 4, len(values)))  # poses lie innermost in memory: all steps run along them
+    out[0] = np.eye(4)[..., None]
+    out[1:, 3] = out[0, 3]
+    rows, column = out[:, :3], iter(values.T)
     for k, joint in enumerate(arm.joints):
-        out[3 * k + 1] = _step(out[3 * k], joint.origin.pose)
-        out[3 * k + 2] = out[3 * k + 1] if isinstance(joint, FixedJoint) else moved(out[3 * k + 1], joint.twist, next(column))
-        out[3 * k + 3] = _step(out[3 * k + 2], joint.link.tip_pose)
-    out[-1] = _step(out[-2], arm.tool.frame.pose)
-    return out
-
-
-def _step(here: Floats, pose: Floats) -> Floats:
-    """Go from frames (pose, 4, 4) on by one fixed pose (4, 4)."""
-    return np.asarray((pose.T @ here.transpose(1, 2, 0)).transpose(2, 0, 1))
+        combined(rows[3 * k], joint.origin.pose.tolist(), out=rows[3 * k + 1])
+        moved = np.eye(4).tolist() if isinstance(joint, FixedJoint) else motion(joint.twist, next(column))
+        combined(rows[3 * k + 1], moved, out=rows[3 * k + 2])
+        combined(rows[3 * k + 2], joint.link.tip_pose.tolist(), out=rows[3 * k + 3])
+    combined(rows[-2], arm.tool.frame.pose.tolist(), out=rows[-1])
+    return out.transpose(0, 3, 1, 2)
 
 
 def _out_of(frame: Floats, vector: Floats) -> Floats:
     """Give in the base's axes (pose, 3) what is one vector (3,) in the axes of each of the frames (pose, 4, 4)."""
-    return np.asarray((vector @ frame.transpose(1, 2, 0)[:3, :3]).T)
+    return np.asarray(combined(frame.transpose(1, 2, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
 
 
 def _into(frame: Floats, vector: Floats) -> Floats:
     """Give in the axes of each of the frames (pose, 4, 4) what is one vector (3,) in the base's axes."""
-    return np.asarray((vector @ frame.transpose(2, 1, 0)[:3, :3]).T)
+    return np.asarray(combined(frame.transpose(2, 1, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
 
 
 def tool_points(arm: Arm, q: Floats) -> Floats:
@@ -273,7 +270,7 @@ def joint_torques(arm: Arm, q: Floats, payload: Payload | None = None, gravity: 
     Arguments and errors as `wrenches`. Equal to Pinocchio's generalised gravity.
     """
     carried = wrenches(arm, q, payload, gravity)
-    return np.column_stack([-carried[3 * k + 2] @ joint.twist for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint)])
+    return np.column_stack([-mapped(joint.twist, carried[3 * k + 2]) for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint)])
 
 
 def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None, within: float = math.pi) -> Floats:
@@ -293,10 +290,10 @@ def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None
     out = []
     for k, joint in enumerate(arm.joints):
         if not isinstance(joint, FixedJoint):
-            v = np.stack([w[3 * k + 2] @ joint.twist for w in by_axis], axis=-1)
+            v = np.stack([mapped(joint.twist, w[3 * k + 2]) for w in by_axis], axis=-1)
             away = np.arctan2(np.hypot(v[:, 0], v[:, 1]), -v[:, 2])  # from straight down
             most, least = (np.linalg.norm(v, axis=-1) * np.cos(np.maximum(angle - within, 0.0)) for angle in (away, math.pi - away))
-            process = weightless[3 * k + 2] @ joint.twist
+            process = mapped(joint.twist, weightless[3 * k + 2])
             out.append(np.maximum(np.abs(process + most), np.abs(process - least)))
     return np.column_stack(out)
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+    # Rows of a matrix: each entry one number, or one for each pose (pose,).
+    Matrix = Sequence[Sequence[Floats | float]]
 
 # Below this angle the series of the closed forms is exact to rounding, and the closed forms are not.
 _SMALL_ANGLE = 1e-4
@@ -49,6 +51,28 @@ def mapped(matrix: Floats, vectors: Floats) -> Floats:
     return np.asarray(sum(np.multiply.outer(matrix[..., k], vectors[:, k]) for k in range(matrix.shape[-1]))).T
 
 
+def combined(parts: Floats, matrix: Matrix, out: Floats | None = None) -> Floats:
+    """What is parts @ matrix (row, m, pose) for parts (row, k, pose)? Put into `out` where that is given.
+
+    Summed in one order as `mapped`, along the poses, which lie innermost in memory. A zero in the matrix costs nothing.
+    """
+    result = np.empty((len(parts), len(matrix[0]), parts.shape[2])) if out is None else out
+    for j in range(len(matrix[0])):
+        here, begun = result[:, j], False
+        for k, row in enumerate(matrix):
+            weight = row[j]
+            if not isinstance(weight, np.ndarray) and weight == 0:
+                continue
+            if begun:
+                here += weight * parts[:, k]
+            else:
+                begun = True
+                np.multiply(weight, parts[:, k], out=here)
+        if not begun:
+            here[:] = 0
+    return result
+
+
 def across(axis: Floats) -> tuple[Floats, Floats]:
     """Which two unit directions (3,) lie across a unit axis (3,), and across each other?"""
     round_axis = skew(axis)
@@ -57,20 +81,19 @@ def across(axis: Floats) -> tuple[Floats, Floats]:
     return first, round_axis @ first
 
 
-def moved(here: Floats, twist: Floats, amount: Floats) -> Floats:
-    """Where do frames (pose, 4, 4) stand after a pure turn or a pure shift along a unit twist (6,) by amounts (pose,), rad or m?
-
-    The same as here @ exp(amount twist), for the one motion that joints make.
-    """
-    along = here.transpose(1, 2, 0)  # frames lie innermost in memory where the arm made them
+def motion(twist: Floats, amount: Floats) -> Matrix:
+    """Which pose is a pure turn or a pure shift along a unit twist (6,) by amounts (pose,), rad or m? exp(amount twist) of what joints do."""
+    out: list[list[Floats | float]] = [[*row] for row in np.eye(4).tolist()]
     if twist[:3].any():
-        axis = np.zeros((4, 4))
-        axis[:3, :3] = skew(twist[:3])
-        out = along + np.sin(amount) * (axis.T @ along) + (1 - np.cos(amount)) * ((axis @ axis).T @ along)
+        sine, less = np.sin(amount), 1 - np.cos(amount)
+        axis = skew(twist[:3])
+        for (i, j), a, b in zip(np.ndindex(3, 3), axis.ravel().tolist(), (axis @ axis).ravel().tolist(), strict=True):
+            if a or b:
+                out[i][j] = out[i][j] + a * sine + b * less
     else:
-        out = along.copy()
-        out[:3, 3] += amount * (twist[3:] @ along[:3, :3])
-    return np.asarray(out.transpose(2, 0, 1))
+        for row, along in zip(out, twist[3:].tolist(), strict=False):
+            row[3] = along * amount
+    return out
 
 
 def exp(twist: Floats) -> Floats:

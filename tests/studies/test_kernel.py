@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lostmotion import Poses, pose_accuracy, pose_repeatability, read, sample_poses, screws
+from lostmotion import Arm, Poses, frames, pose_accuracy, pose_repeatability, read, root_sum_square, sample_poses, screws, worst_case
 from lostmotion.studies.intervals import student
 from lostmotion.studies.montecarlo import kernel, montecarlo
 from lostmotion.studies.montecarlo.blocks import Plan, sample_block, sample_blocks
@@ -166,8 +166,24 @@ def test_a_pose_has_the_same_bits_alone_and_among_others(file):
     every = screws(arm, q)
     for first, last in ((0, 1), (5, 6), (6, 8), (8, 16)):
         some, same = screws(arm, q[first:last]), every.stretch(first, last)
-        for name in ("at", "local", "tool"):
+        for name in ("at", "local", "tool", "bias"):
             np.testing.assert_array_equal(getattr(some, name), getattr(same, name), err_msg=f"{name} of {first} to {last}")
+        for bound in (worst_case, root_sum_square):
+            np.testing.assert_array_equal(bound(some), bound(every)[first:last], err_msg=f"{first} to {last}")
+
+
+def test_a_turn_about_any_axis_has_the_same_bits_alone_and_among_others():
+    """Frames go on by slanted poses and turn about slanted axes: no bit depends on how many poses are worked out together."""
+    rng = np.random.default_rng(2)
+    tips = [{"xyz": (0.1, 0.2, 0.3), "rpy": tuple(rpy)} for rpy in rng.uniform(-1, 1, (4, 3))]
+    axes = [tuple(axis) for axis in rng.standard_normal((4, 3))]
+    joints = [
+        {"name": f"{k}", "type": "revolute", "axis": axis, "limits": (-3, 3), "link": {"tip": tip}}
+        for k, (axis, tip) in enumerate(zip(axes, tips, strict=True))
+    ]
+    slanted, q = Arm.model_validate({"name": "slanted", "joints": joints}), rng.uniform(-3, 3, (16, 4))
+    for first, last in ((0, 1), (3, 5), (8, 15)):
+        np.testing.assert_array_equal(frames(slanted, q[first:last]), frames(slanted, q)[:, first:last])
 
 
 def test_more_robots_keep_the_first_ones_however_poses_are_walked(arm):

@@ -106,7 +106,7 @@ class Condition:
     @property
     def scale(self) -> Floats:
         """Give the size of the whole wrench (pose,), to tell a small load from rounding."""
-        return np.asarray(np.sqrt(np.einsum("pc,pc->p", self.wrench, self.wrench)))
+        return np.asarray(np.sqrt(sum(part**2 for part in self.wrench.T)))
 
 
 @dataclass(frozen=True, slots=True)

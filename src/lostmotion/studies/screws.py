@@ -71,13 +71,15 @@ class Screws:
     @functools.cached_property
     def bias(self) -> Floats:
         """Give the sum of the design terms (pose, 6): what every robot does at every visit."""
-        return np.asarray(self.along_poses[:, self.columns("design")].sum(axis=1).T)
+        out = np.zeros((6, len(self.tool)))
+        for k in self.columns("design"):  # one after the other: NumPy takes another order for one pose alone
+            out += self.along_poses[:, k]
+        return out.T
 
     @functools.cached_property
     def squares(self) -> Floats:
         """Give the squared displacement of the tool point by each term (term, pose), m^2."""
-        shift = self.along_poses[3:]
-        return np.asarray(np.einsum("ctp,ctp->tp", shift, shift))
+        return np.asarray(sum(shift**2 for shift in self.along_poses[3:]))
 
     @functools.cached_property
     def square_sums(self) -> Floats:
@@ -134,9 +136,9 @@ def worst_case(matrix: Screws) -> Floats:
 
     An upper bound: no draw exceeds it. The two parts of a wave count as one, since they share a phase. Infinite where a law is unbounded.
     """
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + matrix.at_bounds.sum(axis=1))
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + sum(matrix.at_bounds.T))
 
 
 def root_sum_square(matrix: Screws) -> Floats:
     """How far is the tool off at each pose by the root-sum-square rule of tolerancing (pose,), m? |bias| + root of the sum of squared bounds."""
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.linalg.norm(matrix.at_bounds, axis=1))
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.sqrt(sum(matrix.at_bounds.T**2)))

@@ -17,6 +17,7 @@ from lostmotion.parts.source import (
     Part,
     Term,
 )
+from lostmotion.spatial import mapped
 
 
 class CrossedRoller(Part, ErrorSource):
@@ -54,11 +55,11 @@ class CrossedRoller(Part, ErrorSource):
         moment, force = at.wrench[:, :3], at.wrench[:, 3:]
         out: list[Term] = []
         if self.tilt_stiffness is not None:
-            out.append(Term("tilt", np.hstack([moment @ radially / self.tilt_stiffness, zero])))
+            out.append(Term("tilt", np.hstack([mapped(radially, moment) / self.tilt_stiffness, zero])))
         if self.radial_stiffness is not None:
-            out.append(Term("radial give", np.hstack([zero, force @ radially / self.radial_stiffness])))
+            out.append(Term("radial give", np.hstack([zero, mapped(radially, force) / self.radial_stiffness])))
         if self.axial_stiffness is not None and turning:
-            out.append(Term("axial give", np.hstack([zero, force @ along / self.axial_stiffness])))
+            out.append(Term("axial give", np.hstack([zero, mapped(along, force) / self.axial_stiffness])))
         if turning:
             out += runout_terms(at, axis, self.radial_runout, self.axial_runout)
         return out

@@ -92,12 +92,12 @@ class DrawnBearing(MountedBearing, ErrorSource):
             unit = reactions[k] / np.where(sizes[k] > 0, sizes[k], 1.0)[:, None]
             sitting, free = seated_across(reactions[k], self.closing_force, scale)
             left = np.minimum(left, free)
-            out.append(Term(f"{name} give", (unit * (whole - edge)[:, k, None]) @ way))
+            out.append(Term(f"{name} give", mapped(way.T, unit * (whole - edge)[:, k, None])))
             if play.nominal > 0:
-                out.append(Term(f"{name} clearance side held by load", (sitting * edge[:, k, None]) @ way, seated=True))
+                out.append(Term(f"{name} clearance side held by load", mapped(way.T, sitting * edge[:, k, None]), seated=True))
                 out += _circle(f"{name} clearance", free * play.nominal / 2, way, axis, _amount(streams[k], spread / play.nominal, law))
             share = np.linalg.norm(sitting, axis=-1)[:, None]
-            moved[streams[k]] = moved[streams[k]] + (unit * share * grows[:, k, None]) @ way
+            moved[streams[k]] = moved[streams[k]] + mapped(way.T, unit * share * grows[:, k, None])
         if turning and rows.axial:
             closed, twist = seated(force, self.closing_force, at.scale), np.concatenate([np.zeros(3), axis])
             out += self._along(twist, closed, left, edge[:, 2], whole[:, 2])
@@ -110,7 +110,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
     def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
         """Give the radial load (pose, 3) on one row: half of the force, and its part of the moment."""
         force, moment = wrench[:, 3:], wrench[:, :3]
-        return (force - np.outer(force @ axis, axis)) / 2 + side * cross(moment, axis) / self.rows.span
+        return (force - np.outer(mapped(axis, force), axis)) / 2 + side * cross(moment, axis) / self.rows.span
 
     def _along(self, twist: Floats, closed: Floats, left: Floats, edge: Floats, whole: Floats) -> list[Term]:
         """Give the axial give and play from how far the axial load closes the play (-1..1) and what the radial loads leave free (0..1)."""

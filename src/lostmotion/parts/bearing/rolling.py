@@ -60,13 +60,13 @@ class RollingPair(Part, ErrorSource):
             out += self._in_clearance(name, per_shift(axis, side, self.span), reaction, axis, at.scale / min(self.span, 1.0))
             if self.radial_stiffness is not None:
                 give = reaction / self.radial_stiffness
-                out.append(Term(f"{name} radial give", give @ per_shift(axis, side, self.span)))
+                out.append(Term(f"{name} radial give", mapped(per_shift(axis, side, self.span).T, give)))
         return [*out, *self._axial(at, axis)]
 
     def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
         """Give the radial load (pose, 3) that one bearing carries: half of the force, and its part of the moment."""
         force, moment = wrench[:, 3:], wrench[:, :3]
-        across = force - np.outer(force @ axis, axis)
+        across = force - np.outer(mapped(axis, force), axis)
         return across / 2 + side * cross(moment, axis) / self.span
 
     def _in_clearance(self, name: str, per_shift: Floats, reaction: Floats, axis: Floats, scale: Floats) -> list[Term]:
@@ -74,7 +74,7 @@ class RollingPair(Part, ErrorSource):
         if not half:
             return []
         sitting, free = seated_across(reaction, self.closing_force, scale)
-        known = sitting @ per_shift * half
+        known = mapped(per_shift.T, sitting) * half
         first, second = across(axis)
         stream = f"{name} position"
         size = free[:, None] * (half / np.sqrt(2))

@@ -237,6 +237,4 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
 def _rotation_ms(matrix: Screws) -> Floats:
     """Give the mean square of the tool's rotation (pose,), rad^2: of the bias, and the variances of all that is drawn."""
     turn = matrix.along_poses[:3]
-    drawn = np.ones(len(matrix.infos))
-    drawn[matrix.columns("design")] = 0
-    return np.asarray((matrix.bias[:, :3] ** 2).sum(axis=1) + drawn @ np.einsum("ctp,ctp->tp", turn, turn))
+    return np.asarray(sum(turn[c, k] ** 2 for k in matrix.columns("robot", "visit", "robot x visit") for c in range(3)) + sum(matrix.bias.T[:3] ** 2))
