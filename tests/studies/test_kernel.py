@@ -136,16 +136,21 @@ def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(arm):
 
 
 def test_blocks_walked_together_are_sampled_as_each_by_itself(arm):
-    """Blocks of one matrix, with the draws laid out once, give the bits of blocks that were walked by themselves."""
+    """Blocks of one matrix, with the draws laid out once, give the bits of blocks that were walked by themselves; groups are counted over all."""
     poses = sample_poses(arm, 40, "uniform")
     plan = Plan.of(arm, poses, 70, 3, 5, 0.0)
     spans = [(16, 20), (20, 21), (21, 40)]
     together = sample_blocks(plan, screws(arm, poses.q[16:]), spans)
+    so_far = np.zeros((plan.groups, kernel.BINS), np.int64)
     for (first, last), sample in zip(spans, together, strict=True):
         alone = sample_block(plan, screws(arm, poses.q[first:last]), first)
         for name in ("per_pose", "ap_rp", "robot_sums"):
             np.testing.assert_array_equal(getattr(sample, name), getattr(alone, name), err_msg=name)
-        np.testing.assert_array_equal(sample.whole_hist(), alone.whole_hist())
+        hist, so_far = np.zeros(kernel.BINS, np.int64), so_far + alone.whole_hist()
+        hist[sample.bins] = sample.hist
+        np.testing.assert_array_equal(hist, alone.whole_hist().sum(axis=0))
+        np.testing.assert_array_equal(sample.whole_hist(), so_far)
+        assert so_far.any(axis=0).nonzero()[0][[0, -1]].tolist() == [sample.bins.start, sample.bins.stop - 1]
 
 
 @pytest.mark.parametrize(("robots", "walks"), [(10, 1), (1000, 1), (10_000, 3), (40_000, 8)])

@@ -26,6 +26,10 @@ DEVICES: Final = get_args(Device)
 
 MOST_ROBOTS: Final = 1_000_000
 MOST_VISITS: Final = 10_000
+# The C library goes by the largest array given back so far: it keeps freed memory up to twice its size for the next block, and hands back the rest
+# only to ask for it again, page by page, which takes as long as a fifth of the samples. One array of this size, never touched, tells it to keep a
+# block's. Elsewhere than with glibc it does nothing.
+_KEPT_BYTES: Final = 16 * 2**20
 # Robots are split into groups for the intervals of pooled quantiles.
 _MOST_GROUPS: Final = 32
 
@@ -42,8 +46,9 @@ class Plan:
     approach: float
     groups: int
     device: Device = "cpu"
-    # What was drawn for every robot, by stream: the same in all blocks, so drawn once.
-    robot_draws: dict[Stream, Floats] = field(default_factory=dict)
+    # What was drawn for every robot, by stream, and the tables of draws laid out for the kernel: the same in nearly all blocks.
+    _robot_draws: dict[Stream, Floats] = field(default_factory=dict, init=False)
+    _laid_out: dict[str, tuple[list[Stream], Floats]] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
@@ -57,21 +62,50 @@ class Plan:
         if approach not in (-1, 0, 1):
             raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
         check_device(device)
+        np.empty(_KEPT_BYTES, np.uint8)
         groups = min(_MOST_GROUPS, robots)
         return cls(arm, poses, robots, visits, seed, approach, groups, device)
+
+    def of_robots(self, what: str, streams: list[Stream], *, pad: bool = False) -> Floats:
+        """Give what these streams drew for each robot (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros.
+
+        Kept under the name `what` until it is asked for with other streams.
+        """
+
+        def laid_out() -> Floats:
+            out = np.zeros((-(-self.robots // kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), kernel.LANES))
+            for row, stream in enumerate(streams):
+                if stream not in self._robot_draws:
+                    self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
+                out[:, row] = self._robot_draws[stream]
+            return out
+
+        return self._kept(what, streams, laid_out)
+
+    def tables(self, streams: list[Stream]) -> Floats:
+        """Give the tables that these streams' visits read, one after another (stream x ROW)."""
+        return self._kept("visits", streams, lambda: np.concatenate([visit_table(self.seed, stream) for stream in streams] or [np.zeros(kernel.ROW)]))
+
+    def _kept(self, what: str, streams: list[Stream], laid_out: Callable[[], Floats]) -> Floats:
+        known = self._laid_out.get(what)
+        if known is None or known[0] != streams:
+            known = self._laid_out[what] = streams, laid_out()
+        return known[1]
 
 
 @dataclass(frozen=True)
 class BlockSample:
-    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and the histogram of each group.
+    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and histograms.
 
-    group_hist (group, bin) holds those bins of the histogram that `bins` cuts out: there are no errors beside them.
+    hist (bin,) counts the block's samples. group_hist (group, bin) counts those of each group of robots, and where several blocks are walked
+    together, of all blocks up to this one. Both hold those bins that `bins` cuts out of the histogram: there are no errors beside them.
     """
 
     per_pose: Floats
     ap_rp: Floats
     robot_sums: Floats
     bins: slice
+    hist: np.ndarray
     group_hist: np.ndarray
 
     def over_robots(self) -> Floats:
@@ -120,30 +154,32 @@ def sample_blocks(plan: Plan, matrix: Screws, spans: list[tuple[int, int]]) -> I
     work = _kernel(plan, moves=len(visit) + len(both) > 0)
     drawn = (
         _padded(robot),
-        _drawn(plan, [_known(matrix.infos[k].robot) for k in robot], pad=True),
+        plan.of_robots("robots", [_known(matrix.infos[k].robot) for k in robot], pad=True),
         _padded(visit),
         *_reading(plan.seed, matrix, visit, tables),
         both,
         *_reading(plan.seed, matrix, both, tables),
-        _drawn(plan, [_known(matrix.infos[k].robot) for k in both]),
-        np.concatenate([visit_table(plan.seed, stream) for stream in tables] or [np.zeros(kernel.ROW)]),
+        plan.of_robots("robots x visits", [_known(matrix.infos[k].robot) for k in both]),
+        plan.tables(list(tables)),
         plan.robots,
         plan.visits,
         plan.groups,
         student(plan.robots - 1),
     )
     counts = np.zeros((plan.groups, kernel.ROW_OF_BINS), np.int64)
+    lowest, highest, before = kernel.BINS, -1, np.zeros(kernel.BINS, np.int64)
     for first, last in spans:
         here = slice(first - spans[0][0], last - spans[0][0])
         per_pose = np.zeros((last - first, kernel.COLUMNS))
         ap_rp = np.zeros((last - first, 2, plan.robots if plan.visits > 1 else 0))
         robot_sums = np.zeros(plan.robots)
         bias, shift = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], matrix.along_poses[3:, :, here]))
-        work(first, bias, shift, *drawn, per_pose, ap_rp, robot_sums, counts)
-        counted = np.flatnonzero(counts.sum(axis=0))
-        bins = slice(int(counted[0]), int(counted[-1]) + 1)
-        yield BlockSample(per_pose, ap_rp, robot_sums, bins, counts[:, bins].copy())
-        counts[:, bins] = 0
+        low, high = work(first, bias, shift, *drawn, per_pose, ap_rp, robot_sums, counts)
+        lowest, highest = min(lowest, low), max(highest, high)
+        bins = slice(lowest, highest + 1)
+        counted = counts[:, bins].sum(axis=0)
+        yield BlockSample(per_pose, ap_rp, robot_sums, bins, counted - before[bins], counts[:, bins])
+        before[bins] = counted
 
 
 def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
@@ -165,16 +201,6 @@ def _known(stream: Stream | None) -> Stream:
     if stream is None:
         raise ValueError("a term without a draw reached the kernel")
     return stream
-
-
-def _drawn(plan: Plan, streams: list[Stream], *, pad: bool = False) -> Floats:
-    """Give the robots' draws (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros."""
-    out = np.zeros((-(-plan.robots // kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), kernel.LANES))
-    for row, stream in enumerate(streams):
-        if stream not in plan.robot_draws:
-            plan.robot_draws[stream] = robot_draws(plan.seed, [stream], plan.robots)[:, 0]
-        out[:, row] = plan.robot_draws[stream]
-    return out
 
 
 def _padded(columns: np.ndarray) -> np.ndarray:

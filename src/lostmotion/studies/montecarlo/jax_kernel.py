@@ -77,11 +77,12 @@ def run_block(
     ap_rp: Floats,
     robot_sums: Floats,
     group_hist: np.ndarray,
-) -> None:
-    """Form the errors of every pose, robot and visit of one block of poses, and reduce them. Arguments as `kernel.run_block`."""
+) -> tuple[int, int]:
+    """Form the errors of every pose, robot and visit of one block of poses, and reduce them. Arguments and answer as of `kernel.run_block`."""
     import jax
 
     poses, tiles = len(bias), len(robot_draws)
+    lowest, highest = BINS, -1
     step = min(max(_AT_ONCE // (tiles * LANES * visits), 1), poses)
     with jax.enable_x64(True):
         work = _compiled()
@@ -100,6 +101,9 @@ def run_block(
                 ap_rp[rows[real]] = both.reshape(step, 2, -1)[real, :, :robots]
             robot_sums += sums.ravel()[:robots]
             group_hist += counts.reshape(group_hist.shape)
+            counted = np.flatnonzero(counts.reshape(group_hist.shape).any(axis=0))
+            lowest, highest = min(lowest, int(counted[0])), max(highest, int(counted[-1]))
+    return lowest, highest
 
 
 def _taken(shift: Floats, columns: np.ndarray, rows: np.ndarray) -> Floats:

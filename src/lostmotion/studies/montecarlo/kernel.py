@@ -167,6 +167,12 @@ def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
 
 
 @compiled
+def bin_of(square):
+    """In which bin of the histogram does a squared error with these bits lie?"""
+    return min(max((square >> _SHIFT) - FIRST_BIN, 0), BINS - 1)
+
+
+@compiled
 def _bin_of(ladder, rank):
     """Which is the first bin that counts up to `rank`, or the last? By halves; NumPy's search takes a second to compile."""
     low, high = 0, len(ladder) - 1
@@ -258,9 +264,9 @@ def run_block(
     per_pose,  # out (pose, COLUMNS)
     ap_rp,  # out (pose, 2, robot), used where visits > 1
     robot_sums,  # out (robot,) sum over poses of the robot's mean error
-    group_hist,  # out (group, ROW_OF_BINS) of all poses in this block
+    group_hist,  # out (group, ROW_OF_BINS), to which the errors of all poses in this block are added
 ):
-    """Form the errors of every pose, robot and visit of one block of poses, and reduce them."""
+    """Form the errors of every pose, robot and visit of one block of poses, and reduce them; tell the lowest and the highest bin they fell into."""
     tiles = robot_draws.shape[0]
     n_robot, n_visit, n_product = len(robot_columns), len(visit_columns), len(product_columns)
     robot_screws, visit_screws, product_screws = np.empty((3, n_robot)), np.empty((3, n_visit)), np.empty((3, n_product))
@@ -283,6 +289,7 @@ def run_block(
     bins = np.empty((tiles, visits, LANES), np.uint16)
     hist, ladder = np.empty(FINE, np.int64), np.empty(FINE, np.int64)
     shares = np.empty(LANES, np.uint16)
+    least_of_all, largest_of_all = _MOST, np.int64(-1)
     for p in range(bias.shape[0]):
         _take(shift, robot_columns, p, robot_screws)
         _take(shift, visit_columns, p, visit_screws)
@@ -319,7 +326,7 @@ def run_block(
                             e[c, i] = fma(s0, weight[i], e[c, i])
                 _sum_up_visit(width, e, sums, squares, sizes[tile, v])
                 for i in range(width):
-                    places[v, i] = np.uint16(min(max(int(words[i] >> _SHIFT) - FIRST_BIN, 0), BINS - 1))
+                    places[v, i] = np.uint16(bin_of(words[i]))
                 top = largest
                 for i in range(count):
                     top = max(top, words[i])
@@ -341,6 +348,7 @@ def run_block(
                 between2[i] += mean * mean
             if visits > 1:
                 _accuracy_and_repeatability(width, count, kept, sums, ap_rp[p, :, first:])
+        least_of_all, largest_of_all = min(least_of_all, least), max(largest_of_all, largest)
         words[0], words[1] = least, largest
         low, high = np.sqrt(squares[0]), np.sqrt(squares[1])
         samples = robots * visits
@@ -354,3 +362,4 @@ def run_block(
         of_means = between2.sum() / robots - mean * mean
         between = min(max(of_means / variance, 0.0), 1.0) if variance > 0 else 0.0
         _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, per_pose[p, FIRST_QUANTILE:])
+    return bin_of(least_of_all), bin_of(largest_of_all)

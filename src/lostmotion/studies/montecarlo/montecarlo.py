@@ -76,7 +76,7 @@ class _Block:
     last: int
     per_pose: Floats
     bins: slice
-    group_hist: np.ndarray
+    hist: np.ndarray
     spread: Floats
     sums: Floats
 
@@ -86,6 +86,8 @@ class _Walk:
     """What is known of a few blocks whose poses were walked together."""
 
     blocks: list[_Block]
+    bins: slice
+    group_hist: np.ndarray
     worst: Floats
     rss: Floats
     bias: Floats
@@ -129,8 +131,8 @@ def run(  # noqa: PLR0913 - a study is these numbers
             out["ap_rp"][block.first : block.last] = block.spread
             replicate = block.first * poses.replicates // len(poses)
             out["robot_means"][replicate] += block.sums
-            out["replicate_hist"][replicate, block.bins] += block.group_hist.sum(axis=0)
-            out["group_hist"][:, block.bins] += block.group_hist
+            out["replicate_hist"][replicate, block.bins] += block.hist
+        out["group_hist"][:, walk.bins] += walk.group_hist
         total = walk.tally if total is None else total + walk.tally
         checks.append(walk.check)
         if progress is not None:
@@ -220,11 +222,13 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
     matrix = screws(plan.arm, plan.poses.q[first:last], approach=plan.approach)
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
     rows = checked[(checked >= first) & (checked < last)] - first
+    blocks = []
+    for span, sample in zip(spans, sample_blocks(plan, matrix, spans), strict=True):
+        blocks.append(_Block(*span, sample.per_pose, sample.bins, sample.hist, sample.over_robots(), sample.over_poses()))
     return _Walk(
-        [
-            _Block(*span, sample.per_pose, sample.bins, sample.group_hist, sample.over_robots(), sample.over_poses())
-            for span, sample in zip(spans, sample_blocks(plan, matrix, spans), strict=True)
-        ],
+        blocks,
+        sample.bins,
+        sample.group_hist,
         worst_case(matrix),
         root_sum_square(matrix),
         matrix.bias,

@@ -26,6 +26,7 @@ from lostmotion.studies.montecarlo.kernel import (
     MEAN_SQUARE,
     ROW,
     ROW_OF_BINS,
+    bin_of,
     place_in_table,
 )
 from lostmotion.studies.montecarlo.product_kernel import AT_ONCE, compiled, squared_lengths
@@ -181,7 +182,7 @@ def run_once(
     robot_sums,
     group_hist,
 ):
-    """Form the one error of every robot at every pose of one block of poses, and reduce them. Arguments as `kernel.run_block`."""
+    """Form the one error of every robot at every pose of one block of poses, and reduce them. Arguments and answer as of `kernel.run_block`."""
     tiles = robot_draws.shape[0]
     n_robot, n_visit, n_product = _present(robot_columns), _present(visit_columns), len(product_columns)
     n_steady = n_robot + n_visit
@@ -199,7 +200,8 @@ def run_once(
     rows = np.empty(robots, np.int32)
     for r in range(robots):
         rows[r] = r * groups // robots * ROW_OF_BINS
-    counts = group_hist.ravel()
+    counts = group_hist.ravel() if visits == 1 else np.zeros(group_hist.size, np.int64)
+    least_of_all, largest_of_all = _MOST, np.int64(-1)
     draws_at, tables_at, weights_at = robot_draws.ctypes.data, tables.ctypes.data, weights.ctypes.data
     for start in range(0, len(bias), together):
         some = min(together, len(bias) - start)
@@ -248,6 +250,7 @@ def run_once(
                         ap_rp[start + k, 1, first + i] = 0.0
         for k in range(some):
             found = per_pose[start + k]
+            least_of_all, largest_of_all = min(least_of_all, least[k]), max(largest_of_all, largest[k])
             words[0, 0], words[0, 1] = least[k], largest[k]
             low, high = np.sqrt(squares[0, 0]), np.sqrt(squares[0, 1])
             mean, mean_square = _sum_of(sums[k, 0]) / robots, _sum_of(sums[k, 1]) / robots
@@ -264,5 +267,7 @@ def run_once(
                 _count(count, places[0], fine)
             _quantiles(fine, before_chunk, robots, low, step, z, found[FIRST_QUANTILE:])
     if visits > 1:
-        for i in range(len(counts)):
-            counts[i] *= visits
+        for group in range(groups):
+            for i in range(ROW_OF_BINS):
+                group_hist[group, i] += visits * counts[group * ROW_OF_BINS + i]
+    return bin_of(least_of_all), bin_of(largest_of_all)

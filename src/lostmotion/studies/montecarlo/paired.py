@@ -57,7 +57,7 @@ class Paired:
             first += len(matrix.tool)
             means.append(block.robot_sums / len(matrix.tool))
             groups[:, block.bins] += block.group_hist
-            of_set[block.bins] = block.group_hist.sum(axis=0)
+            of_set[block.bins] = block.hist
             largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
         return Sample(np.array(means), groups, sets, largest)
 

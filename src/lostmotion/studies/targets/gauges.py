@@ -197,7 +197,7 @@ class ByVisits:
         chosen = min(each, max(_RP_POSES // replicates, 1))
         self.rows = (np.arange(replicates)[:, None] * each + np.arange(chosen)).ravel()
         self.replicates, self.share, self.target = replicates, share, target
-        self.plan = replace(plan, robots=min(plan.robots, _RP_ROBOTS), groups=1, robot_draws={})
+        self.plan = replace(plan, robots=min(plan.robots, _RP_ROBOTS), groups=1)
         kept = np.zeros(len(matrix.infos))
         kept[matrix.columns("visit", "robot x visit")] = 1
         rows = {"local": matrix.local[self.rows], "tool": matrix.tool[self.rows], "at": matrix.at[:, self.rows]}
@@ -256,7 +256,7 @@ def by_montecarlo(plan: Plan, matrix: Screws, share: float) -> tuple[Estimate, E
         for first, block in in_blocks(matrix.stretch(k * each, (k + 1) * each), plan.robots):
             sample = sample_block(plan, block, k * each + first)
             of_groups[:, sample.bins] += sample.group_hist
-            of_sets[k, sample.bins] += sample.group_hist.sum(axis=0)
+            of_sets[k, sample.bins] += sample.hist
             largest = max(largest, float(sample.per_pose[:, kernel.LARGEST].max()))
             means[k] += sample.ap_rp[:, 1].sum(axis=0) / each if plan.visits > 1 else math.nan
     return pooled_quantile(of_groups, of_sets, share, largest), pooled_robots_quantile(means, share)
