@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from scipy.special import polygamma
 
 import lostmotion
 from lostmotion.spatial import pose_of
@@ -15,7 +16,7 @@ from lostmotion.studies.iso9283.confidence import scatter_interval, student_inte
 from lostmotion.studies.iso9283.measured import judge
 from lostmotion.studies.iso9283.paths import PATH_FIGURES, across_path, along_path, crossings
 from lostmotion.studies.iso9283.visits import Visits
-from lostmotion.studies.iso9283.worst_plane import largest_mean, largest_scatter
+from lostmotion.studies.iso9283.worst_plane import largest_mean, largest_scatter, made_up
 
 START, END = np.array([0.4, -0.2, 0.3]), np.array([0.7, 0.2, 0.8])
 
@@ -232,17 +233,20 @@ def test_planes_and_definitions_by_hand():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("alike", "uneven"), [(0.0, False), (0.15, True), (3.0, False)])
-def test_intervals_of_paths_cover(alike, uneven):
+@pytest.mark.parametrize(
+    ("alike", "uneven", "everywhere"), [(0.0, False, False), (0.0, False, True), (0.0, True, False), (0.15, True, False), (3.0, False, False)]
+)
+def test_intervals_of_paths_cover(alike, uneven, everywhere):
     """Over 100 made-up tests of ten cycles, 90 % intervals of AT_p and RT_p hold what many cycles show in 84 % or more.
 
-    Planes err each for itself, like their neighbours, or all alike; as much everywhere, or more in one place.
+    Planes err each for itself, like their neighbours, or all alike; as much everywhere, or more in one place; the path is off most at its end, or
+    everywhere alike. 1 000 tests of each kind: `benchmarks/path_intervals.py`.
     """
     rng, planes = np.random.default_rng(5), np.linspace(0, 1, 20)
     kernel = np.exp(-0.5 * ((planes[:, None] - planes) / alike) ** 2) if alike else np.eye(20)
     root = np.linalg.cholesky(kernel + 1e-9 * np.eye(20))
     size = 1 + 1.5 * np.exp(-(((planes - 0.3) / 0.2) ** 2)) if uneven else np.ones(20)
-    off = np.stack([1 + 2 * planes, np.zeros(20), np.zeros(20)], axis=-1)
+    off = np.stack([np.full(20, 3.0) if everywhere else 1 + 2 * planes, np.zeros(20), np.zeros(20)], axis=-1)
     limit = 3.21872 * size.max()
     hits = np.zeros(2)
     for _ in range(100):
@@ -250,6 +254,25 @@ def test_intervals_of_paths_cover(alike, uneven):
         intervals = largest_mean(errors, 0.9), largest_scatter(errors, 0.9)
         hits += [low <= truth <= high for (low, high), truth in zip(intervals, (3.0, limit), strict=True)]
     assert (hits / 100 >= 0.84).all(), hits / 100
+
+
+@pytest.mark.parametrize("count", [10, 30])
+def test_planes_that_few_cycles_show_alike_are_not_made_up_alike(count):
+    """Round scatter, each plane for itself: a log deviation has the variance psi'(n - 1) / 4, and the average of twenty a twentieth of it.
+
+    Ten cycles show any two planes a third alike; made up from pairs as they look, the average would scatter twice as much. A sample's scatter is
+    also more oblong than the true one, which makes a single deviation scatter by up to a fifth too much.
+    """
+    rng, single, together = np.random.default_rng(7), [], []
+    for _ in range(40):
+        errors = rng.standard_normal((count, 20, 2))
+        errors -= errors.mean(axis=0)
+        spreads, _ = made_up(errors / np.sqrt((errors**2).sum(axis=(0, 2)) / (count - 1))[:, None])
+        single.append(spreads.var(axis=0).mean())
+        together.append(spreads.mean(axis=1).var())
+    expected = float(polygamma(1, count - 1)) / 4
+    assert expected < np.mean(single) < 1.2 * expected
+    assert np.mean(together) == pytest.approx(np.mean(single) / 20, rel=0.2)
 
 
 def test_of_one_plane_the_worst_has_student_s_and_chi_square_s_intervals():

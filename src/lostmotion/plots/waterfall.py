@@ -70,7 +70,7 @@ def waterfall(found: Waterfall) -> go.Figure:
         hovertemplate=f"left by then: %{{y:.4~g}} {unit}<extra></extra>",
         showlegend=False,
     )
-    figure = framed("What is taken off the 95 % error, one remedy after the other", bars, bounds, height=400)
+    figure = framed("95 % error, one remedy after the other", bars, bounds, height=400)
     for k, text in enumerate(shown):
         top = max(left[k], left[max(k - 1, 0)] if k < len(left) - 1 else 0.0, ends[k].high * factor)
         figure.add_annotation(x=names[k], y=top, text=text, showarrow=False, yanchor="bottom", yshift=3, font={"size": 12})

@@ -86,8 +86,9 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
 
     The scatter is mean + 3 s of the distances from the average, or 3 s where vectors have one part. The largest is estimated with the planes drawn
     together by what chance alone makes them differ. The limits are those under which so large an estimate is just rare enough or common enough in
-    tests of as many cycles, normal and with the covariance found: no plane beyond a limit below the estimate, all stretched to one above. The largest
-    that the test itself showed reads high and may lie above the interval. NaN for fewer than three cycles, no scatter, and what is not finite.
+    tests of as many cycles, normal and with the covariance found less what few cycles seem to have in common: no plane beyond a limit below the
+    estimate, all stretched to one above. The largest that the test itself showed reads high and may lie above the interval. NaN for fewer than three
+    cycles, no scatter, and what is not finite.
     """
     count = vectors.shape[1]
     if count <= FEWEST or not np.isfinite(vectors).all():
@@ -104,7 +105,7 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     spread, chance = _spreads(centred[None])
     thought = _drawn_together(spread, chance)[0] + many
     estimate = float(thought.max())
-    of_chance, chances = _made_up(alike)
+    of_chance, chances = made_up(alike)
 
     def as_large(limit: float) -> float:
         """How often would a test show as large a one, were this the largest? Logarithms."""
@@ -120,7 +121,7 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     return math.exp(low), math.exp(_crossing(as_large, 1 - tail, low, high))
 
 
-def _made_up(alike: Floats) -> tuple[Floats, Floats]:
+def made_up(alike: Floats) -> tuple[Floats, Floats]:
     """Which log deviations (draw, plane), and how much of what they differ by is chance (draw,), in tests that scatter as this (cycle, plane, k)?"""
     count = len(alike)
     root = _root(alike)
@@ -140,7 +141,13 @@ def _root(alike: Floats) -> Floats:
     square = (covariance**2).sum(axis=(1, 3))
     own = np.sqrt(np.outer(np.diag(square), np.diag(square)))
     least = 1 / (count - 1)  # on the average, of two planes with nothing in common
-    share = np.sqrt(np.clip((square - least) / np.maximum(own - least, np.finfo(float).tiny) * own / np.maximum(square, least), 0.0, 1.0))
+    true = (square - least) / np.maximum(own - least, np.finfo(float).tiny) * own
+    share = np.sqrt(np.clip(true / np.maximum(square, least), 0.0, 1.0))
+    # What chance takes from a pair below zero is lost by the clip. The others give it up: all together have as much in common as on the average.
+    np.fill_diagonal(true, 0.0)
+    np.fill_diagonal(share, 0.0)
+    kept = float((share**2 * square).sum())
+    share *= math.sqrt(min(max(float(true.sum()) / kept, 0.0), 1.0)) if kept > 0 else 0.0
     np.fill_diagonal(share, 1.0)
     values, vectors = np.linalg.eigh((share[:, None, :, None] * covariance).reshape(planes * size, -1))
     root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
