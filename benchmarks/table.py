@@ -206,7 +206,7 @@ def _product(bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int
     """Form every squared error of a block, sixteen poses to a tile of robots, and ask nothing of it."""
     tiles, terms, lanes = drawn.shape
     screws, squares = np.empty((16, terms, 3)), np.empty((16, lanes))
-    at = np.empty(terms, np.uintp)
+    at = np.empty((16, terms), np.uintp)
     for start in range(0, len(bias), 16):
         some = min(16, len(bias) - start)
         for k in range(some):
@@ -214,11 +214,11 @@ def _product(bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int
                 for c in range(3):
                     screws[k, t, c] = shift[c, t, start + k]
         for tile in range(tiles):
-            for t in range(terms):
-                at[t] = drawn.ctypes.data + np.uintp(8 * lanes * (tile * terms + t))
-            width = (min(lanes, robots - tile * lanes) + AT_ONCE - 1) // AT_ONCE * AT_ONCE
             for k in range(some):
-                squared_lengths(width, screws[k], at, bias[start + k], squares[k])
+                for t in range(terms):
+                    at[k, t] = drawn.ctypes.data + np.uintp(8 * lanes * (tile * terms + t))
+            width = (min(lanes, robots - tile * lanes) + AT_ONCE - 1) // AT_ONCE * AT_ONCE
+            squared_lengths(some, width, screws, at, bias[start:], squares)
         # One robot's error of every pose is kept, so that no compiler leaves the rest out.
         for k in range(some):
             out[start + k] = np.sqrt(squares[k, 0])

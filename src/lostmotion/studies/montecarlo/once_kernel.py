@@ -187,8 +187,8 @@ def run_once(
     n_robot, n_visit, n_product = _present(robot_columns), _present(visit_columns), len(product_columns)
     n_steady = n_robot + n_visit
     screws = np.empty((_POSES, n_steady + n_product, 3))
-    at = np.empty(n_steady + n_product, np.uintp)
-    weights = np.empty((n_product, LANES))
+    at = np.empty((_POSES, n_steady + n_product), np.uintp)
+    weights = np.empty((_POSES, n_product, LANES))
     words = np.empty((_POSES, LANES), np.int64)
     squares = words.view(np.float64)
     places = np.empty((_POSES, LANES), np.uint32)
@@ -215,18 +215,18 @@ def run_once(
             first = tile * LANES
             count = min(LANES, robots - first)
             width = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
-            for t in range(n_robot):
-                at[t] = draws_at + np.uintp(8 * LANES * (tile * robot_draws.shape[1] + t))
             for k in range(some):
+                for t in range(n_robot):
+                    at[k, t] = draws_at + np.uintp(8 * LANES * (tile * robot_draws.shape[1] + t))
                 for t in range(n_visit):
                     place = visit_tables[t] * ROW + place_in_table(first_pose + start + k, tile, 0, visit_keys[t])
-                    at[n_robot + t] = tables_at + np.uintp(8 * place)
+                    at[k, n_robot + t] = tables_at + np.uintp(8 * place)
                 for t in range(n_product):
                     place = product_tables[t] * ROW + place_in_table(first_pose + start + k, tile, 0, product_keys[t])
                     for i in range(width):
-                        weights[t, i] = product_factors[tile, t, i] * tables[place + i]
-                    at[n_steady + t] = weights_at + np.uintp(8 * LANES * t)
-                squared_lengths(width, screws[k], at, bias[start + k], squares[k])
+                        weights[k, t, i] = product_factors[tile, t, i] * tables[place + i]
+                    at[k, n_steady + t] = weights_at + np.uintp(8 * LANES * (k * n_product + t))
+            squared_lengths(some, width, screws, at, bias[start:], squares)
             for k in range(some):
                 _measure(count, squares[k], sizes[k, first:], sums[k], robot_sums[first:])
             for k in range(some):

@@ -18,6 +18,8 @@ from numba.np.arrayobj import make_array
 AT_ONCE: Final = 16
 _WIDE: Final = 4
 _PARTS: Final = AT_ONCE // _WIDE
+# So many robots' draws at a time as leave room in the first cache for everything else.
+_STEP: Final = 64
 
 # No fast mathematics: every sum runs in its written order.
 compiled = njit(nogil=True, cache=True, error_model="numpy", boundscheck=False)
@@ -35,19 +37,29 @@ def fma(_typing, a, b, c):
 
 
 @intrinsic
-def _squares_of_sixteen(_typing, screws, draws, lane, bias, out):
-    """Put |bias + sum_t screws[t] draws_t[lane + i]|^2 into out[lane + i], i = 0 … 15; draws holds the address of each term's first number."""
-    signature = types.void(screws, draws, lane, bias, out)
+def _squares_of_sixteen(_typing, screws, draws, bias, pose, lane, out):
+    """Put |bias + sum_t screws[t] draws_t[lane + i]|^2 of one pose into out[pose, lane + i], i = 0 … 15."""
+    if any(array.layout != "C" for array in (screws, draws, bias, out)):
+        return None
+    signature = types.void(screws, draws, bias, pose, lane, out)
 
     def written(context, builder, signature, values):
         real, index = ir.DoubleType(), ir.IntType(64)
         vector = ir.VectorType(real, _WIDE)
-        where = {k: make_array(signature.args[k])(context, builder, values[k]) for k in (0, 1, 3, 4)}
-        terms = cgutils.unpack_tuple(builder, where[1].shape, 1)[0]
+        arrays = [make_array(signature.args[k])(context, builder, values[k]) for k in (0, 1, 2, 5)]
+        pose, lane = values[3:5]
+        terms = cgutils.unpack_tuple(builder, arrays[1].shape, 2)[1]
         fused = cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fma.v{_WIDE}f64")
 
         def at(pointer, offset):
             return builder.gep(pointer, [offset if isinstance(offset, ir.Value) else index(offset)])
+
+        def of_pose(array):
+            """Skip the poses before this one: as many numbers each as all further axes hold."""
+            begin = pose
+            for length in cgutils.unpack_tuple(builder, array.shape)[1:]:
+                begin = builder.mul(begin, length)
+            return at(array.data, begin)
 
         def in_all_lanes(pointer):
             one = builder.insert_element(ir.Constant(vector, ir.Undefined), builder.load(pointer), ir.IntType(32)(0))
@@ -56,15 +68,16 @@ def _squares_of_sixteen(_typing, screws, draws, lane, bias, out):
         def part(pointer, k):
             return builder.bitcast(at(pointer, k * _WIDE), vector.as_pointer())
 
+        screws, draws, bias, out = (of_pose(array) for array in arrays)
         before = builder.block
-        first = [in_all_lanes(at(where[3].data, c)) for c in range(3)]
+        first = [in_all_lanes(at(bias, c)) for c in range(3)]
         loop, done = builder.append_basic_block("terms"), builder.append_basic_block("done")
         builder.branch(loop)
         builder.position_at_end(loop)
         term = builder.phi(index)
         sums = [[builder.phi(vector) for _ in range(_PARTS)] for _ in range(3)]
-        screw = [in_all_lanes(at(at(where[0].data, builder.mul(term, index(3))), c)) for c in range(3)]
-        drawn = at(builder.inttoptr(builder.load(at(where[1].data, term)), real.as_pointer()), values[2])
+        screw = [in_all_lanes(at(at(screws, builder.mul(term, index(3))), c)) for c in range(3)]
+        drawn = at(builder.inttoptr(builder.load(at(draws, term)), real.as_pointer()), lane)
         added = [[], [], []]
         for k in range(_PARTS):
             numbers = builder.load(part(drawn, k), align=8)
@@ -79,22 +92,25 @@ def _squares_of_sixteen(_typing, screws, draws, lane, bias, out):
         for k in range(_PARTS):
             x, y, z = (added[c][k] for c in range(3))
             square = builder.call(fused, (z, z, builder.call(fused, (y, y, builder.fmul(x, x)))))
-            builder.store(square, part(at(where[4].data, values[2]), k), align=8)
+            builder.store(square, part(at(out, lane), k), align=8)
         return context.get_dummy_value()
 
     return signature, written
 
 
 @compiled
-def squared_lengths(count, screws, draws, bias, out):
-    """Put the squared error of each of `count` robots (a multiple of sixteen) into out (robot,): |bias + sum over terms of screw x draw|^2.
+def squared_lengths(poses, count, screws, draws, bias, out):
+    """Put the squared error of each of `count` robots (a multiple of sixteen) at each of these poses into out (pose, robot), in m^2.
 
-    screws (term, 3) and bias (3,) m; draws (term,) the address of what the first robot drew for each term, the others' draws follow it.
-    Summed in the order of the terms.
+    |bias + sum over terms of screw x draw|^2, summed in the order of the terms: screws (pose, term, 3) and bias (pose, 3) in m; draws (pose, term)
+    the address of what the first robot drew for each term, the others' draws follow it. Arrays may hold more poses than these, but no gaps.
     """
-    if len(draws) == 0:
-        for i in range(count):
-            out[i] = fma(bias[2], bias[2], fma(bias[1], bias[1], bias[0] * bias[0]))
+    if draws.shape[1] == 0:
+        for k in range(poses):
+            for i in range(count):
+                out[k, i] = fma(bias[k, 2], bias[k, 2], fma(bias[k, 1], bias[k, 1], bias[k, 0] * bias[k, 0]))
         return
-    for i in range(0, count, AT_ONCE):
-        _squares_of_sixteen(screws, draws, i, bias, out)
+    for first in range(0, count, _STEP):
+        for k in range(poses):
+            for i in range(first, min(first + _STEP, count), AT_ONCE):
+                _squares_of_sixteen(screws, draws, bias, k, i, out)
