@@ -1,7 +1,7 @@
 """The product that a study by Monte Carlo is made of: |bias + sum over terms of screw x draw|^2 for sixteen robots at once.
 
 Written down for the compiler as vectors, because its own loops leave the sums of so many terms in memory: here three components of sixteen
-robots stay in twelve registers of four numbers, and a processor with AVX2 does little else than multiply and add. A fused multiply-add rounds
+robots stay in twelve registers of four numbers or six of eight, and the processor does little else than multiply and add. A fused multiply-add rounds
 once by definition, in hardware or (slowly) without: so the bits do not depend on the processor or on how wide its registers are.
 """
 
@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from typing import Final
 
-from llvmlite import ir
+from llvmlite import binding, ir
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
 AT_ONCE: Final = 16
-_WIDE: Final = 4
+# With AVX-512 a register holds eight numbers; more than it holds, split by the compiler, would leave sums in memory.
+_WIDE: Final = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 _PARTS: Final = AT_ONCE // _WIDE
 # So many robots' draws at a time as leave room in the first cache for everything else.
 _STEP: Final = 64
