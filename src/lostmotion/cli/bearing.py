@@ -35,7 +35,6 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.screen import print_sheet
 
     folder = out or Path(f"{file.stem}-bearing")
-    refuse_existing(folder, force=force)
     stated = (
         amount("--force-radial", force_radial, "N", "2 kN", low=-_MOST, high=_MOST),
         amount("--force-axial", force_axial, "N", "500 N", low=-_MOST, high=_MOST),
@@ -44,6 +43,7 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     assumed = all(each is None for each in stated)
     load = BearingLoad(1000.0) if assumed else BearingLoad(*(each or 0.0 for each in stated))
     found = read_bearing(file, joint)
+    refuse_existing(folder, force=force)
     notes = (*found.notes, "no load was stated: 1 kN across is assumed") if assumed else found.notes
     examined = examine(found.part, load, built, seed) if isinstance(found.part, DrawnBearing) else None
     sheet = bearing_sheet(found.name, found.part, load, examined, notes)

@@ -33,10 +33,10 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.studies.gearbox.gear import gear as look_at
 
     folder = out or Path(f"{file.stem}-gearbox")
+    found = read_gearbox(file, joint)
     refuse_existing(folder, force=force)
     if dxf is not None:
         refuse_existing_file(dxf, force=force)
-    found = read_gearbox(file, joint)
     asked = None if torque is None else amount("--torque", torque, torque_of(found.part))
     answer = Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
     drawing = None if dxf is None else answer.drawing()

@@ -51,10 +51,10 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-map")
-    refuse_existing(folder, force=force)
     words = {"cell": cell, "target": target, "box": box, "clear": clear, "floor": floor, "at": at}
     asked = amounts(words, AMOUNTS, lambda name: f"--{name}")
     arm = read(file, sidecar)
+    refuse_existing(folder, force=force)
     with ProgressBar() as bar:
         answer = zones(
             arm,

@@ -86,8 +86,8 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.studies.poses import Poses, sample_poses
 
     folder = out or Path(f"{file.stem}-accuracy")
-    refuse_existing(folder, force=force)  # before the work, not after it
     arm = read(file, sidecar)
+    refuse_existing(folder, force=force)  # before the work, not after it
     at_poses = [read_pose(text, arm) for text in at or ()]
     zones = [read_zone(text) for text in zone or ()]
     chosen: int | Poses = poses

@@ -53,12 +53,12 @@ def size(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-sized")
-    refuse_existing(folder, force=force)
     tube = {name: text for name, text in (("kind", family), ("outer", outer), ("wall", wall)) if text is not None}
     if family not in {None, "tube"}:
         raise refuse_argument("--family", family, "tube, with --outer and --wall; other kinds in a file, by --by", "--family tube")
     words = {"target": target, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt}
     arm = read(file, sidecar)
+    refuse_existing(folder, force=force)
     own = read_reducers(file) if file.suffix.lower() == ".toml" else ()
     also = None if poses_file is None else read_poses(poses_file, arm)
     with ProgressBar() as bar:

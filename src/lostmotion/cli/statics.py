@@ -32,10 +32,10 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.studies.statics.survey import survey
 
     folder = out or Path(f"{file.stem}-statics")
-    if not as_json:
-        refuse_existing(folder, force=force)
     leaning = amount("--tilt", tilt, "rad", "10 deg", low=0, high=math.pi)
     arm = read(file, sidecar)
+    if not as_json:
+        refuse_existing(folder, force=force)
     found = survey(arm, sample_poses(arm, poses, seed=seed), leaning)
     sheet = statics_sheet(found, read_reducers(file) if file.suffix == ".toml" else ())
     if as_json:

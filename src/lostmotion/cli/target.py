@@ -48,8 +48,8 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-target")
-    refuse_existing(folder, force=force)
     arm = read(file, sidecar)
+    refuse_existing(folder, force=force)
     chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses
