@@ -88,12 +88,17 @@ def round_repeatability(count: int) -> float:
     return float(expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= FEWEST else 0.0
 
 
-def rounder(covariance: Floats, count: int) -> Floats:
-    """Draw samples' covariances (n, k, k) towards round ones, until eigenvalues are as unequal as the true ones are, on the average over all n."""
+def rounder(covariance: Floats, count: int, telling: float = math.inf) -> Floats:
+    """Draw samples' covariances (n, k, k) towards round ones, until eigenvalues are as unequal as the true ones are, on the average over all n.
+
+    Where only so many samples are `telling`, the others being like them, only as far as they surely are too unequal, by two deviations: by how much
+    chance makes a sample unequal scatters by nearly as much.
+    """
     size = covariance.shape[-1]
     trace = np.trace(covariance, axis1=1, axis2=2)
     square = (covariance**2).sum(axis=(1, 2)) / trace**2
     found, true = float(square.mean()) - 1 / size, float(unbiased(square, count).mean()) - 1 / size
+    true += 2 * max(found - true, 0.0) / math.sqrt(telling)
     share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
     return np.asarray(share * covariance + (1 - share) / size * trace[:, None, None] * np.eye(size))
 

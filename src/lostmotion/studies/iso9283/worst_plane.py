@@ -29,48 +29,97 @@ _HALVED: Final = 24  # bisections of a limit, far finer than the draws tell
 def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
     """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
 
-    The limits are the largest lengths under which as long a one as was found is just rare enough or common enough. Under each the planes stand as
-    near to what was found as it allows: below, the longest is drawn back, its neighbours with it as far as their scatter goes with its, and what
-    still stands out stands as far inside; above, the plane that needs the least is drawn out. The averages scatter normally with the covariance
-    found, by Student's law.
-    NaN for fewer than two cycles and for what is not finite.
+    The limits are the largest lengths under which as long a one as was found is just rare enough or common enough. For the lower one, planes stand as
+    much shorter than the longest as they surely are; all are drawn back, each as far as it scatters, none beyond the limit. For the upper one they
+    stand as far apart as they do on the whole, less what chance adds; that which needs the least is drawn out, others as far as their scatter goes
+    with its. The averages scatter normally with the covariance found, less what few cycles seem to have in common; planes as differently as is more
+    than chance, and by Student's law as far as no other plane tells how much. NaN for fewer than two cycles and for what is not finite.
     """
-    planes, count, size = vectors.shape
+    count = vectors.shape[1]
     if count < FEWEST or not np.isfinite(vectors).all():
         return math.nan, math.nan
     mean = vectors.mean(axis=1)
+    centred = np.swapaxes(vectors - mean[:, None], 0, 1)
+    moving = (centred**2).sum(axis=(0, 2)) > 0
+    still = float(np.linalg.norm(mean[~moving], axis=1).max(initial=0.0))
+    if not moving.any():
+        return still, still
+    low, high = _largest_length(mean[moving], *_as_tests_show(centred[:, moving]), (1 - level) / 2)
+    return max(low, still), max(high, still)
+
+
+def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
+    """Tell how averages scatter of tests like this (cycle, plane, k).
+
+    Gives deviations (plane,), a root (root, plane, k) of their covariance, and what tests make of it (draw, plane, k).
+    """
+    count, planes, size = centred.shape
+    scatter = np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))
+    alike = centred / scatter[:, None]
+    alone = np.array([1.0, 0.0])  # two cycles show all planes alike, and tell no more
+    root = alike / math.sqrt(count - 1)
+    if count > FEWEST:
+        spread, chance, common = _spreads(_within(centred)[None])
+        # How much planes scatter, all of them tell at least; what they have in common tells as little as one, and so does each where it differs.
+        alone = np.array([max(common[0], 1 / planes), _really_apart(spread, chance)[0] * (1 - common[0])])
+        scatter, root = np.exp(_drawn_together(spread, chance)[0]), _root(alike)
+    deviation = scatter / math.sqrt(count)
+    root = root.reshape(-1, planes, size) * deviation[:, None]
+    rng = generator("largest mean")
+    moved = (rng.standard_normal((_DRAWN, len(root))) @ root.reshape(len(root), -1)).reshape(_DRAWN, planes, size)
+    for share, drawn in zip(alone, (1, planes), strict=True):
+        if share > 0:
+            freedom = (count - 1) / share
+            moved *= np.sqrt(freedom / rng.chisquare(freedom, (_DRAWN, drawn)))[:, :, None]
+    return deviation, root, moved
+
+
+def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats, tail: float) -> tuple[float, float]:
+    """Between which does the largest of the true lengths lie, of averages (plane, k) that scatter so? A share `tail` beyond either limit."""
     length = np.linalg.norm(mean, axis=1)
     found, worst = float(length.max()), int(length.argmax())
-    centred = np.swapaxes(vectors - mean[:, None], 0, 1) / math.sqrt(count * (count - 1))
-    along = np.where(length[:, None] > 0, mean, np.eye(size)[0]) / np.where(length > 0, length, 1.0)[:, None]
-    radial = (centred * along).sum(axis=2)
+    along = np.where(length[:, None] > 0, mean, np.eye(mean.shape[1])[0]) / np.where(length > 0, length, 1.0)[:, None]
+    radial = (root * along).sum(axis=2)
     covariance = radial.T @ radial
-    deviation = np.sqrt(np.diag(covariance))
-    if not deviation.any():
-        return found, found
-    rng = generator("largest mean")
-    drawn = rng.standard_normal((_DRAWN, count)) * np.sqrt((count - 1) / rng.chisquare(count - 1, (_DRAWN, 1)))
-    moved = (drawn @ centred.reshape(count, -1)).reshape(_DRAWN, planes, size)
+    variance = np.maximum(np.diag(covariance), _FLAT * (found**2 + float((root**2).sum())))
+    between = covariance - covariance.mean(axis=0) - covariance.mean(axis=1)[:, None] + covariance.mean()
+    chance = np.trace(between) / max(len(mean) - 1, 1)
+    # What chance adds to the variance scatters by this share of itself; half of it is enough to hold the level, `benchmarks/path_intervals.py` says.
+    scatters = math.sqrt(2 * float((between**2).sum())) / max(float(np.trace(between)), np.finfo(float).tiny)
+    surely = float(_really_apart(length[None], np.array([chance * (1 + scatters / 2)]))[0])
+    true = max(float(length.var()) * len(mean) / max(len(mean) - 1, 1) - chance, 0.0)
+    middle = np.average(length, weights=1 / (true + variance))
+    on_the_whole = middle + np.sqrt(true / (true + variance)) * (length - middle)
+    across, squares = (moved * along).sum(axis=2), (moved**2).sum(axis=2)
 
-    def as_long(limit: float) -> float:
-        """How often would a test show as long a one, were this the largest?"""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            plane = worst if limit < found else int(np.nanargmin((limit - length) / deviation))
-            neighbours = np.nan_to_num(covariance[plane] / covariance[plane, plane])
-        if limit < found:
-            neighbours = np.maximum(neighbours, 0.0)
-        there = length + neighbours * (limit - length[plane])
-        there = limit - np.abs(limit - there) if limit < found else np.minimum(there, limit)
+    def as_long(there: Floats) -> float:
+        """How often would a test show as long a one, were the lengths these?"""
+        there = np.maximum(there, 0.0)
+        return float(((there * (there + 2 * across) + squares).max(axis=1) >= found**2).mean())
+
+    def drawn_back(limit: float) -> float:
+        there = found - surely * (found - length) - (found - limit) * deviation / deviation[worst]
+        return as_long(np.minimum(there, limit))
+
+    def drawn_out(limit: float) -> float:
+        plane = int(np.argmin((limit - length) / np.sqrt(variance)))
+        there = np.minimum(on_the_whole + covariance[plane] / variance[plane] * (limit - length[plane]), limit)
         there[plane] = limit
-        shown = np.maximum(there, 0.0)[:, None] * along + moved
-        return float(((shown**2).sum(axis=2).max(axis=1) >= found**2).mean())
+        return as_long(there)
 
-    tail = (1 - level) / 2
-    low = 0.0 if as_long(0.0) > tail else _crossing(as_long, tail, 0.0, found)
-    high = found + float(deviation.max())
-    while as_long(high) < 1 - tail:
+    low = 0.0 if drawn_back(0.0) > tail else _crossing(drawn_back, tail, 0.0, found)
+    high = found + math.sqrt(variance.max())
+    while drawn_out(high) < 1 - tail:
         high = 2 * high
-    return low, _crossing(as_long, 1 - tail, low, high)
+    return low, _crossing(drawn_out, 1 - tail, low, high)
+
+
+def _really_apart(values: Floats, chance: Floats) -> Floats:
+    """Which share (set,) of what values (set, plane) differ by is more than chance, which makes them differ by this variance (set,)?"""
+    if values.shape[1] < FEWEST:
+        return np.ones(len(values))
+    seen = values.var(axis=1, ddof=1)
+    return np.asarray(np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0))
 
 
 def _crossing(share: Callable[[float], float], at: float, low: float, high: float) -> float:
@@ -97,12 +146,10 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     centred = centred[:, (centred**2).sum(axis=(0, 2)) > 0]
     if not centred.size:
         return math.nan, math.nan
-    if centred.shape[2] > 1:  # within the plane or on the line that they lie in
-        values, axes = np.linalg.eigh(np.einsum("npi,npj->ij", centred, centred))
-        centred = centred @ axes[:, values > _FLAT * values[-1]]
+    centred = _within(centred)
     alike = centred / np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))[:, None]
     many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_many(alike))
-    spread, chance = _spreads(centred[None])
+    spread, chance, _ = _spreads(centred[None])
     thought = _drawn_together(spread, chance)[0] + many
     estimate = float(thought.max())
     of_chance, chances = made_up(alike)
@@ -121,20 +168,32 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     return math.exp(low), math.exp(_crossing(as_large, 1 - tail, low, high))
 
 
+def _within(centred: Floats) -> Floats:
+    """Give vectors (cycle, plane, k) within the plane, or on the line, that all of them lie in."""
+    if centred.shape[2] == 1:
+        return centred
+    values, axes = np.linalg.eigh(np.einsum("npi,npj->ij", centred, centred))
+    return np.asarray(centred @ axes[:, values > _FLAT * values[-1]])
+
+
 def made_up(alike: Floats) -> tuple[Floats, Floats]:
     """Which log deviations (draw, plane), and how much of what they differ by is chance (draw,), in tests that scatter as this (cycle, plane, k)?"""
     count = len(alike)
-    root = _root(alike)
+    _, _, common = _spreads(alike[None])
+    root = _root(alike, telling=1 / max(float(common[0]), 1 / alike.shape[1]))
     rng, found = generator("largest scatter"), []
     for _ in range(0, _DRAWN, _BATCH):
         sets = (rng.standard_normal((_BATCH, count, len(root))) @ root).reshape(_BATCH, *alike.shape)
         found.append(_spreads(sets - sets.mean(axis=1, keepdims=True)))
-    spreads, chances = zip(*found, strict=True)
+    spreads, chances, _ = zip(*found, strict=True)
     return np.concatenate(spreads), np.concatenate(chances)
 
 
-def _root(alike: Floats) -> Floats:
-    """Give a root of the covariance of planes (cycle, plane, k), of which any two have less in common than so few cycles make it seem."""
+def _root(alike: Floats, telling: float = 1.0) -> Floats:
+    """Give a root of the covariance of planes (cycle, plane, k), of which any two have less in common than so few cycles make it seem.
+
+    Each plane's own scatter is rounder than it seems, as far as so many telling planes make sure.
+    """
     count, planes, size = alike.shape
     flat = alike.reshape(count, -1)
     covariance = (flat.T @ flat / (count - 1)).reshape(planes, size, planes, size)
@@ -149,7 +208,10 @@ def _root(alike: Floats) -> Floats:
     kept = float((share**2 * square).sum())
     share *= math.sqrt(min(max(float(true.sum()) / kept, 0.0), 1.0)) if kept > 0 else 0.0
     np.fill_diagonal(share, 1.0)
-    values, vectors = np.linalg.eigh((share[:, None, :, None] * covariance).reshape(planes * size, -1))
+    covariance *= share[:, None, :, None]
+    each = np.arange(planes)
+    covariance[each, :, each] = rounder(covariance[each, :, each], count, telling)
+    values, vectors = np.linalg.eigh(covariance.reshape(planes * size, -1))
     root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
     trace = (root.reshape(-1, planes, size) ** 2).sum(axis=(0, 2))
     return np.asarray(root / np.repeat(np.sqrt(trace), size))
@@ -162,8 +224,8 @@ def _many(alike: Floats) -> Floats:
     return expected_repeatability(np.pad(covariance, ((0, 0), (0, 3 - size), (0, 3 - size))))[0]
 
 
-def _spreads(sets: Floats) -> tuple[Floats, Floats]:
-    """Give log deviations (set, plane) of centred sets (set, cycle, plane, k), and by which variance (set,) chance makes planes differ in them.
+def _spreads(sets: Floats) -> tuple[Floats, Floats, Floats]:
+    """Give log deviations (set, plane) of centred sets (set, cycle, plane, k), the variance (set,) that chance makes of them, and what is in common.
 
     A log deviation has the variance tr C^2 / (tr C)^2 / (2 (n - 1)), two planes' the covariance |C_12|^2 / (tr C_1 tr C_2) / (2 (n - 1)): what all
     have in common makes none differ. Of planes with nothing in common a sample shows 1 / (n - 1) on the average, and of those alike all.
@@ -179,13 +241,10 @@ def _spreads(sets: Floats) -> tuple[Floats, Floats]:
     across = flat @ np.swapaxes(flat, 1, 2) if flat.shape[1] < flat.shape[2] else np.swapaxes(flat, 1, 2) @ flat
     seen = (across**2).sum(axis=(1, 2)) / (alike.shape[2] * (count - 1)) ** 2
     common = np.clip((seen - least) / np.maximum(own.mean(axis=1) - least, np.finfo(float).tiny), 0.0, 1.0)
-    return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1))
+    return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1)), common
 
 
 def _drawn_together(spread: Floats, chance: Floats) -> Floats:
     """Draw log deviations (set, plane) towards their average, by the share of what they differ by that is chance (set,)."""
-    if spread.shape[1] < FEWEST:
-        return spread
-    mean, seen = spread.mean(axis=1, keepdims=True), spread.var(axis=1, ddof=1)
-    share = np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0)
-    return np.asarray(mean + share[:, None] * (spread - mean))
+    mean = spread.mean(axis=1, keepdims=True)
+    return np.asarray(mean + _really_apart(spread, chance)[:, None] * (spread - mean))
