@@ -102,7 +102,7 @@ def cube(found: Predicted) -> go.Figure:
 
     cloud = tool_points(found.arm, sample_poses(found.arm, _POINTS).q) * 1e3
     corners, five = found.cube.corners, found.cube.poses[:, :3, 3]
-    marker = {"size": 1.3, "color": _CLOUD}
+    marker = {"size": 1.3, "color": _CLOUD, "opacity": 0.6}
     traces = [
         go.Scatter3d(x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], mode="markers", name="within reach", marker=marker, hoverinfo="skip"),
         line(corners[list(_EDGES)], "test cube", INK),
@@ -114,18 +114,18 @@ def cube(found: Predicted) -> go.Figure:
             z=five[:, 2] * 1e3,
             mode="markers+text",
             name="poses",
-            text=list(NAMES),
-            textposition="top center",
-            textfont={"size": 13, "color": RED},
+            text=[f"<b>{name}</b>" for name in NAMES],
+            textposition=["middle right", "bottom left", "bottom right", "top right", "top left"],  # away from the cube, as the camera sees it
+            textfont={"size": 15, "color": INK},
             marker={"size": 4.5, "color": RED},
-            hovertemplate="%{text}: x %{x:.1f}, y %{y:.1f}, z %{z:.1f} mm<extra></extra>",
+            hovertemplate="%{text} x %{x:.1f}, y %{y:.1f}, z %{z:.1f} mm<extra></extra>",
         ),
     ]
     figure = framed("Test cube in the workspace", *traces, height=480)
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
-        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.3, "y": -1.65, "z": 0.85}, "center": {"x": 0, "y": 0, "z": -0.18}}},
+        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.25, "y": -1.58, "z": 0.82}, "center": {"x": 0, "y": 0, "z": -0.2}}},
         legend={**LEGEND, "y": 0.98, "yanchor": "bottom"},
         margin={"l": 0, "r": 0, "t": 74, "b": 0},
     )
