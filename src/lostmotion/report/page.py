@@ -117,7 +117,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
     policy = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:"
     name = _text(sheet.name)
     links = " ".join(f'<a href="#{section.key}">{_text(section.title)}</a>' for section in sheet.sections)
-    notes = "".join(f'<p class="warn">{_text(note)}</p>' for note in sheet.notes)
+    notes = "".join(f'<p class="warn">{_unbroken(note)}</p>' for note in sheet.notes)
     words = "".join(f"<dt>{html.escape(word, quote=False)}</dt><dd>{html.escape(meaning, quote=False)}</dd>" for word, meaning in sheet.words)
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -131,7 +131,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 <body class="lostmotion">
 <header>
 <h1>{name}</h1>
-<p class="verdict">{_text(sheet.verdict)}</p>
+<p class="verdict">{_unbroken(sheet.verdict)}</p>
 {notes}
 <nav aria-label="Sections">{links} <a href="#words">How to read this</a></nav>
 <dl class="cards">{"".join(_card(card) for card in sheet.cards)}</dl>
@@ -218,6 +218,11 @@ def _data(plot: Plot) -> str:
 def _foldable(name: str) -> str:
     """Let a long name of a part fold at its joints, not in mid-word."""
     return re.sub(r"([._])(?=\w{3})", r"\1<wbr>", _text(name))
+
+
+def _unbroken(sentence: str) -> str:
+    """Keep a number and its unit in one line."""
+    return re.sub(r"(?<=\d) (?=(?:%|[mµnk]?m|kg|N|°|arcmin|arcsec)(?:\W|$))", "\u00a0", _text(sentence))
 
 
 def _text(text: str) -> str:
