@@ -202,19 +202,23 @@ class Ours:
 
 
 @compiled
-def _product(bias: np.ndarray, screws: np.ndarray, drawn: np.ndarray, robots: int, out: np.ndarray) -> None:
+def _product(bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int, out: np.ndarray) -> None:
     """Form every squared error of a block, sixteen poses to a tile of robots, and ask nothing of it."""
     tiles, terms, lanes = drawn.shape
-    at, squares = np.empty((tiles, 16, terms), np.uintp), np.empty((16, lanes))
-    for tile in range(tiles):
-        for k in range(16):
-            for t in range(terms):
-                at[tile, k, t] = drawn.ctypes.data + np.uintp(8 * lanes * (tile * terms + t))
+    screws, squares = np.empty((16, terms, 3)), np.empty((16, lanes))
+    at = np.empty((16, terms), np.uintp)
     for start in range(0, len(bias), 16):
         some = min(16, len(bias) - start)
+        for k in range(some):
+            for t in range(terms):
+                for c in range(3):
+                    screws[k, t, c] = shift[c, t, start + k]
         for tile in range(tiles):
+            for k in range(some):
+                for t in range(terms):
+                    at[k, t] = drawn.ctypes.data + np.uintp(8 * lanes * (tile * terms + t))
             width = (min(lanes, robots - tile * lanes) + AT_ONCE - 1) // AT_ONCE * AT_ONCE
-            squared_lengths(some, width, screws[start:], at[tile], bias[start:], squares)
+            squared_lengths(some, width, screws, at, bias[start:], squares)
         # One robot's error of every pose is kept, so that no compiler leaves the rest out.
         for k in range(some):
             out[start + k] = np.sqrt(squares[k, 0])
@@ -227,11 +231,11 @@ class Product(Ours):
         super().prepare(poses)
         streams = [self.blocks[0].infos[k].robot for k in self.blocks[0].columns("robot")]
         self.drawn = robot_draws(1, streams, 1000)
-        self.given = [(m.bias[:, 3:].copy(), m.along_poses[3:, m.columns("robot")].transpose(2, 1, 0).copy()) for m in self.blocks]
+        self.given = [(np.ascontiguousarray(m.bias[:, 3:]), m.along_poses[3:][:, m.columns("robot")]) for m in self.blocks]
 
     def __call__(self, q: np.ndarray, draws: int) -> np.ndarray:
-        for bias, given in self.given:
-            _product(bias, given, self.drawn, draws, np.empty(len(bias)))
+        for bias, shift in self.given:
+            _product(bias, shift, self.drawn, draws, np.empty(len(bias)))
         return np.full(len(q), math.nan)
 
 

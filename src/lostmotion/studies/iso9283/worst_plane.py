@@ -84,7 +84,7 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
     variance = np.maximum(np.diag(covariance), _FLAT * (found**2 + float((root**2).sum())))
     between = covariance - covariance.mean(axis=0) - covariance.mean(axis=1)[:, None] + covariance.mean()
     chance = np.trace(between) / max(len(mean) - 1, 1)
-    # What chance adds to the variance scatters by this share of itself; half of it is enough to hold the level, `benchmarks/path_intervals.py` says.
+    # What chance adds to the variance scatters by this share; half of it holds the level of two-part errors (benchmarks/path_intervals.py).
     scatters = math.sqrt(2 * float((between**2).sum())) / max(float(np.trace(between)), np.finfo(float).tiny)
     surely = float(_really_apart(length[None], np.array([chance * (1 + scatters / 2)]))[0])
     true = max(float(length.var()) * len(mean) / max(len(mean) - 1, 1) - chance, 0.0)
