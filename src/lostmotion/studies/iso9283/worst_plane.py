@@ -29,11 +29,12 @@ _HALVED: Final = 24  # bisections of a limit, far finer than the draws tell
 def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
     """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
 
-    The limits are the largest lengths under which as long a one as was found is just rare enough or common enough. For the lower one, planes stand as
-    much shorter than the longest as they surely are; all are drawn back, each as far as it scatters, none beyond the limit. For the upper one they
-    stand as far apart as they do on the whole, less what chance adds; that which needs the least is drawn out, others as far as their scatter goes
-    with its. The averages scatter normally with the covariance found, less what few cycles seem to have in common; planes as differently as is more
-    than chance, and by Student's law as far as no other plane tells how much. NaN for fewer than two cycles and for what is not finite.
+    The limits are the largest lengths beyond which a plane that stands as many deviations off as was found is just rare enough or common enough.
+    For the lower one, planes stand as much shorter than the longest as they surely are; all are drawn back, each as far as it scatters, none beyond
+    the limit. For the upper one they stand as far apart as they do on the whole, less what chance adds; that which needs the least is drawn out,
+    others as far as their scatter goes with its. The averages scatter normally with the covariance found, less what few cycles seem to have in
+    common; planes as differently as is more than chance, and by Student's law as far as no other plane tells how much. NaN for fewer than two cycles
+    and for what is not finite.
     """
     count = vectors.shape[1]
     if count < FEWEST or not np.isfinite(vectors).all():
@@ -60,9 +61,11 @@ def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
     root = alike / math.sqrt(count - 1)
     if count > FEWEST:
         spread, chance, common = _spreads(_within(centred)[None])
-        # How much planes scatter, all of them tell at least; what they have in common tells as little as one, and so does each where it differs.
-        alone = np.array([max(common[0], 1 / planes), _really_apart(spread, chance)[0] * (1 - common[0])])
-        scatter, root = np.exp(_drawn_together(spread, chance)[0]), _root(alike)
+        # How much planes scatter, all of them tell at least; what they have in common tells as little as one, and each alone where it differs.
+        differ = _really_apart(spread, chance)[0]
+        alone = np.array([max(common[0], 1 / planes), differ * chance[0] * 2 * (count - 1)])
+        # A log deviation reads low by its variance: Student's law makes up for planes alone, not for those drawn together.
+        scatter, root = np.exp(_drawn_together(spread, chance)[0] + chance[0] * (1 - differ)), _root(alike)
     deviation = scatter / math.sqrt(count)
     root = root.reshape(-1, planes, size) * deviation[:, None]
     rng = generator("largest mean")
@@ -84,7 +87,7 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
     variance = np.maximum(np.diag(covariance), _FLAT * (found**2 + float((root**2).sum())))
     between = covariance - covariance.mean(axis=0) - covariance.mean(axis=1)[:, None] + covariance.mean()
     chance = np.trace(between) / max(len(mean) - 1, 1)
-    # What chance adds to the variance scatters by this share; half of it holds the level of two-part errors (benchmarks/path_intervals.py).
+    # What chance adds to the variance scatters by this share; half of it holds the level in all cases (benchmarks/path_intervals.py).
     scatters = math.sqrt(2 * float((between**2).sum())) / max(float(np.trace(between)), np.finfo(float).tiny)
     surely = float(_really_apart(length[None], np.array([chance * (1 + scatters / 2)]))[0])
     true = max(float(length.var()) * len(mean) / max(len(mean) - 1, 1) - chance, 0.0)
@@ -92,20 +95,21 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
     on_the_whole = middle + np.sqrt(true / (true + variance)) * (length - middle)
     across, squares = (moved * along).sum(axis=2), (moved**2).sum(axis=2)
 
-    def as_long(there: Floats) -> float:
-        """How often would a test show as long a one, were the lengths these?"""
-        there = np.maximum(there, 0.0)
-        return float(((there * (there + 2 * across) + squares).max(axis=1) >= found**2).mean())
+    def as_far(there: Floats, limit: float) -> float:
+        """How often would a test show a plane as many deviations beyond the limit, were the lengths these?"""
+        there = np.clip(there, 0.0, limit)
+        reached = np.maximum(limit + float(((length - limit) / deviation).max()) * deviation, 0.0)
+        return float((there * (there + 2 * across) + squares >= reached**2).any(axis=1).mean())
 
     def drawn_back(limit: float) -> float:
         there = found - surely * (found - length) - (found - limit) * deviation / deviation[worst]
-        return as_long(np.minimum(there, limit))
+        return as_far(there, limit)
 
     def drawn_out(limit: float) -> float:
         plane = int(np.argmin((limit - length) / np.sqrt(variance)))
-        there = np.minimum(on_the_whole + covariance[plane] / variance[plane] * (limit - length[plane]), limit)
+        there = on_the_whole + covariance[plane] / variance[plane] * (limit - length[plane])
         there[plane] = limit
-        return as_long(there)
+        return as_far(there, limit)
 
     low = 0.0 if drawn_back(0.0) > tail else _crossing(drawn_back, tail, 0.0, found)
     high = found + math.sqrt(variance.max())
