@@ -16,7 +16,7 @@ from lostmotion.studies.iso9283.confidence import rounder, scatter_interval, stu
 from lostmotion.studies.iso9283.measured import judge
 from lostmotion.studies.iso9283.paths import PATH_FIGURES, across_path, along_path, crossings
 from lostmotion.studies.iso9283.visits import Visits
-from lostmotion.studies.iso9283.worst_plane import largest_mean, largest_scatter, made_up
+from lostmotion.studies.iso9283.worst_plane import largest_mean, largest_scatter, made_up, root_of_tests
 
 START, END = np.array([0.4, -0.2, 0.3]), np.array([0.7, 0.2, 0.8])
 
@@ -237,7 +237,7 @@ def test_planes_and_definitions_by_hand():
     ("alike", "uneven", "everywhere"), [(0.0, False, False), (0.0, False, True), (0.0, True, False), (0.15, True, False), (3.0, False, False)]
 )
 def test_intervals_of_paths_cover(alike, uneven, everywhere):
-    """Of made-up tests of ten cycles, 90 % intervals of AT_p and RT_p hold what many cycles show in 85 to 95 % of 300.
+    """Of made-up tests of ten cycles, 90 % intervals of AT_p and RT_p hold what many cycles show in 85 to 97 % of 300.
 
     Planes err each for itself, like their neighbours, or all alike; as much everywhere, or more in one place; the path is off most at its end, or
     everywhere alike. 1 000 tests of each kind: `benchmarks/path_intervals.py`.
@@ -253,13 +253,13 @@ def test_intervals_of_paths_cover(alike, uneven, everywhere):
         errors = np.einsum("pq,qni->pni", root, rng.standard_normal((20, 10, 3)) * [1, 1, 0]) * size[:, None, None] + off[:, None]
         intervals = largest_mean(errors, 0.9), largest_scatter(errors, 0.9)
         hits += [low <= truth <= high for (low, high), truth in zip(intervals, (3.0, limit), strict=True)]
-    assert ((hits / 300 >= 0.85) & (hits / 300 <= 0.95)).all(), hits / 300
+    assert ((hits / 300 >= 0.85) & (hits / 300 <= 0.97)).all(), hits / 300
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("everywhere", [False, True])
 def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
-    """The noisiest plane is often the longest without being off any more: AT_a's 90 % intervals hold 86 to 94 % of 600 tests of ten cycles."""
+    """The noisiest plane is often the longest without being off any more: AT_a's 90 % intervals hold 86 to 96 % of 600 tests of ten cycles."""
     rng, planes = np.random.default_rng(6), np.linspace(0, 1, 20)
     size = 1 + 1.5 * np.exp(-(((planes - 0.3) / 0.2) ** 2))
     off = np.full(20, 3.0) if everywhere else 1 + 2 * planes
@@ -267,7 +267,32 @@ def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
     for _ in range(600):
         low, high = largest_mean(rng.standard_normal((20, 10, 1)) * size[:, None, None] + off[:, None, None], 0.9)
         held.append(low <= 3.0 <= high)
-    assert 0.86 <= np.mean(held) <= 0.94
+    assert 0.86 <= np.mean(held) <= 0.96
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("cycles", "parts", "least"), [(10, 1, 0.70), (10, 2, 0.82), (30, 1, 0.82)])
+def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts, least):
+    """One plane of twenty scatters 2.5 times as much: RT's 90 % intervals hold it in most of 200 tests, fewest of ten cycles and one part."""
+    rng, size = np.random.default_rng(9), np.where(np.arange(20) == 6, 2.5, 1.0)
+    truth, held = {1: 3.0, 2: 3.21872}[parts] * 2.5, []
+    for _ in range(200):
+        low, high = largest_scatter(rng.standard_normal((20, cycles, parts)) * size[:, None, None], 0.9)
+        held.append(low <= truth <= high)
+    assert least <= np.mean(held) <= 0.97
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parts", [1, 2])
+def test_half_a_path_that_is_off_alike_is_not_taken_to_differ(parts):
+    """Ten planes of twenty are 3 off, ten only 1: AT's 90 % intervals hold the 3 in 80 to 95 % of 400 tests of ten cycles."""
+    rng, held = np.random.default_rng(10), []
+    for _ in range(400):
+        errors = rng.standard_normal((20, 10, parts))
+        errors[:, :, 0] += np.where(np.arange(20) < 10, 3.0, 1.0)[:, None]
+        low, high = largest_mean(errors, 0.9)
+        held.append(low <= 3.0 <= high)
+    assert 0.80 <= np.mean(held) <= 0.95
 
 
 @pytest.mark.parametrize("count", [10, 30])
@@ -281,7 +306,7 @@ def test_planes_that_few_cycles_show_alike_are_not_made_up_alike(count):
     for _ in range(40):
         errors = rng.standard_normal((count, 20, 2))
         errors -= errors.mean(axis=0)
-        spreads, _ = made_up(errors / np.sqrt((errors**2).sum(axis=(0, 2)) / (count - 1))[:, None])
+        spreads, _ = made_up(root_of_tests(errors / np.sqrt((errors**2).sum(axis=(0, 2)) / (count - 1))[:, None]), count)
         single.append(spreads.var(axis=0).mean())
         together.append(spreads.mean(axis=1).var())
     expected = float(polygamma(1, count - 1)) / 4

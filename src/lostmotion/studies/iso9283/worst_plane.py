@@ -30,11 +30,11 @@ def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
     """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
 
     The limits are the largest lengths beyond which a plane that stands as many deviations off as was found is just rare enough or common enough.
-    For the lower one, planes stand as much shorter than the longest as they surely are; all are drawn back, each as far as it scatters, none beyond
-    the limit. For the upper one they stand as far apart as they do on the whole, less what chance adds; that which needs the least is drawn out,
-    others as far as their scatter goes with its. The averages scatter normally with the covariance found, less what few cycles seem to have in
-    common; planes as differently as is more than chance, and by Student's law as far as no other plane tells how much. NaN for fewer than two cycles
-    and for what is not finite.
+    For the lower one, planes stand as much shorter than the longest as they surely are, less a deviation of what chance leaves open; all are drawn
+    back, each as far as it scatters, none beyond the limit. For the upper one they stand as far apart as they do on the whole, less what chance adds;
+    that which needs the least is drawn out, others as far as their scatter goes with its. The averages scatter normally with the covariance found,
+    less what few cycles seem to have in common; planes as differently as is more than chance, and by Student's law as far as no other plane tells
+    how much. NaN for fewer than two cycles and for what is not finite.
     """
     count = vectors.shape[1]
     if count < FEWEST or not np.isfinite(vectors).all():
@@ -55,25 +55,25 @@ def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
     Gives deviations (plane,), a root (root, plane, k) of their covariance, and what tests make of it (draw, plane, k).
     """
     count, planes, size = centred.shape
+    own = np.zeros(planes)
     scatter = np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))
     alike = centred / scatter[:, None]
-    alone = np.array([1.0, 0.0])  # two cycles show all planes alike, and tell no more
+    shared = np.ones(1)  # two cycles show all planes alike, and tell no more
     root = alike / math.sqrt(count - 1)
     if count > FEWEST:
         spread, chance, common = _spreads(_within(centred)[None])
         # How much planes scatter, all of them tell at least; what they have in common tells as little as one, and each alone where it differs.
-        differ = _really_apart(spread, chance)[0]
-        alone = np.array([max(common[0], 1 / planes), differ * chance[0] * 2 * (count - 1)])
+        kept = _kept(spread, chance, _really_apart(spread, chance))[0]
+        shared, own = np.maximum(common, 1 / planes), kept * chance[0] * 2 * (count - 1)
         # A log deviation reads low by its variance: Student's law makes up for planes alone, not for those drawn together.
-        scatter, root = np.exp(_drawn_together(spread, chance)[0] + chance[0] * (1 - differ)), _root(alike)
+        scatter, root = np.exp(_drawn_together(spread, chance)[0] + chance[0] * (1 - kept)), _root(alike)
     deviation = scatter / math.sqrt(count)
     root = root.reshape(-1, planes, size) * deviation[:, None]
     rng = generator("largest mean")
     moved = (rng.standard_normal((_DRAWN, len(root))) @ root.reshape(len(root), -1)).reshape(_DRAWN, planes, size)
-    for share, drawn in zip(alone, (1, planes), strict=True):
-        if share > 0:
-            freedom = (count - 1) / share
-            moved *= np.sqrt(freedom / rng.chisquare(freedom, (_DRAWN, drawn)))[:, :, None]
+    for share in (shared, own):
+        freedom = (count - 1) / np.maximum(share, _FLAT)
+        moved *= np.sqrt(freedom / rng.chisquare(freedom, (_DRAWN, len(share))))[:, :, None]
     return deviation, root, moved
 
 
@@ -93,6 +93,8 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
     true = max(float(length.var()) * len(mean) / max(len(mean) - 1, 1) - chance, 0.0)
     middle = np.average(length, weights=1 / (true + variance))
     on_the_whole = middle + np.sqrt(true / (true + variance)) * (length - middle)
+    # Beside a longest that chance alone made so, planes may well stand as far off as it, or half a path that is off alike would be held to be one.
+    near = found - surely * (found - length) + np.sqrt(surely * variance)
     across, squares = (moved * along).sum(axis=2), (moved**2).sum(axis=2)
 
     def as_far(there: Floats, limit: float) -> float:
@@ -102,8 +104,7 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
         return float((there * (there + 2 * across) + squares >= reached**2).any(axis=1).mean())
 
     def drawn_back(limit: float) -> float:
-        there = found - surely * (found - length) - (found - limit) * deviation / deviation[worst]
-        return as_far(there, limit)
+        return as_far(near - (found - limit) * deviation / deviation[worst], limit)
 
     def drawn_out(limit: float) -> float:
         plane = int(np.argmin((limit - length) / np.sqrt(variance)))
@@ -138,10 +139,11 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     """Between which does the largest scatter of many cycles lie, of vectors (plane, cycle, k) whose planes were run through together?
 
     The scatter is mean + 3 s of the distances from the average, or 3 s where vectors have one part. The largest is estimated with the planes drawn
-    together by what chance alone makes them differ. The limits are those under which so large an estimate is just rare enough or common enough in
-    tests of as many cycles, normal and with the covariance found less what few cycles seem to have in common: no plane beyond a limit below the
-    estimate, all stretched to one above. The largest that the test itself showed reads high and may lie above the interval. NaN for fewer than three
-    cycles, no scatter, and what is not finite.
+    together by what chance alone makes them differ, none further than a deviation. The limits are those under which so large an estimate is just rare
+    enough or common enough in tests of as many cycles, normal and with the covariance found less what few cycles seem to have in common. For a limit
+    below the estimate no plane stands beyond it; half a deviation is left to chance. For one above, the worst is drawn out to it; others follow by
+    what they have in common with it, and all alike as far as planes may not be apart at all. The largest that the test itself showed reads high and
+    may lie above the interval. NaN for fewer than three cycles, no scatter, and what is not finite.
     """
     count = vectors.shape[1]
     if count <= FEWEST or not np.isfinite(vectors).all():
@@ -155,21 +157,37 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_many(alike))
     spread, chance, _ = _spreads(centred[None])
     thought = _drawn_together(spread, chance)[0] + many
-    estimate = float(thought.max())
-    of_chance, chances = made_up(alike)
+    estimate, worst = float(thought.max()), int(thought.argmax())
+    root = root_of_tests(alike)
+    of_chance, chances = made_up(root, count)
+    # That planes are apart must not be missed: what chance makes them differ by is taken half a deviation short.
+    between = of_chance.var(axis=1)
+    surplus = between.std() / max(between.mean(), np.finfo(float).tiny) / 2
+    apart = _really_apart(spread, chance * (1 - surplus))
+    mean = spread.mean()
+    drawn_apart = mean + _kept(spread, chance, np.sqrt(apart))[0] * (spread[0] - mean) + many
+    squares = (np.einsum("rpi,rj->pij", root, root[:, worst]) ** 2).sum(axis=(1, 2))
+    in_common = squares / np.sqrt(squares[worst] * (np.einsum("rpi,rpj->pij", root, root) ** 2).sum(axis=(1, 2)))
+    follows = 1 - apart[0] * (1 - in_common)
+    near = thought + math.sqrt(float(_really_apart(spread, chance)[0] * chance[0])) / 2
 
-    def as_large(limit: float) -> float:
-        """How often would a test show as large a one, were this the largest? Logarithms."""
-        there = np.minimum(thought, limit) + max(limit - estimate, 0.0)
+    def as_large(there: Floats) -> float:
+        """How often would a test show as large a one, were the scatters these? Logarithms."""
         return float(((_drawn_together(of_chance + there - many, chances) + many).max(axis=1) >= estimate).mean())
 
+    def drawn_back(limit: float) -> float:
+        return as_large(np.minimum(near, limit))
+
+    def drawn_out(limit: float) -> float:
+        return as_large(np.minimum(drawn_apart + (limit - drawn_apart[worst]) * follows, limit))
+
     tail, low, high = (1 - level) / 2, estimate - 1, estimate + 1
-    while as_large(low) > tail:
+    while drawn_back(low) > tail:
         low -= 1
-    while as_large(high) < 1 - tail:
+    while drawn_out(high) < 1 - tail:
         high += 1
-    low = _crossing(as_large, tail, low, high)
-    return math.exp(low), math.exp(_crossing(as_large, 1 - tail, low, high))
+    low = _crossing(drawn_back, tail, low, high)
+    return math.exp(low), math.exp(_crossing(drawn_out, 1 - tail, low, high))
 
 
 def _within(centred: Floats) -> Floats:
@@ -180,14 +198,21 @@ def _within(centred: Floats) -> Floats:
     return np.asarray(centred @ axes[:, values > _FLAT * values[-1]])
 
 
-def made_up(alike: Floats) -> tuple[Floats, Floats]:
-    """Which log deviations (draw, plane), and how much of what they differ by is chance (draw,), in tests that scatter as this (cycle, plane, k)?"""
-    count = len(alike)
+def root_of_tests(alike: Floats) -> Floats:
+    """Give a root (root, plane, k) of the covariance that made-up tests scatter with, of planes (cycle, plane, k)."""
     _, _, common = _spreads(alike[None])
-    root = _root(alike, telling=1 / max(float(common[0]), 1 / alike.shape[1]))
+    return _root(alike, telling=1 / max(float(common[0]), 1 / alike.shape[1])).reshape(-1, *alike.shape[1:])
+
+
+def made_up(root: Floats, count: int) -> tuple[Floats, Floats]:
+    """Make up tests of so many cycles that scatter by a root (root, plane, k) of the covariance.
+
+    Gives log deviations (draw, plane), and the variance (draw,) that chance makes of them.
+    """
+    flat = root.reshape(len(root), -1)
     rng, found = generator("largest scatter"), []
     for _ in range(0, _DRAWN, _BATCH):
-        sets = (rng.standard_normal((_BATCH, count, len(root))) @ root).reshape(_BATCH, *alike.shape)
+        sets = (rng.standard_normal((_BATCH, count, len(root))) @ flat).reshape(_BATCH, count, *root.shape[1:])
         found.append(_spreads(sets - sets.mean(axis=1, keepdims=True)))
     spreads, chances, _ = zip(*found, strict=True)
     return np.concatenate(spreads), np.concatenate(chances)
@@ -249,6 +274,17 @@ def _spreads(sets: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _drawn_together(spread: Floats, chance: Floats) -> Floats:
-    """Draw log deviations (set, plane) towards their average, by the share of what they differ by that is chance (set,)."""
+    """Draw log deviations (set, plane) towards their average, as far as what they differ by is chance (set,)."""
     mean = spread.mean(axis=1, keepdims=True)
-    return np.asarray(mean + _really_apart(spread, chance)[:, None] * (spread - mean))
+    return np.asarray(mean + _kept(spread, chance, _really_apart(spread, chance)) * (spread - mean))
+
+
+def _kept(spread: Floats, chance: Floats, share: Floats) -> Floats:
+    """Which part of its distance from the average does each log deviation (set, plane) keep, where planes on the whole keep this share (set,)?
+
+    None is drawn further than by the deviation that chance makes, or a single bad place would be taken for chance (B. Efron and C. Morris, Limiting
+    the risk of Bayes and empirical Bayes estimators, part II, JASA 67, 1972, p. 130).
+    """
+    furthest = np.sqrt(chance)[:, None]
+    off = np.abs(spread - spread.mean(axis=1, keepdims=True))
+    return np.asarray(np.maximum(share[:, None], 1 - furthest / np.maximum(off, np.maximum(furthest, np.finfo(float).tiny))))
