@@ -227,7 +227,7 @@ def _paths(found: Measured) -> list[Section]:
     note = (
         "cycles are cut by planes across the commanded line, straight from reading to reading; each figure at its worst plane, with how far from the "
         "path's start that stands. Intervals are of what many cycles would show, for a normal scatter; the worst of many planes reads high, and its "
-        "interval holds 95 % or somewhat more"
+        "interval holds about 95 %, less where of few cycles a single plane stands out by its scatter"
     )
     if found.visits.instrument:
         note += f". The instrument alone would show an RT_p of at most {length(max(path.floor for path in paths))}"

@@ -62,11 +62,13 @@ def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") 
 
 
 def _near_file(path: Path) -> str:
-    """Which file of the same folder was probably meant?"""
+    """Which file of the same folder was probably meant? An ending alone makes no two names alike, and of two with the same name it decides."""
     try:
-        return nearest(path.name, (other.name for other in itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT)))
+        others = sorted(itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT), key=lambda other: other.suffix == path.suffix)
     except OSError:
         return ""
+    names = {other.stem: other.name for other in others}
+    return names.get(nearest(path.stem, names), "")
 
 
 def beside(file: str, stated: object) -> Path | None:
