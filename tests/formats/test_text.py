@@ -12,7 +12,7 @@ from lostmotion.formats.text import read_text
 )
 def test_names_alike_are_offered_and_endings_alike_are_not(tmp_path, asked, meant):
     """A slip in the name or another ending is offered its neighbour; a name of its own is offered nothing."""
-    for name in ("pyproject.toml", "z-arm.csv", "z-arm.toml"):
+    for name in ("pyproject.toml", "note.md", "z-arm.csv", "z-arm.toml"):
         (tmp_path / name).write_text("")
     if asked.endswith(("tml", "urdf")):
         (tmp_path / "z-arm.csv").unlink()

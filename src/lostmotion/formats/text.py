@@ -62,12 +62,12 @@ def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") 
 
 
 def _near_file(path: Path) -> str:
-    """Which file of the same folder was probably meant? An ending alone makes no two names alike, and of two with the same name it decides."""
+    """Which file of the same folder was probably meant? One of the same ending and a name alike, or of the same name and another ending."""
     try:
         others = sorted(itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT), key=lambda other: other.suffix == path.suffix)
     except OSError:
         return ""
-    names = {other.stem: other.name for other in others}
+    names = {other.stem: other.name for other in others if path.suffix == other.suffix or path.stem == other.stem}
     return names.get(nearest(path.stem, names), "")
 
 
