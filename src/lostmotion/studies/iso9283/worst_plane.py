@@ -1,7 +1,8 @@
 """Between which does the figure of a path's worst plane lie? Intervals for AT and RT, whose planes were run through together.
 
 The largest of several figures is no figure of its own plane: it reads high, the more the more planes are nearly as bad. So each limit is asked of
-tests made up: if this were true, how often would a test show as much?
+tests made up: if this were true, how often would a test show as much? No such interval holds its level for every kind of path; how often these do is
+measured by benchmarks/path_intervals.py and said in docs/theory/iso9283.md.
 """
 
 from __future__ import annotations
