@@ -202,6 +202,20 @@ def test_a_sum_of_uniforms_on_a_line_is_told_within_its_bound(count):
     assert wrong.sum() < 0.3 * np.abs(plain.quantiles[0] - exact).sum()
 
 
+@pytest.mark.parametrize("rank", [1, 2, 3])
+def test_a_vector_without_mean_is_the_limit_of_one_with_hardly_any(rank):
+    """Where mean and third cumulants are zero the sums are shorter: the same figures and bounds as those of a mean that changes nothing."""
+    rng = np.random.default_rng(rank)
+    directions = np.zeros((9, 3))
+    directions[:, :rank] = rng.standard_normal((9, rank))
+    form, covariance = form_of(directions, rng.choice([-1.2, -0.6, 0.4], 9)), (directions.T @ directions)[None]
+    none, hardly = (normal_length(np.full((1, 3), mean), covariance, LEVELS, form) for mean in (0.0, 1e-9))
+    assert none.mean == pytest.approx(hardly.mean, rel=1e-8)
+    assert none.mean_left == pytest.approx(hardly.mean_left, rel=1e-6)
+    assert none.quantiles == pytest.approx(hardly.quantiles, rel=1e-7)
+    assert none.quantiles_left == pytest.approx(hardly.quantiles_left, rel=1e-5)
+
+
 def test_one_two_sided_draw_is_no_normal_vector():
     """A single play has the length 1, always; the law that has a density says itself that it is far off."""
     form = form_of(np.array([[1.0, 0, 0]]), np.array([TwoSided().excess]))

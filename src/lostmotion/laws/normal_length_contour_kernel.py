@@ -21,14 +21,14 @@ _AWAY: Final = 1.4  # least way from the pole at s = 0, likewise
 _NEVER: Final = -40.0  # the logarithm of a share that is none
 _LEFTMOST: Final = -1e12  # below the least possible length there is no saddlepoint
 _PER_POLE: Final = 3.1  # nodes within the way to the pole, at least
-_GROW: Final = 0.1  # from node to node, the way between them in the end
+_GROW: Final = 0.16  # from node to node, the way between them in the end
 _EVEN: Final = 1e-3  # of a mixture, whose parts far from q turn fast
 _PER_END: Final = 1.8  # likewise to where M ends
 _STEEP: Final = 2.0  # the contour's lean in the end; where that leads uphill because the normal part is large, the other
 _FLAT: Final = 0.8
-_SMALL: Final = 1e-8  # of the largest node: the rest adds nothing
+_SMALL: Final = 1e-7  # of the largest node: the rest adds nothing
 _STEPS: Final = 60
-CHUNK: Final = 12  # nodes laid at a time
+CHUNK: Final = 16  # nodes laid at a time
 NODES: Final = 480
 # What Edgeworth's first terms d leave out is told as |d| times (a + |d|) times b, every node with its size: above the middle of the lengths with
 # the first pair, below it and for the mean with the second. Lengths further out than the contour's own count as much more as STEEPER times the way
@@ -199,17 +199,18 @@ def _walk(q, c, step, bend, lean, rise, above, weights, spreads, squares, means,
         row = table[n]
         _place(c, step, bend, lean, ways[n], row)
         for j in range(len(weights)):
-            _weigh(j, weights, spreads, squares, q, row)
+            if len(quartic) > 0 and even(j, means, cubic):
+                _weigh_even(j, weights, spreads, quartic, q, TAIL if above else BODY, row)
+            elif len(quartic) > 0:
+                _weigh_bent(j, weights, spreads, squares, means, cubic, quartic, q, TAIL if above else BODY, row)
+            else:
+                _weigh(j, weights, spreads, squares, q, row)
         for k in range(CHUNK):
             size = row[SIZE + k]
             if not size <= rise * before:
                 return -1
             before, top = size, max(top, size)
-        bent = 0.0
-        if len(quartic) > 0:
-            for j in range(len(weights)):
-                _bend(weights[j], spreads[j], squares[j], means[j], cubic[j], quartic[j], q, TAIL if above else BODY, row)
-            bent = abs(row[WEIGHT_RE + CHUNK - 1]) + abs(row[WEIGHT_IM + CHUNK - 1])
+        bent = abs(row[WEIGHT_RE + CHUNK - 1]) + abs(row[WEIGHT_IM + CHUNK - 1]) if len(quartic) > 0 else 0.0
         _close(row)
         if before + bent < _SMALL * top:
             return n + 1
@@ -269,21 +270,21 @@ def _weigh(j, weights, spreads, squares, limit, row):
 
 
 @lanes
-def _bend(share, spread, square, mean, cubic, quartic, limit, left, row):
-    """Add what the cumulants of one part change, and what they leave out.
+def _weigh_bent(j, weights, spreads, squares, means, cubic, quartic, limit, left, row):
+    """Add one part of the mixture with what its cumulants change, and what they leave out.
 
     d = t : (h h h + 3 G h) / 6 + k : (V V - 6 G G) / 24 with G = 2 s / (1 - 2 s spread), h = G mean, V = 3 G + h h along the part's axes.
     """
-    a, b, c = 2.0 * spread[0], 2.0 * spread[1], 2.0 * spread[2]
-    p, q, r = square[0], square[1], square[2]
-    m0, m1, m2 = mean[0], mean[1], mean[2]
-    t = cubic
-    t0, t1, t2, t3, t4, t5, t6, t7, t8, t9 = t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8], t[9]
+    share, a, b, c = weights[j], 2.0 * spreads[j, 0], 2.0 * spreads[j, 1], 2.0 * spreads[j, 2]
+    p, q, r = squares[j, 0], squares[j, 1], squares[j, 2]
+    m0, m1, m2 = means[j, 0], means[j, 1], means[j, 2]
+    t0, t1, t2, t3, t4 = cubic[j, 0], cubic[j, 1], cubic[j, 2], cubic[j, 3], cubic[j, 4]
+    t5, t6, t7, t8, t9 = cubic[j, 5], cubic[j, 6], cubic[j, 7], cubic[j, 8], cubic[j, 9]
     f = quartic
-    f00, f01, f02, f03, f04, f05 = f[0, 0], f[0, 1], f[0, 2], f[0, 3], f[0, 4], f[0, 5]
-    f11, f12, f13, f14, f15 = f[1, 1], f[1, 2], f[1, 3], f[1, 4], f[1, 5]
-    f22, f23, f24, f25 = f[2, 2], f[2, 3], f[2, 4], f[2, 5]
-    f33, f34, f35, f44, f45, f55 = f[3, 3], f[3, 4], f[3, 5], f[4, 4], f[4, 5], f[5, 5]
+    f00, f01, f02, f03, f04, f05 = f[j, 0, 0], f[j, 0, 1], f[j, 0, 2], f[j, 0, 3], f[j, 0, 4], f[j, 0, 5]
+    f11, f12, f13, f14, f15 = f[j, 1, 1], f[j, 1, 2], f[j, 1, 3], f[j, 1, 4], f[j, 1, 5]
+    f22, f23, f24, f25 = f[j, 2, 2], f[j, 2, 3], f[j, 2, 4], f[j, 2, 5]
+    f33, f34, f35, f44, f45, f55 = f[j, 3, 3], f[j, 3, 4], f[j, 3, 5], f[j, 4, 4], f[j, 4, 5], f[j, 5, 5]
     base, over = left
     for k in range(CHUNK):
         m_re, m_im = _value(row[X + k], row[Y + k], a, b, c, p, q, r, limit)
@@ -312,8 +313,45 @@ def _bend(share, spread, square, mean, cubic, quartic, limit, left, row):
         d_re = three.real * (1 / 6) + (four.real - 6.0 * less.real) * (1 / 24)
         d_im = three.imag * (1 / 6) + (four.imag - 6.0 * less.imag) * (1 / 24)
         size = np.sqrt(d_re * d_re + d_im * d_im)
-        row[WEIGHT_RE + k] += share * (m_re * d_re - m_im * d_im)
-        row[WEIGHT_IM + k] += share * (m_re * d_im + m_im * d_re)
+        row[WEIGHT_RE + k] += share * (m_re + m_re * d_re - m_im * d_im)
+        row[WEIGHT_IM + k] += share * (m_im + m_re * d_im + m_im * d_re)
+        row[SIZE + k] += share * (abs(m_re) + abs(m_im))
+        row[SPARE + k] += share * np.sqrt(m_re * m_re + m_im * m_im) * size * (base + size) * over
+
+
+@jit
+def even(j, means, cubic):
+    """Tell whether a part has neither mean nor third cumulants."""
+    size = abs(means[j, 0]) + abs(means[j, 1]) + abs(means[j, 2])
+    for i in range(10):
+        size += abs(cubic[j, i])
+    return size == 0.0
+
+
+@lanes
+def _weigh_even(j, weights, spreads, quartic, limit, left, row):
+    """Do what `_weigh_bent` does for a part without mean and third cumulants: d = k : G G / 8."""
+    share, a, b, c = weights[j], 2.0 * spreads[j, 0], 2.0 * spreads[j, 1], 2.0 * spreads[j, 2]
+    f00, f11, f22 = 0.5 * quartic[j, 0, 0], 0.5 * quartic[j, 1, 1], 0.5 * quartic[j, 2, 2]
+    f01, f02, f12 = quartic[j, 0, 1], quartic[j, 0, 2], quartic[j, 1, 2]
+    base, over = left
+    for k in range(CHUNK):
+        x, y = row[X + k], row[Y + k]
+        m_re, m_im = _value(x, y, a, b, c, 0.0, 0.0, 0.0, limit)
+        # s over 1 - 2 s spread along each axis
+        size2 = x * x + y * y
+        w0, w1, w2 = 1.0 - a * x, 1.0 - b * x, 1.0 - c * x
+        v0, v1, v2 = 1.0 / (w0 * w0 + a * a * y * y), 1.0 / (w1 * w1 + b * b * y * y), 1.0 / (w2 * w2 + c * c * y * y)
+        x0, x1, x2 = (x - a * size2) * v0, (x - b * size2) * v1, (x - c * size2) * v2
+        y0, y1, y2 = y * v0, y * v1, y * v2
+        p_re, p_im = f00 * x0 + f01 * x1 + f02 * x2, f00 * y0 + f01 * y1 + f02 * y2
+        q_re, q_im = f11 * x1 + f12 * x2, f11 * y1 + f12 * y2
+        d_re = p_re * x0 - p_im * y0 + q_re * x1 - q_im * y1 + f22 * (x2 * x2 - y2 * y2)
+        d_im = p_re * y0 + p_im * x0 + q_re * y1 + q_im * x1 + f22 * (2.0 * x2 * y2)
+        size = np.sqrt(d_re * d_re + d_im * d_im)
+        row[WEIGHT_RE + k] += share * (m_re + m_re * d_re - m_im * d_im)
+        row[WEIGHT_IM + k] += share * (m_im + m_re * d_im + m_im * d_re)
+        row[SIZE + k] += share * (abs(m_re) + abs(m_im))
         row[SPARE + k] += share * np.sqrt(m_re * m_re + m_im * m_im) * size * (base + size) * over
 
 
@@ -331,7 +369,10 @@ def _close(row):
 
 @jit
 def read(count, by, table):
-    """Give the integral at q + by (the share above, or less the share below), the density, and its first three derivatives."""
+    """Give the integral at q + by (the share above, or less the share below), the density, and its first three derivatives.
+
+    And the largest share that what is left out beyond Edgeworth's terms can move across q + by.
+    """
     return _read_here(count, table) if by == 0.0 else _read_beside(count, by, table)
 
 
@@ -345,18 +386,19 @@ def _rates(w_re, w_im, x, y):
 
 @lanes
 def _read_here(count, table):
-    share = density = first = second = third = 0.0
+    share = density = first = second = third = left = 0.0
     for n in range(count):
         row = table[n]
         for k in range(CHUNK):
             d0, d1, d2, d3 = _rates(row[WEIGHT_RE + k], row[WEIGHT_IM + k], row[X + k], row[Y + k])
             share, density, first, second, third = share + row[POLE_RE + k], density + d0, first + d1, second + d2, third + d3
-    return share, density, first, second, third
+            left += row[SPARE + k]
+    return share, density, first, second, third, left
 
 
 @lanes
 def _read_beside(count, by, table):
-    share = density = first = second = third = 0.0
+    share = density = first = second = third = left = 0.0
     for n in range(count):
         row = table[n]
         for k in range(CHUNK):
@@ -367,16 +409,5 @@ def _read_beside(count, by, table):
             share += row[POLE_RE + k] * cosine - row[POLE_IM + k] * sine
             w_re, w_im = row[WEIGHT_RE + k], row[WEIGHT_IM + k]
             d0, d1, d2, d3 = _rates(w_re * cosine - w_im * sine, w_re * sine + w_im * cosine, x, y)
-            density, first, second, third = density + d0, first + d1, second + d2, third + d3
-    return share, density, first, second, third
-
-
-@lanes
-def left_out(count, by, table):
-    """Give the largest share that what is left out beyond Edgeworth's terms can move across q + by."""
-    out = 0.0
-    for n in range(count):
-        row = table[n]
-        for k in range(CHUNK):
-            out += row[SPARE + k] * power(-row[X + k] * by)
-    return out
+            density, first, second, third, left = density + d0, first + d1, second + d2, third + d3, left + row[SPARE + k] * size
+    return share, density, first, second, third, left

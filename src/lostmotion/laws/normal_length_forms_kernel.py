@@ -38,31 +38,38 @@ def _third_table() -> tuple[np.ndarray, np.ndarray]:
 
 
 _AT, _SHARED = _fourth_table()
+_PART = 1.0 / _SHARED
 _AT_THIRD, _SHARED_THIRD = _third_table()
 
 
 @jit
-def turn_forms(third, fourth, turn, size, cubic, quartic):
-    """Give the forms of a vector over `size` along other axes: the cubic one (10,), and the quartic one as a tensor by pairs of pairs (6, 6)."""
-    work, half = np.empty((6, 6)), np.empty((6, 6))
-    # The tensor as a matrix over pairs, and what each pair becomes along the new axes.
-    for a in range(6):
-        i, j = _PAIRS[a]
+def turn_forms(third, fourth, turn, size, work, cubic, quartic):
+    """Give the forms of a vector over `size` along other axes: the cubic one (10,), and the quartic one as a tensor by pairs of pairs (6, 6).
+
+    work (2, 6, 6) is filled on the way.
+    """
+    # What each pair of old axes (first) is of each pair of new ones, and what is left to turn of the tensor's second pair.
+    along, half = work[0], work[1]
+    for a in range(3):
+        i, j = (a + 1) % 3, (a + 2) % 3
+        for b in range(3):
+            k, m = (b + 1) % 3, (b + 2) % 3
+            along[b, a], along[b, a + 3] = turn[b, a] * turn[b, a], turn[b, i] * turn[b, j]
+            along[b + 3, a], along[b + 3, a + 3] = 2.0 * turn[k, a] * turn[m, a], turn[k, i] * turn[m, j] + turn[m, i] * turn[k, j]
+    over = 1.0 / (size * size * size * size)
+    for c in range(6):
+        for a in range(6):
+            half[c, a] = 0.0
         for b in range(6):
-            k, m = _PAIRS[b]
-            work[a, b] = turn[k, i] * turn[m, j] if k == m else turn[k, i] * turn[m, j] + turn[m, i] * turn[k, j]
+            entry = over * fourth[_AT[c, b]] * _PART[c, b]
+            for a in range(6):
+                half[c, a] += entry * along[b, a]
     for a in range(6):
         for b in range(6):
-            add = 0.0
-            for c in range(6):
-                add += work[a, c] * fourth[_AT[c, b]] / _SHARED[c, b]
-            half[a, b] = add / (size * size * size * size)
-    for a in range(6):
-        for b in range(6):
-            add = 0.0
-            for c in range(6):
-                add += half[a, c] * work[b, c]
-            quartic[a, b] = add
+            quartic[a, b] = 0.0
+        for c in range(6):
+            for b in range(6):
+                quartic[a, b] += along[c, a] * half[c, b]
     any_third = False
     for c in range(10):
         cubic[c] = 0.0
@@ -99,18 +106,20 @@ def add_up(shift, pairs, pair_values, threes, three_values, fours, four_values, 
                 for p in range(poses):
                     third[c, p] += first[a, p] * shift[k, threes[n, 2], p]
     for n in range(len(fours)):
-        _multiply(shift, fours[n, 0], fours[n, 1], four_values[n], first)
+        _multiply(shift, fours[n, 0], fours[n, 1], 1.0, first)
         if fours[n, 0] == fours[n, 2] and fours[n, 1] == fours[n, 3]:
-            for c in range(6):
-                for p in range(poses):
-                    second[c, p] = first[c, p] / four_values[n]
+            for a in range(6):
+                for b in range(a, 6):
+                    c, value = _AT[a, b], four_values[n] if a == b else 2.0 * four_values[n]
+                    for p in range(poses):
+                        fourth[c, p] += value * first[a, p] * first[b, p]
         else:
-            _multiply(shift, fours[n, 2], fours[n, 3], 1.0, second)
-        for a in range(6):
-            for b in range(6):
-                c = _AT[a, b]
-                for p in range(poses):
-                    fourth[c, p] += first[a, p] * second[b, p]
+            _multiply(shift, fours[n, 2], fours[n, 3], four_values[n], second)
+            for a in range(6):
+                for b in range(6):
+                    c = _AT[a, b]
+                    for p in range(poses):
+                        fourth[c, p] += first[a, p] * second[b, p]
 
 
 @jit

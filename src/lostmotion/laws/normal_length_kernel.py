@@ -11,12 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, inlined, jit, lanes, lay, left_out, power, read, tilted
+from lostmotion.laws.normal_length_contour_kernel import BODY, CHUNK, STEEPER, TABLE, X, even, inlined, jit, lanes, lay, power, read, tilted
 from lostmotion.laws.normal_length_forms_kernel import turn_forms
 
 # Numba keeps compiled functions by the text of their own file: here stand the digests (BLAKE2b, 8 bytes) of the files whose functions are called
 # here, so that no change of theirs is missed. A test compares them.
-BEHIND: Final = {"normal_length_contour_kernel": "60676027af275c6d", "normal_length_forms_kernel": "16c408d32875431a"}
+BEHIND: Final = {"normal_length_contour_kernel": "6c02c5beb987ad2c", "normal_length_forms_kernel": "1322458ccc23607c"}
 
 # Columns of what is known of a length besides its quantiles.
 MEAN, MEAN_ERROR, THIRD = range(3)
@@ -107,7 +107,7 @@ def _axes(covariance, turn, variance):
 
 
 @jit
-def _prepare(start, weights, bias, turn, variance, third, fourth, weight, spreads, squares, means, cubic, quartic):
+def _prepare(start, weights, bias, turn, variance, third, fourth, work, weight, spreads, squares, means, cubic, quartic):
     """Copy the parts of one vector, from `start` on, along their own axes and scaled to mean square one.
 
     Gives the root mean square (0 where nothing is left, NaN) and how many parts vary.
@@ -126,7 +126,7 @@ def _prepare(start, weights, bias, turn, variance, third, fourth, weight, spread
             means[j, i] = (turn[n, 0, i] * bias[n, 0] + turn[n, 1, i] * bias[n, 1] + turn[n, 2, i] * bias[n, 2]) / size
             squares[j, i] = means[j, i] ** 2
         if len(fourth) > 0:
-            turn_forms(third[n], fourth[n], turn[n], size, cubic[j], quartic[j])
+            turn_forms(third[n], fourth[n], turn[n], size, work, cubic[j], quartic[j])
         varying += spreads[j, 0] + spreads[j, 1] + spreads[j, 2] >= _CERTAIN
     return size, varying
 
@@ -164,24 +164,48 @@ def _moments(weights, spreads, squares, means, cubic, quartic, out):
                 break
         out[MEAN] += weights[j] * first
         out[THIRD] += weights[j] * cube
-        if len(quartic) > 0:
-            _bend_moments(weights[j], spreads[j], squares[j], means[j], cubic[j], quartic[j], out)
+        straight = len(quartic) > 0 and even(j, means, cubic)
+        # Where u is 0 nothing changes.
+        for begin in range(1, _LAST - _LANES + 1 if len(quartic) > 0 else 1, _LANES):
+            more, left = _even_means(begin, a, b, c, j, quartic) if straight else _bent_means(begin, a, b, c, j, means, cubic, quartic)
+            out[MEAN] += weights[j] * more
+            out[MEAN_ERROR] += weights[j] * left
+            if left < 1e-8 * first:
+                break
 
 
-@jit
-def _bend_moments(share, spread, square, mean, t, f, out):
-    """Add what one part's third and fourth cumulants change in the mean (as in the contour's `_bend`), and what they leave out."""
-    for k in range(1, _LAST):
+@lanes
+def _even_means(begin, a, b, c, j, quartic):
+    """Do what `_bent_means` does for a part without mean and third cumulants."""
+    f00, f11, f22 = 0.5 * quartic[j, 0, 0], 0.5 * quartic[j, 1, 1], 0.5 * quartic[j, 2, 2]
+    f01, f02, f12 = quartic[j, 0, 1], quartic[j, 0, 2], quartic[j, 1, 2]
+    more = left = 0.0
+    for k in range(begin, begin + _LANES):
         u = _U2[k]
-        m = share * _WIDE[k] / u
-        inside, product = 0.0, 1.0
-        g0, g1, g2 = (-2.0 * u / (1.0 + 2.0 * u * spread[0]), -2.0 * u / (1.0 + 2.0 * u * spread[1]), -2.0 * u / (1.0 + 2.0 * u * spread[2]))
-        for i in range(3):
-            w = 1.0 + 2.0 * spread[i] * u
-            inside -= square[i] * u / w
-            product *= w
-        m *= power(inside) / np.sqrt(product)
-        h0, h1, h2 = g0 * mean[0], g1 * mean[1], g2 * mean[2]
+        wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
+        over = 1.0 / (wa * wb * wc)
+        va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
+        m = np.sqrt(over) * _WIDE[k] * u
+        d = va * (f00 * va + f01 * vb + f02 * vc) + vb * (f11 * vb + f12 * vc) + f22 * vc * vc
+        more -= 0.5 * m * d
+        left += 0.5 * m * abs(d) * (BODY[0] + u * u * abs(d)) * BODY[1]
+    return more, left
+
+
+@lanes
+def _bent_means(begin, a, b, c, j, means, cubic, quartic):
+    """Add up some nodes of what one part's third and fourth cumulants change in the mean (as in the contour's `_weigh_bent`), and leave out."""
+    m0, m1, m2 = means[j, 0], means[j, 1], means[j, 2]
+    t, f = cubic[j], quartic[j]
+    more = left = 0.0
+    for k in range(begin, begin + _LANES):
+        u = _U2[k]
+        wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
+        over = 1.0 / (wa * wb * wc)
+        va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
+        m = power(-u * (m0 * m0 * va + m1 * m1 * vb + m2 * m2 * vc)) * np.sqrt(over) * _WIDE[k] / u
+        g0, g1, g2 = -2.0 * u * va, -2.0 * u * vb, -2.0 * u * vc
+        h0, h1, h2 = g0 * m0, g1 * m1, g2 * m2
         e0, e1, e2 = h0 * h0, h1 * h1, h2 * h2
         three = h0 * (t[0] * (e0 + 3.0 * g0) + t[1] * (e1 + g1) + t[2] * (e2 + g2))
         three += h1 * (t[3] * (e1 + 3.0 * g1) + t[4] * (e0 + g0) + t[5] * (e2 + g2))
@@ -194,10 +218,9 @@ def _bend_moments(share, spread, square, mean, t, f, out):
         four += v3 * (f[3, 3] * v3 + 2.0 * (f[3, 4] * v4 + f[3, 5] * v5)) + v4 * (f[4, 4] * v4 + 2.0 * f[4, 5] * v5) + f[5, 5] * v5 * v5
         less = g0 * (f[0, 0] * g0 + 2.0 * (f[0, 1] * g1 + f[0, 2] * g2)) + g1 * (f[1, 1] * g1 + 2.0 * f[1, 2] * g2) + f[2, 2] * g2 * g2
         d = three / 6.0 + (four - 6.0 * less) / 24.0
-        out[MEAN] -= 0.5 * m * d
-        out[MEAN_ERROR] += 0.5 * m * abs(d) * (BODY[0] + abs(d)) * BODY[1]
-        if m < 1e-9 * out[MEAN]:
-            break
+        more -= 0.5 * m * d
+        left += 0.5 * m * abs(d) * (BODY[0] + abs(d)) * BODY[1]
+    return more, left
 
 
 @jit
@@ -209,6 +232,18 @@ def _guess(z, first, second, third):
 
 
 @jit
+def _bent_cumulants(spread, square, mean, t, f):
+    """Give what third and fourth cumulants of a vector add to the second and third cumulant of Q, as far as a guess needs them."""
+    second = third = 0.0
+    for i in range(3):
+        whole = f[i, 0] + f[i, 1] + f[i, 2]
+        second += whole + 4.0 / 3.0 * mean[i] * (3.0 * t[3 * i] + t[3 * i + 1] + t[3 * i + 2])
+        along = f[i, 3] * mean[1] * mean[2] + f[i, 4] * mean[0] * mean[2] + f[i, 5] * mean[0] * mean[1]
+        third += 12.0 * (whole * (spread[i] + square[i]) + 2.0 * along)
+    return second, third
+
+
+@jit
 def _solve(left, density, first, second, third):
     """Which step by makes up for `left`? A series of four terms, and the size of the last."""
     by = left / density
@@ -217,7 +252,10 @@ def _solve(left, density, first, second, third):
         slope = density + by * (first + by * (second / 2.0 + by * third / 6.0))
         if not slope > 0.1 * density:
             return left / density, np.inf
-        by -= value / slope
+        value /= slope
+        by -= value
+        if abs(value) < 1e-12 * abs(by):
+            break
     return by, abs(third * by**4 / (24.0 * density))
 
 
@@ -293,7 +331,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
     bent = most if len(fourth) > 0 else 0
     # Taking a slice costs as much as several nodes: one for vectors of as many parts.
     all_weight, all_spreads, all_squares, all_means = np.empty(most), np.empty((most, 3)), np.empty((most, 3)), np.empty((most, 3))
-    all_cubic, all_quartic, table = np.zeros((bent, 10)), np.zeros((bent, 6, 6)), np.empty(TABLE)
+    all_cubic, all_quartic, work, table = np.zeros((bent, 10)), np.zeros((bent, 6, 6)), np.empty((2, 6, 6)), np.empty(TABLE)
     turn, variance = np.empty((len(bias), 3, 3)), np.empty((len(bias), 3))
     _axes(covariance, turn, variance)
     weight, spreads, squares, means, cubic, quartic = all_weight, all_spreads, all_squares, all_means, all_cubic, all_quartic
@@ -302,7 +340,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
         if n != len(weight):
             weight, spreads, squares, means = all_weight[:n], all_spreads[:n], all_squares[:n], all_means[:n]
             cubic, quartic = all_cubic[:n], all_quartic[:n]
-        size, varying = _prepare(starts[v], weights, bias, turn, variance, third, fourth, weight, spreads, squares, means, cubic, quartic)
+        size, varying = _prepare(starts[v], weights, bias, turn, variance, third, fourth, work, weight, spreads, squares, means, cubic, quartic)
         if not size > 0:
             for k in range(3 if len(moments) > 0 else 0):
                 moments[v, k] = size
@@ -330,6 +368,11 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             continue
         mean, second, skew = tilted(0.0, weight, spreads, squares)
         deviation = np.sqrt(second)
+        wide, skewed = second, skew
+        if bent > 0 and n == 1:
+            more, most = _bent_cumulants(spreads[0], squares[0], means[0], cubic[0], quartic[0])
+            if second + more > 0.5 * second and skew + most > 0.2 * skew:
+                wide, skewed = second + more, skew + most
         narrow = 0.0
         if n > 1:
             for j in range(n):
@@ -340,7 +383,7 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
             asked = k >= len(levels)
             n = k - len(levels) if asked else k
             level = 0.0 if asked else levels[n]
-            q = limits[v, n] * limits[v, n] / (size * size) if asked else _guess(z[n], mean, second, skew)
+            q = limits[v, n] * limits[v, n] / (size * size) if asked else _guess(z[n], mean, wide, skewed)
             above = q > mean if asked else level > _RIGHT
             if asked:
                 shares[v, n] = densities[v, n] = shares_left[v, n] = 0.0
@@ -360,14 +403,14 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                     laid, right, by = q, above, 0.0
                     if count < 0:
                         break
-                share, density, slope, bend, more = read(count, by, table)
+                share, density, slope, bend, more, left = read(count, by, table)
                 share = 1.0 - share if above else -share
                 if count == 0:
                     share = 1.0 if q > mean else 0.0
                 if asked:
                     shares[v, n] = share  # of nearly normal vectors it may leave 0 … 1: Edgeworth's terms do
                     densities[v, n] = density * 2.0 * np.sqrt(q) / size
-                    shares_left[v, n] = left_out(count, by, table) * (1.0 + STEEPER * max(by, 0.0) / here) if bent > 0 else 0.0
+                    shares_left[v, n] = left * (1.0 + STEEPER * max(by, 0.0) / here) if bent > 0 else 0.0
                     break
                 if share < level:
                     low = q
@@ -381,9 +424,10 @@ def lengths(bias, covariance, third, fourth, weights, starts, levels, z, limits,
                             quantiles[v, n] = size * np.sqrt(q + step)
                             if bent > 0:
                                 # Between parts the density may be a bump of Edgeworth's: the least nearby tells how far a share moves a length.
-                                for side in (-narrow, narrow):
-                                    density = min(density, read(count, by + side, table)[1])
-                                left = left_out(count, by, table) * (1.0 + STEEPER * max(by, 0.0) / here)
+                                if narrow > 0.0:
+                                    for side in (-narrow, narrow):
+                                        density = min(density, read(count, by + side, table)[1])
+                                left *= 1.0 + STEEPER * max(by, 0.0) / here
                                 quantiles_left[v, n] = size * left / (2.0 * np.sqrt(q) * density) if density > 0 else np.nan
                             else:
                                 quantiles_left[v, n] = 0.0
