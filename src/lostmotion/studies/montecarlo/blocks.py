@@ -11,6 +11,7 @@ import numpy as np
 from lostmotion.errors import refuse_argument
 from lostmotion.studies.draws import Stream, robot_draws, visit_key, visit_table
 from lostmotion.studies.intervals import robots_quantile, student
+from lostmotion.studies.memory import keep_freed
 from lostmotion.studies.montecarlo import kernel, once_kernel
 
 if TYPE_CHECKING:
@@ -26,10 +27,6 @@ DEVICES: Final = get_args(Device)
 
 MOST_ROBOTS: Final = 1_000_000
 MOST_VISITS: Final = 10_000
-# The C library goes by the largest array given back so far: it keeps freed memory up to twice its size for the next block, and hands back the rest
-# only to ask for it again, page by page, which takes as long as a fifth of the samples. One array of this size, never touched, tells it to keep a
-# block's. Elsewhere than with glibc it does nothing.
-_KEPT_BYTES: Final = 16 * 2**20
 # Robots are split into groups for the intervals of pooled quantiles.
 _MOST_GROUPS: Final = 32
 
@@ -62,7 +59,7 @@ class Plan:
         if approach not in (-1, 0, 1):
             raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
         check_device(device)
-        np.empty(_KEPT_BYTES, np.uint8)
+        keep_freed()
         groups = min(_MOST_GROUPS, robots)
         return cls(arm, poses, robots, visits, seed, approach, groups, device)
 
