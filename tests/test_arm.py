@@ -231,6 +231,19 @@ def test_gravity_may_be_the_moons():
     assert not joint_torques(planar(payload=Payload(mass=3.0), gravity=0.0), q).any()
 
 
+def test_a_weightless_arm_carries_what_acts_on_its_tool_alone():
+    """Without masses, force and moment on the tool still load every joint; without those too, nothing does."""
+    joints = [RevoluteJoint(name="A", limits=(-4, 4), axis="z", link={"tip": {"xyz": (ONE, 0, 0)}})]
+    q = np.array([[0.7]])
+    pushed, twisted, free = (
+        Arm(name="rod", joints=joints, payload=load) for load in (Payload(force=(0, 8, 0)), Payload(moment=(0, 0, 3)), Payload())
+    )
+    assert joint_torques(pushed, q)[0, 0] == pytest.approx(-8 * ONE)
+    assert joint_torques(twisted, q)[0, 0] == pytest.approx(-3)
+    assert wrenches(free, q).shape == wrenches(pushed, q).shape
+    assert not wrenches(free, q).any()
+
+
 @given(QS)
 @settings(deadline=None, max_examples=30)
 def test_steps_multiply_back_to_frames(q: tuple[float, ...]):

@@ -229,6 +229,9 @@ class _Carried:
 
 
 def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats:
+    masses = [payload.mass, arm.tool.mass, *(mass for joint in arm.joints for mass in (joint.mass, joint.link.total_mass))]
+    if not (any(masses) or any(payload.force) or any(payload.moment)):  # an arm of lumped errors
+        return np.zeros((len(at), 6, at.shape[1])).transpose(0, 2, 1)
     carried = _Carried(at.shape[1], gravity)
     forces, moments = np.empty((2, len(at), 3, at.shape[1])).transpose(0, 1, 3, 2)
 
@@ -256,8 +259,6 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
 def _seen_from(at: Floats, forces: Floats, moments: Floats) -> Floats:
     """Give wrenches (place, pose, 6) about each place's origin, in its axes, for forces and moments about the base's origin in its axes."""
     out = np.zeros((len(at), 6, at.shape[1])).transpose(0, 2, 1)
-    if not forces.any() and not moments.any():  # an arm of lumped errors weighs nothing
-        return out
     for vector, here in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
         for j in range(3):
             here[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
