@@ -11,18 +11,21 @@ from collections import Counter
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 from math import factorial, prod
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from lostmotion.laws.chance import product_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Mapping, Sequence
 
     from lostmotion.laws.chance import Law
     from lostmotion.spatial import Floats
     from lostmotion.studies.screws import TermInfo
+
+    # Of every term: from which streams it draws, and by which laws.
+    Drawn = Mapping[int, Sequence[tuple[Hashable, Law]]] | Sequence[Sequence[tuple[Hashable, Law]]]
 
 # What quadrature leaves of zero.
 _NOTHING: Final = 1e-8
@@ -55,7 +58,18 @@ def cumulants(infos: Sequence[TermInfo], columns: np.ndarray) -> Cumulants:
 
     Every law here is symmetric, so single terms have no third cumulant; an amount that enters by itself has one with the play that it scales.
     """
-    return _collected([_of_group(group, functools.partial(_mean, infos)) for group in groups_of(infos, columns)])
+    found = []
+    for group in groups_of(infos, columns):
+        numbers: dict[tuple[str, str], int] = {}
+        draws = tuple(tuple((numbers.setdefault(stream, len(numbers)), law) for stream, law in _streams_of(infos[k])) for k in group)
+        found.append({tuple(group[n] for n in terms): value for terms, value in _of_draws(draws).items()})
+    return _collected(found)
+
+
+@functools.lru_cache(maxsize=4096)
+def _of_draws(draws: tuple[tuple[tuple[Hashable, Law], ...], ...]) -> dict[tuple[int, ...], float]:
+    """Give what `_of_group` does for terms that draw from these streams, by number: much the same for every joint, and for every block of poses."""
+    return _of_group(range(len(draws)), functools.partial(_mean, draws))
 
 
 def cumulants_within(
@@ -65,7 +79,8 @@ def cumulants_within(
 
     No bound may lie inside a law's smooth piece that ends there by a jump: cut a two-sided draw at 1/2.
     """
-    found = _of_group(group, functools.partial(_mean, infos, cell=cell))
+    draws = {k: _streams_of(infos[k]) for k in group}
+    found = _of_group(group, functools.partial(_mean, draws, cell=cell))
     return np.array([found[(k,)] for k in group]), _collected([found])
 
 
@@ -120,12 +135,16 @@ def draws_of(info: TermInfo) -> list[tuple[str, str, Law]]:
     return [(level, stream.name, stream.law) for level, stream in both if stream is not None]
 
 
-def _mean(infos: Sequence[TermInfo], terms: tuple[int, ...], cell: Mapping[tuple[str, str], tuple[float, float]] | None = None) -> float:
+def _streams_of(info: TermInfo) -> tuple[tuple[tuple[str, str], Law], ...]:
+    return tuple(((level, name), law) for level, name, law in draws_of(info))
+
+
+def _mean(draws: Drawn, terms: tuple[int, ...], cell: Mapping[Any, tuple[float, float]] | None = None) -> float:
     """Give the mean of the product of these terms' draws: stream by stream, since streams are independent. Means of nothing but rounding are zero."""
-    laws: dict[tuple[str, str], list[Law]] = {}
+    laws: dict[Hashable, list[Law]] = {}
     for k in terms:
-        for level, name, law in draws_of(infos[k]):
-            laws.setdefault((level, name), []).append(law)
+        for stream, law in draws[k]:
+            laws.setdefault(stream, []).append(law)
     out = 1.0
     for stream, members in laws.items():
         several = tuple(sorted(members, key=repr))
