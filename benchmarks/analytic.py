@@ -1,8 +1,8 @@
-"""How long does a study without sampling take? Terms -> covariance -> figures at every pose, and over all of them.
+"""How long does a study without sampling take? Arm -> terms -> covariance -> figures at every pose, and over all of them.
 
     python benchmarks/analytic.py [--poses 10000]
 
-Best of five, warm (Numba's cache filled), by the clock and by the processor. The alternative takes the same mean vectors and covariances: NumPy turns
+Best of some, warm (Numba's cache filled), by the clock and by the processor. The alternative takes the same mean vectors and covariances: NumPy turns
 them to their axes, SciPy's noncentral chi-square with the same three cumulants (Liu, Tang and Zhang 2009 with a shift) gives the quantiles, and
 Gauss and Hermite's rule on three axes the mean: careful, vectorised, and good to some 1e-3 of the length.
 """
@@ -53,6 +53,10 @@ def by_scipy(bias, covariance):
     return np.einsum("nijk,i,j,k->n", whole, weights, weights, weights), np.column_stack(quantiles)
 
 
+def shares(parts) -> str:
+    return ", ".join(f"{100 * np.nanmedian(one):.2g}/{100 * np.nanmax(one):.2g}" for one in parts.T)
+
+
 def measure(name, arm, count) -> None:
     chosen = lostmotion.sample_poses(arm, count)
     poses = Poses(chosen.q[:count], "given")
@@ -74,8 +78,15 @@ def measure(name, arm, count) -> None:
     own_figures = normal_length(bias, covariance, LEVELS)
     apart = np.max(np.abs(np.column_stack([mean, quantiles]) / np.column_stack([own_figures.mean, own_figures.quantiles]) - 1), axis=0)
     print(f"  times lostmotion, by the processor: {other / own:.0f}; its largest errors: " + ", ".join(f"{x:.1e}" for x in apart))
-    show("arm -> figures at every pose, 1 thread", lambda: analytic(arm, poses), 2)
-    show("the same, 2 threads", lambda: analytic(arm, poses, threads=2), 2)
+    show("arm -> quick figures and bounds at every pose, 1 thread", lambda: analytic(arm, poses, quick=True), 10)
+    show("the same, 2 threads", lambda: analytic(arm, poses, quick=True, threads=2), 10)
+    quick = analytic(arm, poses, quick=True)
+    figures, bounds = np.column_stack([quick.mean, quick.quantiles]), np.column_stack([quick.mean_bound, quick.quantiles_bound])
+    wrong = np.abs(figures / np.column_stack([found.mean, found.quantiles]) - 1)
+    told_in = f"told at {100 * quick.normal.mean():.1f} % of the poses; there, mean and the levels, in %"
+    print(f"  {told_in}: their bounds {shares(bounds / figures)}, from the sure figures {shares(wrong)} (median/largest)")
+    show("arm -> sure figures and bounds at every pose, 1 thread", lambda: analytic(arm, poses), 1)
+    show("the same, 2 threads", lambda: analytic(arm, poses, threads=2), 1)
     show("over all poses: mean, four quantiles, 1 thread", lambda: pooled(found, 1), 2)
     show("the same, 2 threads", lambda: pooled(found, 1, 2), 2)
     told = np.isfinite(np.column_stack([found.mean, found.quantiles])).mean(axis=0)

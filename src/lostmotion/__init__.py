@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.ask.targets import Target, production_yield, target
     from lostmotion.ask.zones import AccuracyMap, zones
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
+    from lostmotion.studies.analytic.analytic import analytic
     from lostmotion.studies.budget import costs
     from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
     from lostmotion.studies.iso9283.warm_up import WarmUp
@@ -70,6 +71,7 @@ _HOME = {
     "Poses": "studies.poses",
     "sample_poses": "studies.poses",
     "workspace": "studies.workspace",
+    "analytic": "studies.analytic.analytic",
     "screws": "studies.screws",
     "worst_case": "studies.screws",
     "root_sum_square": "studies.screws",
@@ -116,6 +118,7 @@ __all__ = [  # noqa: RUF022 - reading order
     "Poses",
     "sample_poses",
     "workspace",
+    "analytic",
     "screws",
     "worst_case",
     "root_sum_square",

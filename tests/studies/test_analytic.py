@@ -114,6 +114,51 @@ def test_threads_change_no_bit(arm, monkeypatch):
             assert np.array_equal(getattr(one, field.name), getattr(three, field.name), equal_nan=field.name != "normal"), field.name
 
 
+def test_quick_figures_lie_within_their_bounds_of_the_sure_ones(arm):
+    """Edgeworth's terms alone, at once: no pose is cut, asked of the lattice or of points; what is told holds its bound, the rest is not told."""
+    poses = sample_poses(arm, 128)
+    quick, sure = analytic(arm, poses, quick=True), analytic(arm, poses)
+    assert not quick.laws
+    assert len(quick.parts[1].weights) == len(poses)
+    assert sure.laws or len(sure.parts[1].weights) > len(poses)
+    figures, bounds = (np.column_stack([getattr(quick, f"mean{what}"), getattr(quick, f"quantiles{what}")]) for what in ("", "_bound"))
+    others, left = (np.column_stack([getattr(sure, f"mean{what}"), getattr(sure, f"quantiles{what}")]) for what in ("", "_bound"))
+    both = np.isfinite(figures) & np.isfinite(others)
+    assert (np.abs(figures - others) <= bounds + left)[both].all()
+    assert (bounds <= route.FAR_FROM_NORMAL * figures)[np.isfinite(figures)].all()
+    assert both.mean() > 0.9
+    assert ((bounds > route.MOST_LEFT_OUT * figures) & both).any()
+    for name in ("covariance", "third", "fourth", "bias", "worst", "rss", "excess"):
+        assert np.array_equal(getattr(quick, name), getattr(sure, name)), name
+
+
+def test_quick_figures_know_no_blocks_and_no_threads(arm, monkeypatch):
+    """Any number of threads, any block, an array in place of poses: the same bits."""
+    poses = sample_poses(arm, 64)
+    one = analytic(arm, poses.q, quick=True)
+    three = analytic(arm, poses, quick=True, threads=3)
+    monkeypatch.setattr(route, "QUICK_BLOCK", 10)
+    told = []
+    other = analytic(arm, poses, quick=True, progress=lambda *heard: told.append(heard))
+    for field in dataclasses.fields(one):
+        if field.name not in {"parts", "laws"}:
+            for more in (three, other):
+                assert np.array_equal(getattr(one, field.name), getattr(more, field.name), equal_nan=field.name != "normal"), field.name
+    assert told[-1] == ("summing up terms", 64, 64)
+
+
+def test_quick_figures_of_a_play_alone_are_not_told():
+    """An error that is far from normal has no quick figure, but the bounds that need none."""
+    lumped = {"angle": "1 arcmin", "law": "two-sided"}
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "lumped": lumped, "link": {"tip": {"xyz": (0.3, 0.0, 0.0)}}}
+    found = analytic(lostmotion.Arm.model_validate({"name": "one play", "joints": [joint]}), np.zeros((1, 1)), quick=True)
+    assert np.isnan(found.mean).all()
+    assert np.isnan(found.quantiles).all()
+    assert not found.normal.any()
+    assert found.worst == pytest.approx(0.3 * np.pi / 10800)
+    assert found.mean_square == pytest.approx((0.3 * np.pi / 10800) ** 2)
+
+
 def test_mean_square_bounds_and_order(arm):
     """The mean square is the tally's; figures rise with their level and lie below the worst case, whose bound is root-sum-square's too."""
     poses = sample_poses(arm, 64)
