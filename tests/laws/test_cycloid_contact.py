@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, root
 
@@ -146,6 +146,8 @@ def test_springs_in_series_add_their_give():
     st.sampled_from([math.inf, 1e10, 1e8, 1e6]),
     st.sampled_from([math.inf, 0.05]),
 )
+@example(SMALL, ALL_FLANKS[4], -1.0, 3.440708116756634e-309, -5.0, 120155, math.inf, math.inf)  # an approach whose power is none
+@example(RV_LIKE, SPRINGS, -0.15603473164999626, 0.0, -5.0, 2361097373, 1e8, math.inf)  # at first only a lobe on the line of centres touches
 @settings(deadline=None, max_examples=300)
 def test_every_load_finds_its_balance(stage, flanks, torque, crank, spread, seed, bearing, circle):  # noqa: PLR0913, PLR0917 - one drawn drive
     """Whatever gaps, interference, torque and bearing: contacts only push, and their moments make up the torque to 1e-9 of it.

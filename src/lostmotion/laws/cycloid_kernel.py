@@ -24,6 +24,7 @@ _STALLED: Final = 1e-10  # no better than the step before: rounding, and good en
 _ROUNDING: Final = 2e-16  # of all forces together: no step can do better, even if it is much of a small torque
 _TOUCH: Final = 1e-9  # of T/r: a smaller force is what rounding leaves of none
 _SHORT: Final = 0.05  # arms below this share of the longest say nothing about where driving begins
+_ACROSS: Final = 1e-20  # of the stiffness along the line of centres: what rounding leaves of the arm of a contact on that line
 _STEPS: Final = 200
 _HALVINGS: Final = 30
 _LOWEST: Final = LEAST_LOGARITHM
@@ -57,6 +58,8 @@ def _push(law, delta, soft, scale):
     force = (delta / soft) ** (1.0 / _POWER)
     if scale > 0.0:
         force = 0.5 * min(force, delta / scale)
+        if force == 0.0:  # an approach so small that its power is none
+            return 0.0, 0.0
         for _ in range(12):
             bent = soft * force**_POWER
             step = (delta - bent - scale * force) / (_POWER * bent / force + scale)
@@ -137,7 +140,7 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
                 dx, dv = (kvv * rx - kxv * rv) / determinant, (kxx * rv - kxv * rx) / determinant
             else:
                 dx, dv = rx / kxx, 0.0
-        if kvv == 0.0:  # nothing touches: on to the first contact and a little into it
+        if kvv <= _ACROSS * kxx:  # nothing that drives touches: on to the first contact and a little into it
             dx, dv = 0.0, max(_start(law, pull, x, side, across, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
         slope = rx * dx + rv * dv
         share = tried = 1.0
