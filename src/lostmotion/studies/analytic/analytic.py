@@ -168,7 +168,7 @@ def analytic(
     found: list[Analytic] = []
     room = MOST_PARTS
     with ThreadPoolExecutor(threads) as pool:
-        for one in pool.map(block, starts):
+        for one in map(block, starts) if threads == 1 else pool.map(block, starts):
             count = len(one.parts[1].weights)
             if count - len(one.mean) > room:  # no memory for them: over all poses, these count as one nearly normal part each
                 whole = Sums(one.bias, one.covariance, one.third, one.fourth)
