@@ -107,6 +107,27 @@ def test_words_that_no_option_takes_are_said_as_any_mistake_is(tmp_path, words, 
 
 
 @pytest.mark.parametrize(
+    ("words", "keys"),
+    [
+        (("run", ARM, "--at", "A=3", "--zone", "q 1..2 m", "--zone", "x 1..2", "--until", "5x"), ["--at", "--zone", "--zone", "--until"]),
+        (("run", "none.toml", "--at", "A=3", "--zone", "q 1..2 m"), ["none.toml", "--zone"]),
+        (("target", "none.toml", "--error", "1 mm", "--zone", "x 1..2"), ["none.toml", "--zone"]),
+        (("map", "none.toml", "--cell", "3", "--target", "3 kg"), ["--cell", "--target", "none.toml"]),
+        (("statics", "none.toml", "--tilt", "3"), ["--tilt", "none.toml"]),
+        (("bearing", "none.toml", "--moment", "3", "--force-axial", "2"), ["--force-axial", "--moment", "none.toml"]),
+        (("iso9283", "none.toml", "--load", "3", "--path", "P1", "--warm-up", "3"), ["--warm-up", "--load", "--path", "none.toml"]),
+        (("catalog", "--ratio", "x", "--min-torque", "3", "--file", "none.toml"), ["--ratio", "--min-torque", "none.toml"]),
+    ],
+)
+def test_options_and_file_are_refused_together(tmp_path, words, keys):
+    """Nobody mends one option to hear of the next: what file and options say wrongly comes in one message."""
+    done = subprocess.run([sys.executable, "-m", "lostmotion", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    said = done.stderr.splitlines()
+    assert (done.returncode, said[0]) == (2, f"lostmotion: {len(keys)} mistakes")
+    assert [line for line in said[1:] if not line.startswith("  ")] == keys
+
+
+@pytest.mark.parametrize(
     ("words", "lines"),
     [
         (("run", ARM, "--at", "99999"), ["--at", "  found     99999", "  expected  a number from 0 to 2047", "  example   --at 0"]),

@@ -103,7 +103,7 @@ def test_a_tolerance_follows_the_value_or_its_own_unit(text: str, si: str, nomin
 )
 def test_another_dimension_is_refused(text: str, si: str):
     """A torque is no stiffness, an angle no plain number, a mass no force: the reader says which dimension was wanted."""
-    with pytest.raises(UnitError, match="is not a unit of"):
+    with pytest.raises(UnitError, match="unit of"):
         read_quantity(text, si)
 
 

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, Self, TypeVar, cast
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +55,35 @@ class InputError(LostmotionError, ValueError):
         count = len(self.problems)
         head = "1 mistake" if count == 1 else f"{count} mistakes"
         super().__init__(head + "\n" + "\n".join(str(problem) for problem in self.problems))
+
+
+class Mistakes:
+    """Mistakes met one after the other, said all at once where `with Mistakes() as mistakes:` ends, by an InputError."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._problems: list[Problem] = []
+
+    def of(self, read: Callable[P, T], *given: P.args, **named: P.kwargs) -> T:
+        """Give what `read` makes of these; where it refuses them, keep its mistakes and give None, which nobody sees behind the end."""
+        try:
+            return read(*given, **named)
+        except InputError as error:
+            self._problems += error.problems
+            return cast("T", None)
+
+    def __bool__(self) -> bool:
+        """Tell whether there are any so far."""
+        return bool(self._problems)
+
+    def __enter__(self) -> Self:
+        """Begin to read."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Say all of them, unless something else went wrong."""
+        if kind is None and self._problems:
+            raise InputError(self._problems)
 
 
 class OutputExistsError(LostmotionError):

@@ -103,7 +103,8 @@ def _factor(unit: str, si: str) -> float:
     try:
         return float(registry.Quantity(1.0, registry.parse_units(plain)).to(registry.parse_units(si)).magnitude)
     except pint.DimensionalityError:
-        raise UnitError(f"'{unit or 'no unit'}' is not a unit of {_SPOKEN.get(si, si)}") from None
+        said = f"'{unit}' is not a unit of" if unit else "without a unit of"
+        raise UnitError(f"{said} {_SPOKEN.get(si, si)}") from None
     except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError):
         raise UnitError(f"'{unit}' is not a known unit") from None
 

@@ -94,5 +94,5 @@ def test_the_command_prints_it(run):
     assert all(each["same_bits"] for each in said)
     with pytest.raises(lostmotion.InputError, match="from 0 to 3"):
         lostmotion.replay(folder, design=4)
-    with pytest.raises(lostmotion.LostmotionError, match="holds no run"):
+    with pytest.raises(lostmotion.LostmotionError, match=r"no run: no run\.json in it"):
         lostmotion.replay(folder.parent)

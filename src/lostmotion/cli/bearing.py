@@ -26,6 +26,7 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Look at one bearing: its clearance from delivery to work, the load of each element, how far the shaft gives, how stiff it is."""
+    from lostmotion.errors import Mistakes
     from lostmotion.figures.bearing import bearing_sheet
     from lostmotion.formats.part_file import read_bearing
     from lostmotion.parts.bearing.drawn import DrawnBearing
@@ -35,14 +36,15 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.screen import print_sheet
 
     folder = out or Path(f"{file.stem}-bearing")
-    stated = (
-        amount("--force-radial", force_radial, "N", "2 kN", low=-_MOST, high=_MOST),
-        amount("--force-axial", force_axial, "N", "500 N", low=-_MOST, high=_MOST),
-        amount("--moment", moment, "N m", "30 N m", low=-_MOST, high=_MOST),
-    )
+    with Mistakes() as mistakes:
+        stated = (
+            mistakes.of(amount, "--force-radial", force_radial, "N", "2 kN", low=-_MOST, high=_MOST),
+            mistakes.of(amount, "--force-axial", force_axial, "N", "500 N", low=-_MOST, high=_MOST),
+            mistakes.of(amount, "--moment", moment, "N m", "30 N m", low=-_MOST, high=_MOST),
+        )
+        found = mistakes.of(read_bearing, file, joint)
     assumed = all(each is None for each in stated)
     load = BearingLoad(1000.0) if assumed else BearingLoad(*(each or 0.0 for each in stated))
-    found = read_bearing(file, joint)
     refuse_existing(folder, force=force)
     notes = (*found.notes, "no load was stated: 1 kN across is assumed") if assumed else found.notes
     examined = examine(found.part, load, built, seed) if isinstance(found.part, DrawnBearing) else None

@@ -34,17 +34,20 @@ def catalog(  # noqa: PLR0913, PLR0917 - options of a command line
 ) -> None:
     """Search the catalogue of reducers, bearings and materials; every figure with its source and how sure it is."""
     from lostmotion.catalogue.search import Wanted
+    from lostmotion.errors import Mistakes
     from lostmotion.figures.catalogue import catalogue_sheet
     from lostmotion.formats.own_reducers import read_reducers
 
-    wanted = Wanted(
-        maker,
-        amount("--ratio", ratio, "", "100"),
-        amount("--min-torque", min_torque, "N m", "300 N m"),
-        amount("--max-lost-motion", max_lost_motion, "rad", "1 arcmin"),
-        amount("--min-stiffness", min_stiffness, "N m/rad", "50 N m/arcmin"),
-    )
-    sheet = catalogue_sheet(wanted, kind.value if kind else None, name, read_reducers(file) if file else ())
+    with Mistakes() as mistakes:
+        wanted = Wanted(
+            maker,
+            mistakes.of(amount, "--ratio", ratio, "", "100"),
+            mistakes.of(amount, "--min-torque", min_torque, "N m", "300 N m"),
+            mistakes.of(amount, "--max-lost-motion", max_lost_motion, "rad", "1 arcmin"),
+            mistakes.of(amount, "--min-stiffness", min_stiffness, "N m/rad", "50 N m/arcmin"),
+        )
+        own = mistakes.of(read_reducers, file) if file else ()
+    sheet = catalogue_sheet(wanted, kind.value if kind else None, name, own)
     if as_json:
         import json
 

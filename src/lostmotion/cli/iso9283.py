@@ -51,7 +51,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.ask.iso9283 import AMOUNTS
     from lostmotion.ask.iso9283 import iso9283 as ask
     from lostmotion.ask.read import read
-    from lostmotion.errors import InputError, Problem
+    from lostmotion.errors import InputError, Mistakes, Problem
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
     from lostmotion.studies.iso9283.predicted import HEAVIEST
@@ -62,13 +62,15 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     if file is None and not measured:
         expected = "an arm, a CSV of measured visits, or both"
         raise InputError([Problem("", "FILE, --measured", "neither", expected, 'lostmotion iso9283 arm.toml --measured "visits.csv"')])
-    rise = amount("--warm-up", warm_up, "K", "25 K")
-    constant = amount("--warm-up-time", warm_up_time, "s", "1 h") or 0.0
     lowest = None if floor.strip().lower() == "none" else floor
     words = {"cube": cube, "centre": centre, "tool_rpy": tool_rpy, "floor": lowest, "instrument": instrument}
-    read_words = amounts(words, AMOUNTS, lambda name: f"--{name.replace('_', '-')}")
-    shares = [amount("--load", each, "", "10 %", low=0.0, high=HEAVIEST) or 0.0 for each in load or ()]
-    arm = None if file is None else read(file, sidecar)
+    with Mistakes() as mistakes:
+        rise = mistakes.of(amount, "--warm-up", warm_up, "K", "25 K")
+        constant = mistakes.of(amount, "--warm-up-time", warm_up_time, "s", "1 h") or 0.0
+        read_words = mistakes.of(amounts, words, AMOUNTS, lambda name: f"--{name.replace('_', '-')}")
+        shares = [mistakes.of(amount, "--load", each, "", "10 %", low=0.0, high=HEAVIEST) or 0.0 for each in load or ()]
+        ends = None if path is None else mistakes.of(_ends, path)
+        arm = None if file is None else mistakes.of(read, file, sidecar)
     with ProgressBar() as bar:
         answer = ask(
             arm,
@@ -80,7 +82,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
             centre=read_words.get("centre"),
             tool_rpy=read_words.get("tool_rpy"),
             floor=read_words.get("floor"),
-            path=None if path is None else _ends(path),
+            path=ends,
             warm_up=None if rise is None else WarmUp(rise, constant, expansion),
             load=shares,
             mapping=mapping or (),

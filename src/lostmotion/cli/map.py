@@ -46,14 +46,16 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.ask.amounts import amounts
     from lostmotion.ask.read import read
     from lostmotion.ask.zones import AMOUNTS, zones
+    from lostmotion.errors import Mistakes
     from lostmotion.figures.zones_places import boxes_said
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-map")
     words = {"cell": cell, "target": target, "box": box, "clear": clear, "floor": floor, "at": at}
-    asked = amounts(words, AMOUNTS, lambda name: f"--{name}")
-    arm = read(file, sidecar)
+    with Mistakes() as mistakes:
+        asked = mistakes.of(amounts, words, AMOUNTS, lambda name: f"--{name}")
+        arm = mistakes.of(read, file, sidecar)
     refuse_existing(folder, force=force)
     with ProgressBar() as bar:
         answer = zones(

@@ -79,17 +79,22 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
     from lostmotion.ask.read import read
     from lostmotion.ask.study import study
+    from lostmotion.errors import Mistakes
     from lostmotion.formats.places import read_pose, read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
+    from lostmotion.studies.montecarlo.stopping import Tolerance
     from lostmotion.studies.places import one_pose
     from lostmotion.studies.poses import Poses, sample_poses
 
     folder = out or Path(f"{file.stem}-accuracy")
-    arm = read(file, sidecar)
+    with Mistakes() as mistakes:
+        arm = mistakes.of(read, file, sidecar)
+        at_poses = [mistakes.of(read_pose, text, arm) for text in at or () if arm]
+        zones = [mistakes.of(read_zone, text) for text in zone or ()]
+        if until is not None:
+            mistakes.of(Tolerance.of, until)
     refuse_existing(folder, force=force)  # before the work, not after it
-    at_poses = [read_pose(text, arm) for text in at or ()]
-    zones = [read_zone(text) for text in zone or ()]
     chosen: int | Poses = poses
     if poses_file is not None:
         from lostmotion.formats.poses import read_poses

@@ -25,6 +25,7 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
 ) -> None:
     """Say what every joint carries and which reducers do, and how much the arm gives: where, in which direction, by which part."""
     from lostmotion.ask.read import read
+    from lostmotion.errors import Mistakes
     from lostmotion.figures.statics import statics_sheet
     from lostmotion.formats.own_reducers import read_reducers
     from lostmotion.report.folder import refuse_existing
@@ -32,8 +33,9 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.studies.statics.survey import survey
 
     folder = out or Path(f"{file.stem}-statics")
-    leaning = amount("--tilt", tilt, "rad", "10 deg", low=0, high=math.pi)
-    arm = read(file, sidecar)
+    with Mistakes() as mistakes:
+        leaning = mistakes.of(amount, "--tilt", tilt, "rad", "10 deg", low=0, high=math.pi)
+        arm = mistakes.of(read, file, sidecar)
     if not as_json:
         refuse_existing(folder, force=force)
     found = survey(arm, sample_poses(arm, poses, seed=seed), leaning)

@@ -43,12 +43,15 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     """Say how large play, clearance, tolerances and all else may be for a target, part by part and all together, and how many robots keep it."""
     from lostmotion.ask.read import read
     from lostmotion.ask.targets import target as ask
+    from lostmotion.errors import Mistakes
     from lostmotion.formats.places import read_zone
     from lostmotion.report.folder import refuse_existing
     from lostmotion.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-target")
-    arm = read(file, sidecar)
+    with Mistakes() as mistakes:
+        arm = mistakes.of(read, file, sidecar)
+        within = None if zone is None else mistakes.of(read_zone, zone)
     refuse_existing(folder, force=force)
     chosen: int | Poses = poses
     if poses_file is not None:
@@ -63,7 +66,7 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
             repeatability=repeatability,
             share=share,
             poses=chosen,
-            zone=None if zone is None else read_zone(zone),
+            zone=within,
             robots=robots,
             visits=visits,
             seed=seed,

@@ -17,6 +17,8 @@ MEGABYTES: Final = 1
 _LONGEST_LINE: Final = 1000
 _DEEPEST: Final = 16
 
+# A number and its unit without quotes, as a value or in a list.
+_BARE: Final = re.compile(r"(?<=[=\[,{])\s*(?P<value>[+\-±]?\s*\d[^,\[\]{}#\"'=]*?[^\d\s,\[\]{}#\"'=.][^,\[\]{}#\"'=]*?)\s*(?=[,\]}#]|$)")
 _PLACE: Final = re.compile(r" \((at line (?P<line>\d+), column (?P<column>\d+)|at end of document)\)$")
 
 
@@ -35,11 +37,22 @@ def read_toml(path: Path) -> dict[str, Any]:
         key = ""
         if where is not None:
             key = f"line {where['line']}, column {where['column']}" if where["line"] else "end of file"
+            bare = _bare_at(text, where)
+            if bare:
+                refuse(file, key, f"{shown(bare)[1:-1]} without quotes", "a value with its unit in quotes", f'"{shown(bare)[1:-1]}"')
         expected = "valid TOML" + ("; a URDF is told by the ending .urdf" if text.lstrip().startswith("<") else "")
         refuse(file, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), expected, 'key = "value"')
     if not _is_shallow(tree):
         _refuse_depth(file)
     return tree
+
+
+def _bare_at(text: str, where: re.Match[str]) -> str:
+    """Give the value with its unit that stands without quotes where reading broke off, if that is what is wrong there."""
+    if not where["line"]:
+        return ""
+    line, column = text.split("\n")[int(where["line"]) - 1], int(where["column"]) - 1
+    return next((match["value"] for match in _BARE.finditer(line) if match.start("value") <= column <= match.end("value")), "")
 
 
 def _is_shallow(tree: dict[str, Any]) -> bool:

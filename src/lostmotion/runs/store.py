@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 
-from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.errors import InputError, LostmotionError, OutputExistsError, Problem
 from lostmotion.runs.blocks import ZSTD_LEVEL, Record, pieces, unpack
 from lostmotion.runs.ledger import PARTIAL, digest, entry, place, read_entry, read_regular
 from lostmotion.runs.order import Order, order_of
@@ -80,11 +80,12 @@ class Store:
 
     @classmethod
     def open(cls, folder: Path) -> Self:
-        """Give the store in this folder, to be read. Raises LostmotionError for a folder that no run of this package made."""
+        """Give the store in this folder, to be read. Raises InputError for a folder that no run of this package made."""
         folder = folder.absolute()
         text = read_regular(folder / ORDER, _LARGEST_ORDER)
         if text is None:
-            raise LostmotionError(f"'{folder}' holds no run: no {ORDER} in it\n  name the folder that `lostmotion sweep` wrote")
+            found = f"no run: no {ORDER} in it" if folder.is_dir() else "no such folder" if not folder.exists() else "no folder"
+            raise InputError([Problem(str(folder), "", found, "a folder that `lostmotion sweep` wrote", "lostmotion replay z-arm-sweep")])
         order = order_of(text)
         store = cls(folder, order)
         store._refuse_links()
