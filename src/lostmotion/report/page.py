@@ -25,7 +25,8 @@ div.lostmotion table{max-width:760px;margin:0 0 16px}
 .lostmotion th,.lostmotion td{padding:4px 10px 4px 0;vertical-align:top;text-align:left;border:0;background:none}
 .lostmotion th:last-child,.lostmotion td:last-child{padding-right:0}
 .lostmotion thead tr>*{font-weight:600;color:#444;border-bottom:1px solid #888;vertical-align:bottom}
-.lostmotion tbody th{font-weight:400;overflow-wrap:anywhere;min-width:10em}
+.lostmotion tbody th{font-weight:400;overflow-wrap:anywhere;min-width:7.5em}
+.lostmotion tbody th:has(small){min-width:10em}
 .lostmotion tbody tr+tr>*{border-top:1px solid #e6e6e6}
 .lostmotion td.value{text-align:right;white-space:nowrap;font-weight:600}
 .lostmotion thead th.value{text-align:right}
