@@ -119,7 +119,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     visits    how often each returns to each pose (ISO 9283 asks for 30)
     seed      same seed, same bits, whatever the threads
     approach  how every joint's last motion before it stops goes: "up", "down", or "random", either way from visit to visit
-    method    "montecarlo": samples; "analytic": sums over terms and quadrature, milliseconds, no robots or visits drawn, gives an `AnalyticStudy`;
+    method    "montecarlo": samples; "analytic": sums over terms and quadrature, no robots or visits drawn; gives an `AnalyticStudy`;
               "both": all of the first, the figures of the second, and how far the two differ
     zone      the same figures, and who is to blame, in a zone as well, or in each of several: "x 0.2..0.5 m, z 0..300 mm" in the base's axes, ends
               in m, {"x": (0.2, 0.5)}, or which of the poses are in it (pose,). By the same robots, at as many poses of the same law in the zone

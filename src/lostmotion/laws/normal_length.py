@@ -16,6 +16,7 @@ import numpy as np
 
 from lostmotion.laws import normal_length_kernel as kernel
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS
+from lostmotion.laws.normal_length_means_kernel import MEAN, MEAN_ERROR, THIRD
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,7 +92,7 @@ def normal_length(
     square = np.einsum("nii->n", parts.covariance) + np.einsum("ni,ni->n", parts.bias, parts.bias)
     if mixture is not None:
         square = np.add.reduceat(square * parts.weights, parts.starts[:-1])
-    return Length(moments[:, kernel.MEAN], square, moments[:, kernel.THIRD], quantiles[:, back], moments[:, kernel.MEAN_ERROR], left[:, back])
+    return Length(moments[:, MEAN], square, moments[:, THIRD], quantiles[:, back], moments[:, MEAN_ERROR], left[:, back])
 
 
 def share_below(

@@ -30,6 +30,7 @@ from lostmotion.studies.analytic.smoothened import smooth_draws, smoothen
 from lostmotion.studies.analytic.sums import Sums, sums
 from lostmotion.studies.analytic.values import values_of
 from lostmotion.studies.memory import keep_freed
+from lostmotion.studies.poses import Poses
 from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
 if TYPE_CHECKING:
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.laws.chance import Smooth
     from lostmotion.spatial import Floats
-    from lostmotion.studies.poses import Poses
 
 LEVELS: Final = (0.5, 0.95, 0.99, 0.997)
 # Poses at a time: few, where some take long; many, where all are quick, since every block walks the arm afresh.
@@ -149,7 +149,7 @@ def analytic(
     if approach not in (-1, 0, 1):
         raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
     asked = tuple(float(level) for level in levels)
-    q = as_poses(arm, poses if isinstance(poses, np.ndarray) else poses.q)
+    q = as_poses(arm, poses.q if isinstance(poses, Poses) else poses)
     keep_freed()
     known: list[_Draws] = []  # of the draws: the same at every pose
     size = min(max(-(-len(q) // threads), 1), QUICK_BLOCK) if quick else BLOCK
