@@ -72,10 +72,6 @@ class Mistakes:
             self._problems += error.problems
             return cast("T", None)
 
-    def __bool__(self) -> bool:
-        """Tell whether there are any so far."""
-        return bool(self._problems)
-
     def __enter__(self) -> Self:
         """Begin to read."""
         return self

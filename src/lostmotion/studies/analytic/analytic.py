@@ -241,14 +241,11 @@ def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...], *, quick: b
             # Between the lengths of two parts a quantile is vague or none; that says nothing against the others, but the mean must be sure.
             told[poses] |= better & (bound <= MOST_LEFT_OUT * value) & (bound[:, :1] <= SURE_MEAN * value[:, :1])
             parts.append((np.repeat(poses, len(mixture.weights) // len(poses)), part, mixture.weights))
-    laws = (
-        []
-        if quick
-        else [
-            *_better(_on_lattice(matrix, known, whole, levels, figures, told), figures, bounds, told),
-            *(law for each in EACH for law in _better(_by_points(matrix, known, whole, levels, told, each), figures, bounds, told)),
-        ]
-    )
+    laws: list[Known] = []
+    if not quick:
+        laws += _better(_on_lattice(matrix, known, whole, levels, figures, told), figures, bounds, told)
+        for each in EACH:
+            laws += _better(_by_points(matrix, known, whole, levels, told, each), figures, bounds, told)
     return Analytic(
         levels,
         *whole.arrays,
