@@ -21,7 +21,7 @@ from lostmotion.laws.normal_length_means_kernel import MEAN, MEAN_ERROR, THIRD, 
 BEHIND: Final = {
     "normal_length_contour_kernel": "6c02c5beb987ad2c",
     "normal_length_forms_kernel": "1322458ccc23607c",
-    "normal_length_means_kernel": "53116f906438e24c",
+    "normal_length_means_kernel": "46ad3de2293a9f25",
 }
 
 _CERTAIN: Final = 1e-10  # a smaller share of the mean square that varies: the length is normal itself to 1e-10

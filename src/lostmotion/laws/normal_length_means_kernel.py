@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.laws.normal_length_contour_kernel import BODY, even, jit, lanes, power
+from lostmotion.laws.normal_length_contour_kernel import BODY, even, inlined, jit, lanes, power
 
 # As in `normal_length_kernel`.
 BEHIND: Final = {"normal_length_contour_kernel": "6c02c5beb987ad2c"}
@@ -26,15 +26,21 @@ _U2: Final = np.sinh(_SPACING * np.arange(_LAST)) ** 2
 _WIDE: Final = np.cosh(_SPACING * np.arange(_LAST)) * np.where(np.arange(_LAST) == 0, 0.5, 1.0) * 2.0 / math.sqrt(math.pi) * _SPACING
 
 
+@inlined
+def _shrunk(u, a, b, c):
+    """Give the product of 1 / (1 + a u), 1 / (1 + b u) and 1 / (1 + c u), and these."""
+    wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
+    over = 1.0 / (wa * wb * wc)
+    return over, over * wb * wc, over * wa * wc, over * wa * wb
+
+
 @lanes
 def _means(begin, a, b, c, p, q, r):
     """Add up some nodes of the mean length and the mean cubed length of one part."""
     more = cubes = 0.0
     for k in range(begin, begin + _LANES):
         u = _U2[k]
-        wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
-        over = 1.0 / (wa * wb * wc)
-        va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
+        over, va, vb, vc = _shrunk(u, a, b, c)
         m = power(-u * (p * va + q * vb + r * vc)) * np.sqrt(over) * _WIDE[k]
         one = va * (0.5 * a + p * va) + vb * (0.5 * b + q * vb) + vc * (0.5 * c + r * vc)
         two = va * va * a * (0.5 * a + 2.0 * p * va) + vb * vb * b * (0.5 * b + 2.0 * q * vb) + vc * vc * c * (0.5 * c + 2.0 * r * vc)
@@ -77,9 +83,7 @@ def _even_means(begin, a, b, c, j, quartic):
     more = left = 0.0
     for k in range(begin, begin + _LANES):
         u = _U2[k]
-        wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
-        over = 1.0 / (wa * wb * wc)
-        va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
+        over, va, vb, vc = _shrunk(u, a, b, c)
         m = np.sqrt(over) * _WIDE[k] * u
         d = va * (f00 * va + f01 * vb + f02 * vc) + vb * (f11 * vb + f12 * vc) + f22 * vc * vc
         more -= 0.5 * m * d
@@ -95,9 +99,7 @@ def _bent_means(begin, a, b, c, j, means, cubic, quartic):
     more = left = 0.0
     for k in range(begin, begin + _LANES):
         u = _U2[k]
-        wa, wb, wc = 1.0 + a * u, 1.0 + b * u, 1.0 + c * u
-        over = 1.0 / (wa * wb * wc)
-        va, vb, vc = over * wb * wc, over * wa * wc, over * wa * wb
+        over, va, vb, vc = _shrunk(u, a, b, c)
         m = power(-u * (m0 * m0 * va + m1 * m1 * vb + m2 * m2 * vc)) * np.sqrt(over) * _WIDE[k] / u
         g0, g1, g2 = -2.0 * u * va, -2.0 * u * vb, -2.0 * u * vc
         h0, h1, h2 = g0 * m0, g1 * m1, g2 * m2
