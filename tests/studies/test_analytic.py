@@ -10,7 +10,7 @@ import lostmotion
 from lostmotion import pose_repeatability, sample_poses, screws
 from lostmotion.errors import InputError
 from lostmotion.laws.chance import Amount, Cosine, Normal, Sine, TwoSided, Uniform
-from lostmotion.laws.normal_length import normal_length
+from lostmotion.laws.normal_length import WORST, normal_length
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS
 from lostmotion.studies.analytic import analytic as route
 from lostmotion.studies.analytic.analytic import analytic, of_screws
@@ -132,6 +132,45 @@ def test_quick_figures_lie_within_their_bounds_of_the_sure_ones(arm):
         assert np.array_equal(getattr(quick, name), getattr(sure, name)), name
 
 
+FEW = {
+    "one wave": ("wave", 1, "1 N m/arcmin"),
+    "three waves": ("wave", 3, "5 N m/arcmin"),
+    "one flat error": ("uniform", 1, "1 N m/arcmin"),
+    "two sides, two joints": ("two-sided", 2, "5 N m/arcmin"),
+    "two sides, five joints, soft": ("two-sided", 5, "1 N m/arcmin"),
+    "two sides, five joints": ("two-sided", 5, "20 N m/arcmin"),
+}
+
+
+@pytest.mark.parametrize("case", FEW)
+def test_few_errors_beside_a_large_bias_are_told_within_their_bound(case):
+    """An arm that sags far more than it scatters, by one to five errors far from normal: a bound that is small beside the length must be right too.
+
+    Lengths of a few errors of two sides stand in steps, and no figure lies between them, nor beyond the worst case.
+    """
+    law, count, stiffness = FEW[case]
+    gearbox = {"ratio": 100, "rated_torque": "60 N m", "stiffness": stiffness} | ({"transmission_error": "1 arcmin"} if law == "wave" else {})
+    own = {} if law == "wave" else {"lumped": {"angle": "1 arcmin", "law": law}}
+    joint = {"type": "revolute", "axis": "y", "limits": (-1.5, 1.5), "link": {"length": "400 mm"}, "gearbox": gearbox, **own}
+    sagging = lostmotion.Arm.model_validate(
+        {"name": "sagging", "joints": [{"name": name, **joint} for name in "ABCDE"[:count]], "payload": {"mass": "5 kg"}}
+    )
+    q = np.random.default_rng(1).uniform(-1.5, 1.5, (12, count))
+    matrix, samples = screws(sagging, q), 200_000
+    drawn = draws(matrix.infos, samples)
+    quick, sure = analytic(sagging, q, quick=True), analytic(sagging, q)
+    assert np.isfinite(sure.quantiles).mean() > 0.7
+    for p in range(len(q)):
+        lengths = np.sort(np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0))
+        for n, level in enumerate(sure.levels):
+            spread = 4 * np.sqrt(level * (1 - level) / samples)
+            low, high = lengths[int((level - spread) * samples)], lengths[min(int((level + spread) * samples), samples - 1)]
+            for found in (quick, sure):
+                own, bound = found.quantiles[p, n], found.quantiles_bound[p, n]
+                assert np.isnan(own) or low - bound <= own <= high + bound, (p, level)
+                assert np.isnan(own) or own <= found.worst[p] * (1 + WORST), (p, level)
+
+
 def test_quick_figures_know_no_blocks_and_no_threads(arm, monkeypatch):
     """Any number of threads, any block, an array in place of poses: the same bits."""
     poses = sample_poses(arm, 64)
@@ -145,6 +184,8 @@ def test_quick_figures_know_no_blocks_and_no_threads(arm, monkeypatch):
             for more in (three, other):
                 assert np.array_equal(getattr(one, field.name), getattr(more, field.name), equal_nan=field.name != "normal"), field.name
     assert told[-1] == ("summing up terms", 64, 64)
+    with pytest.raises(InputError, match="at least one"):
+        analytic(arm, poses.q[:0], quick=True)
 
 
 def test_quick_figures_of_a_play_alone_are_not_told():

@@ -46,7 +46,8 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
         name = match["name"]
         if name not in joints or name in found:
             what = f"joint '{name}' once more" if name in found else shown(name)
-            mistakes.append(Problem("", option, what, f"each joint once, of {listed(joints)}", example, nearest(name, joints)))
+            meant = "" if name in found else nearest(name, joints)
+            mistakes.append(Problem("", option, what, f"each joint once, of {listed(joints)}", example, meant))
             continue
         si = "m" if isinstance(joints[name], PrismaticJoint) else "rad"
         try:

@@ -9,9 +9,11 @@ then has no figure here, and Monte Carlo is the way.
 from __future__ import annotations
 
 import functools
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import prod
+from statistics import NormalDist
 from threading import Lock
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias, cast
 
@@ -19,12 +21,13 @@ import numpy as np
 
 from lostmotion.arm import as_poses
 from lostmotion.errors import refuse_argument
+from lostmotion.laws.chance import TwoSided
 from lostmotion.laws.lattice_length import FINE, Draws, Lengths, Vectors, lattice_length
 from lostmotion.laws.normal_length import WORST, Mixture, normal_length
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.spatial import mapped
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
-from lostmotion.studies.analytic.cumulants import cumulants
+from lostmotion.studies.analytic.cumulants import cumulants, draws_of
 from lostmotion.studies.analytic.points import EACH, Points, by_points, points_of
 from lostmotion.studies.analytic.smoothened import smooth_draws, smoothen
 from lostmotion.studies.analytic.sums import Sums, sums
@@ -55,6 +58,13 @@ _AT_ONCE: Final = 16_384
 MOST_LEFT_OUT: Final = 0.02
 SURE_MEAN: Final = 0.01
 FAR_FROM_NORMAL: Final = 0.1
+# Nor is any where it moves one by this share of what the scatter alone would make of it: beside a large bias any figure is known to a small share
+# of itself, however little is known of the scatter.
+ODD: Final = 0.4
+# Draws of two sides make lengths stand in steps, unless others smooth them: those have to scatter by these shares of their mean square, or the parts
+# of a mixture, the series and a lattice do not see the steps.
+SMOOTH_PARTS: Final = 0.2
+SMOOTH: Final = 0.05
 
 
 class Law(Protocol):
@@ -137,11 +147,12 @@ def analytic(
 ) -> Analytic:
     """How far off is the tool at these poses, over all robots and visits, by sums over terms instead of samples?
 
-    Poses, or q (pose, joint) rad or m. `approach` the sign of the joints' last motion, 0 where it differs from visit to visit. Figures are told
-    within 2 % of themselves, their bounds beside them; a pose whose error is far from normal takes milliseconds for that. `quick` takes microseconds
-    for each, looks at none twice, and tells what its bounds leave sure to 10 %, NaN at poses where they leave any figure less sure. Threads change
-    no bit. Over all robots and visits together: what one robot does, and how it repeats, Monte Carlo tells. First order in the errors. `progress`
-    hears what is done, how many poses, of how many. Raises InputError for approach or threads out of range, ValueError for levels and for q of
+    Poses, or q (pose, joint) rad or m. `approach` the sign of the joints' last motion, 0 where it differs from visit to visit. Each figure has its
+    bound beside it, an estimate held against samples (docs/theory/accuracy.md), and is told where that is at most 2 % of it, NaN elsewhere; a pose
+    whose error is far from normal takes milliseconds for that. `quick` takes microseconds for each and looks at none twice: all figures of a pose are
+    told, or, where one may be off by more than 10 % or the scatter is no nearly normal one, none. Threads change no bit. Over all robots and visits
+    together: what one robot does, and how it repeats, Monte Carlo tells. First order in the errors. `progress` hears what is done, how many poses,
+    of how many. Raises InputError for no poses, and for approach or threads out of range, ValueError for levels outside 0.25 … 0.9995 and for q of
     another shape or not finite.
     """
     if threads < 1:
@@ -150,6 +161,8 @@ def analytic(
         raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
     asked = tuple(float(level) for level in levels)
     q = as_poses(arm, poses.q if isinstance(poses, Poses) else poses)
+    if not len(q):
+        raise refuse_argument("poses", "none", "at least one", "lostmotion.sample_poses(arm, 128)")
     keep_freed()
     known: list[_Draws] = []  # of the draws: the same at every pose
     size = min(max(-(-len(q) // threads), 1), QUICK_BLOCK) if quick else BLOCK
@@ -205,6 +218,12 @@ class _Draws:
         self._points: dict[int, Floats] = {}
 
     @functools.cached_property
+    def sides(self) -> frozenset[int]:
+        """Give the terms that stand on one side or the other."""
+        two_sided = (k for k in self.columns.tolist() if any(isinstance(law, TwoSided) for _, _, law in draws_of(self._infos[k])))
+        return frozenset(two_sided)
+
+    @functools.cached_property
     def cuts(self) -> tuple[Cut, ...]:
         return cuts(self._infos, self.columns, self.cumulants)
 
@@ -229,21 +248,32 @@ class _Draws:
 def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...], *, quick: bool = False) -> Analytic:
     whole = sums(matrix.along_poses[3:], known.cumulants, np.asarray(matrix.bias[:, 3:]))
     figures, bounds = _figures(whole, None, levels)
-    told = _told(figures, bounds, FAR_FROM_NORMAL if quick else MOST_LEFT_OUT)
+    worst = worst_case(matrix)
+    scatter = _scatter(whole.covariance, levels)
+    of_sides = _variance(matrix, known, known.sides)
+    smooth = np.einsum("pii->p", whole.covariance) - of_sides
+    even = smooth >= SMOOTH * of_sides
+    odd = _odd(figures, bounds, scatter, worst) | ~even
+    bounds[odd] = np.nan  # the series says nothing there
+    near = np.all(bounds <= FAR_FROM_NORMAL * figures, axis=1, keepdims=True)
+    told = (bounds <= (FAR_FROM_NORMAL if quick else MOST_LEFT_OUT) * figures) & near
     parts = [(np.arange(len(figures)), whole, np.ones(len(figures)))]
     for most in () if quick else PARTS:
         short = np.flatnonzero(~told.all(axis=1))
         for poses, taken in _worth_cutting(matrix, known, short, most):
             part, mixture = condition(matrix, known.cumulants, taken, poses)
             value, bound = _figures(part, mixture, levels)
-            better = (bound < bounds[poses]) | (np.isnan(bounds[poses]) & ~np.isnan(bound))
+            uncut = _variance(matrix, known, known.sides - {k for cut in taken for k in cut.terms})[poses]
+            solid = (smooth[poses] >= SMOOTH_PARTS * uncut)[:, None]
+            better = solid & ((bound < bounds[poses]) | (np.isnan(bounds[poses]) & ~np.isnan(bound)))
             figures[poses], bounds[poses] = np.where(better, value, figures[poses]), np.where(better, bound, bounds[poses])
             # Between the lengths of two parts a quantile is vague or none; that says nothing against the others, but the mean must be sure.
-            told[poses] |= better & (bound <= MOST_LEFT_OUT * value) & (bound[:, :1] <= SURE_MEAN * value[:, :1])
+            fair = (bound <= MOST_LEFT_OUT * value) & (bound - WORST * value <= ODD * scatter[poses]) & _possible(value, worst[poses])
+            told[poses] |= better & fair & (bound[:, :1] <= SURE_MEAN * value[:, :1])
             parts.append((np.repeat(poses, len(mixture.weights) // len(poses)), part, mixture.weights))
     laws: list[Known] = []
     if not quick:
-        laws += _better(_on_lattice(matrix, known, whole, levels, figures, told), figures, bounds, told)
+        laws += _better(_on_lattice(matrix, known, whole, levels, figures, told, even), figures, bounds, told)
         for each in EACH:
             laws += _better(_by_points(matrix, known, whole, levels, told, each), figures, bounds, told)
     return Analytic(
@@ -255,16 +285,18 @@ def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...], *, quick: b
         bounds[:, 1:],
         np.asarray(told.all(axis=1)),
         _excess(whole.covariance, whole.fourth),
-        worst_case(matrix),
+        worst,
         root_sum_square(matrix),
         _finest(parts, len(figures)),
         tuple(laws),
     )
 
 
-def _on_lattice(matrix: Screws, known: _Draws, whole: Sums, levels: tuple[float, ...], figures: Floats, told: np.ndarray) -> _Found | None:
-    """Find the figures of poses where some is missing by the characteristic function on a lattice."""
-    short = np.flatnonzero(~told.all(axis=1))
+def _on_lattice(
+    matrix: Screws, known: _Draws, whole: Sums, levels: tuple[float, ...], figures: Floats, told: np.ndarray, even: np.ndarray
+) -> _Found | None:
+    """Find the figures of poses where some is missing, and lengths do not stand in steps, by the characteristic function on a lattice."""
+    short = np.flatnonzero(~told.all(axis=1) & even)
     if not len(short) or known.values(FINE[0]) is None:
         return None
     vectors = Vectors(matrix.tool[short, 3:], *(array[short] for array in whole.arrays))
@@ -344,10 +376,30 @@ def _finest(parts: list[tuple[np.ndarray, Sums, Floats]], count: int) -> tuple[S
     return Sums(*found), Mixture(np.searchsorted(owner[order], np.arange(count + 1)), weights)
 
 
-def _told(figures: Floats, bounds: Floats, most: float) -> NDArray[np.bool_]:
-    """Say which figures (pose, figure) are known to this share of themselves; those of a tool that does not err are."""
-    near = np.all(bounds <= FAR_FROM_NORMAL * figures, axis=1, keepdims=True)
-    return np.asarray((bounds <= most * figures) & near)
+def _variance(matrix: Screws, known: _Draws, terms: frozenset[int]) -> Floats:
+    """Give the mean square of what these terms scatter at each pose (pose,), m^2."""
+    out = np.zeros(len(matrix.tool))
+    for (i, j), value in zip(known.cumulants.pairs.tolist(), known.cumulants.pair_values.tolist(), strict=True):
+        if i in terms and j in terms:
+            out += value * sum(shift[i] * shift[j] for shift in matrix.along_poses[3:])
+    return out
+
+
+def _scatter(covariance: Floats, levels: Sequence[float]) -> Floats:
+    """Give what mean and quantiles (pose, figure) were, if all of the scatter lay on a line and there were no bias."""
+    rms = np.sqrt(np.einsum("pii->p", covariance))
+    return np.asarray(np.multiply.outer(rms, [math.sqrt(2 / math.pi), *(NormalDist().inv_cdf((1 + level) / 2) for level in levels)]))
+
+
+def _odd(figures: Floats, bounds: Floats, scatter: Floats, worst: Floats) -> NDArray[np.bool_]:
+    """At which poses is the scatter no nearly normal one: a bound is as large as that, or a figure exceeds the worst case, or there is none?"""
+    left = bounds - WORST * figures
+    return np.asarray(~((left <= ODD * scatter + 1e-12 * figures) & _possible(figures, worst)).all(axis=1))
+
+
+def _possible(figures: Floats, worst: Floats) -> NDArray[np.bool_]:
+    """Which figures (pose, figure) does the worst case allow?"""
+    return np.asarray(~(figures > (1 + WORST) * worst[:, None]))
 
 
 def _excess(covariance: Floats, forms: Floats) -> Floats:
