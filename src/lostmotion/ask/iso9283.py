@@ -93,7 +93,8 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     if arm is None and measured is None:
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
     if shares and measured is None:
-        raise refuse_argument("load", ", ".join(f"{100 * share:g} %" for share in shares), "a measured file that it belongs to", 'measured = "visits.csv", load = "10 %"')
+        stated = ", ".join(f"{100 * each:g} %" for each in shares)
+        raise refuse_argument("load", stated, "a measured file that it belongs to", 'measured = "visits.csv", load = "10 %"')
     _refuse_places(side, middle, path)
     visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
     if visits is not None:
