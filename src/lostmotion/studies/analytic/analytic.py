@@ -9,11 +9,9 @@ then has no figure here, and Monte Carlo is the way.
 from __future__ import annotations
 
 import functools
-import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import prod
-from statistics import NormalDist
 from threading import Lock
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias, cast
 
@@ -21,16 +19,16 @@ import numpy as np
 
 from lostmotion.arm import as_poses
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.chance import TwoSided
 from lostmotion.laws.lattice_length import FINE, Draws, Lengths, Vectors, lattice_length
 from lostmotion.laws.normal_length import WORST, Mixture, normal_length
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 from lostmotion.spatial import mapped
 from lostmotion.studies.analytic.conditioned import Cut, choose, condition, cuts
-from lostmotion.studies.analytic.cumulants import cumulants, draws_of
+from lostmotion.studies.analytic.credible import SMOOTH, SMOOTH_PARTS, believable, of_two_sides, on_a_line
+from lostmotion.studies.analytic.cumulants import cumulants
 from lostmotion.studies.analytic.points import EACH, Points, by_points, points_of
 from lostmotion.studies.analytic.smoothened import smooth_draws, smoothen
-from lostmotion.studies.analytic.sums import Sums, sums
+from lostmotion.studies.analytic.sums import Sums, sums, variance
 from lostmotion.studies.analytic.values import values_of
 from lostmotion.studies.memory import keep_freed
 from lostmotion.studies.poses import Poses
@@ -58,13 +56,6 @@ _AT_ONCE: Final = 16_384
 MOST_LEFT_OUT: Final = 0.02
 SURE_MEAN: Final = 0.01
 FAR_FROM_NORMAL: Final = 0.1
-# Nor is any where it moves one by this share of what the scatter alone would make of it: beside a large bias any figure is known to a small share
-# of itself, however little is known of the scatter.
-ODD: Final = 0.4
-# Draws of two sides make lengths stand in steps, unless others smooth them: those have to scatter by these shares of their mean square, or the parts
-# of a mixture, the series and a lattice do not see the steps.
-SMOOTH_PARTS: Final = 0.2
-SMOOTH: Final = 0.05
 
 
 class Law(Protocol):
@@ -214,14 +205,9 @@ class _Draws:
     def __init__(self, matrix: Screws, only: Sequence[str]) -> None:
         self._infos, self.columns = matrix.infos, matrix.columns(*only)  # type: ignore[arg-type]
         self.cumulants = cumulants(self._infos, self.columns)
+        self.sides = of_two_sides(self._infos, self.columns)
         self._values: dict[int, Draws | None] = {}
         self._points: dict[int, Floats] = {}
-
-    @functools.cached_property
-    def sides(self) -> frozenset[int]:
-        """Give the terms that stand on one side or the other."""
-        two_sided = (k for k in self.columns.tolist() if any(isinstance(law, TwoSided) for _, _, law in draws_of(self._infos[k])))
-        return frozenset(two_sided)
 
     @functools.cached_property
     def cuts(self) -> tuple[Cut, ...]:
@@ -249,12 +235,11 @@ def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...], *, quick: b
     whole = sums(matrix.along_poses[3:], known.cumulants, np.asarray(matrix.bias[:, 3:]))
     figures, bounds = _figures(whole, None, levels)
     worst = worst_case(matrix)
-    scatter = _scatter(whole.covariance, levels)
-    of_sides = _variance(matrix, known, known.sides)
+    scatter = on_a_line(whole.covariance, levels)
+    of_sides = variance(matrix.along_poses[3:], known.cumulants, known.sides)
     smooth = np.einsum("pii->p", whole.covariance) - of_sides
     even = smooth >= SMOOTH * of_sides
-    odd = _odd(figures, bounds, scatter, worst) | ~even
-    bounds[odd] = np.nan  # the series says nothing there
+    bounds[~(believable(figures, bounds, scatter, worst).all(axis=1) & even)] = np.nan  # the series says nothing there
     near = np.all(bounds <= FAR_FROM_NORMAL * figures, axis=1, keepdims=True)
     told = (bounds <= (FAR_FROM_NORMAL if quick else MOST_LEFT_OUT) * figures) & near
     parts = [(np.arange(len(figures)), whole, np.ones(len(figures)))]
@@ -263,12 +248,13 @@ def _block(matrix: Screws, known: _Draws, levels: tuple[float, ...], *, quick: b
         for poses, taken in _worth_cutting(matrix, known, short, most):
             part, mixture = condition(matrix, known.cumulants, taken, poses)
             value, bound = _figures(part, mixture, levels)
-            uncut = _variance(matrix, known, known.sides - {k for cut in taken for k in cut.terms})[poses]
+            left = known.sides.difference(*(cut.terms for cut in taken))
+            uncut = variance(matrix.along_poses[3:][:, :, poses], known.cumulants, left)
             solid = (smooth[poses] >= SMOOTH_PARTS * uncut)[:, None]
             better = solid & ((bound < bounds[poses]) | (np.isnan(bounds[poses]) & ~np.isnan(bound)))
             figures[poses], bounds[poses] = np.where(better, value, figures[poses]), np.where(better, bound, bounds[poses])
             # Between the lengths of two parts a quantile is vague or none; that says nothing against the others, but the mean must be sure.
-            fair = (bound <= MOST_LEFT_OUT * value) & (bound - WORST * value <= ODD * scatter[poses]) & _possible(value, worst[poses])
+            fair = (bound <= MOST_LEFT_OUT * value) & believable(value, bound, scatter[poses], worst[poses])
             told[poses] |= better & fair & (bound[:, :1] <= SURE_MEAN * value[:, :1])
             parts.append((np.repeat(poses, len(mixture.weights) // len(poses)), part, mixture.weights))
     laws: list[Known] = []
@@ -374,32 +360,6 @@ def _finest(parts: list[tuple[np.ndarray, Sums, Floats]], count: int) -> tuple[S
     arrays = zip(*((*part.arrays, weights) for _, part, weights in parts), strict=True)
     *found, weights = (np.concatenate([array[keep] for keep, array in zip(kept, every, strict=True)])[order] for every in arrays)
     return Sums(*found), Mixture(np.searchsorted(owner[order], np.arange(count + 1)), weights)
-
-
-def _variance(matrix: Screws, known: _Draws, terms: frozenset[int]) -> Floats:
-    """Give the mean square of what these terms scatter at each pose (pose,), m^2."""
-    out = np.zeros(len(matrix.tool))
-    for (i, j), value in zip(known.cumulants.pairs.tolist(), known.cumulants.pair_values.tolist(), strict=True):
-        if i in terms and j in terms:
-            out += value * sum(shift[i] * shift[j] for shift in matrix.along_poses[3:])
-    return out
-
-
-def _scatter(covariance: Floats, levels: Sequence[float]) -> Floats:
-    """Give what mean and quantiles (pose, figure) were, if all of the scatter lay on a line and there were no bias."""
-    rms = np.sqrt(np.einsum("pii->p", covariance))
-    return np.asarray(np.multiply.outer(rms, [math.sqrt(2 / math.pi), *(NormalDist().inv_cdf((1 + level) / 2) for level in levels)]))
-
-
-def _odd(figures: Floats, bounds: Floats, scatter: Floats, worst: Floats) -> NDArray[np.bool_]:
-    """At which poses is the scatter no nearly normal one: a bound is as large as that, or a figure exceeds the worst case, or there is none?"""
-    left = bounds - WORST * figures
-    return np.asarray(~((left <= ODD * scatter + 1e-12 * figures) & _possible(figures, worst)).all(axis=1))
-
-
-def _possible(figures: Floats, worst: Floats) -> NDArray[np.bool_]:
-    """Which figures (pose, figure) does the worst case allow?"""
-    return np.asarray(~(figures > (1 + WORST) * worst[:, None]))
 
 
 def _excess(covariance: Floats, forms: Floats) -> Floats:

@@ -19,7 +19,7 @@ import numpy as np
 from lostmotion.laws.chance import Cosine, Sine, TwoSided, Uniform
 from lostmotion.laws.normal_length import Mixture
 from lostmotion.studies.analytic.cumulants import Cumulants, cumulants_within, draws_of, groups_of
-from lostmotion.studies.analytic.sums import Sums, sums
+from lostmotion.studies.analytic.sums import Sums, sums, variance
 
 if TYPE_CHECKING:
     from lostmotion.laws.chance import Law
@@ -91,10 +91,7 @@ def choose(matrix: Screws, known: Cumulants, possible: tuple[Cut, ...], poses: n
     # The group's departure from normal counts with the square of its variance.
     departure = np.zeros((len(poses), len(possible)))
     for n, cut in enumerate(possible):
-        inside = np.isin(known.pairs, cut.terms).all(axis=1)
-        for (i, j), value in zip(known.pairs[inside], known.pair_values[inside], strict=True):
-            departure[:, n] += value * (shift[:, i] * shift[:, j]).sum(axis=0)
-        departure[:, n] = cut.excess * departure[:, n] ** 2
+        departure[:, n] = cut.excess * variance(shift, known, cut.terms) ** 2
     cells = np.array([len(cut.shares) for cut in possible])
     order = np.argsort(-departure / np.log(cells), axis=1, kind="stable")
     taken = np.zeros(departure.shape, bool)

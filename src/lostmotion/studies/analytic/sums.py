@@ -10,6 +10,8 @@ import numpy as np
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS, THIRDS, add_up
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from lostmotion.spatial import Floats
     from lostmotion.studies.analytic.cumulants import Cumulants
 
@@ -36,3 +38,12 @@ def sums(shift: Floats, known: Cumulants, bias: Floats) -> Sums:
     add_up(*(shift, known.pairs, known.pair_values, known.threes, known.three_values, known.fours, known.four_values, pairs, third, fourth))
     covariance = np.ascontiguousarray(pairs.T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
     return Sums(np.ascontiguousarray(bias), covariance, np.ascontiguousarray(third.T), np.ascontiguousarray(fourth.T))
+
+
+def variance(shift: Floats, known: Cumulants, terms: Collection[int]) -> Floats:
+    """Which mean square (pose,), m^2, do the draws of these terms alone add up to? shift (3, term, pose) m per unit draw."""
+    out = np.zeros(shift.shape[2])
+    inside = np.isin(known.pairs, list(terms)).all(axis=1)
+    for (i, j), value in zip(known.pairs[inside], known.pair_values[inside], strict=True):
+        out += value * (shift[:, i] * shift[:, j]).sum(axis=0)
+    return out
