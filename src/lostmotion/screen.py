@@ -24,7 +24,7 @@ _REMARK: Final = 20
 
 
 def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
-    """Print every figure of a sheet, section by section, and last, where a terminal stands, the answer in a sentence or three."""
+    """Print every figure of a sheet, section by section, and last, where a terminal stands, the warnings and the answer in a sentence or three."""
     screen = console or Console()
     screen.print()
     screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
@@ -44,8 +44,11 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
             screen.print(Text(section.note, style="dim"))
     for note in sheet.notes:
         screen.print(Text(f"note: {note}", style="yellow"))
-    if sheet.verdict:
+    if sheet.verdict or sheet.warnings:
         screen.print()
+    for warning in sheet.warnings:
+        screen.print(Text(f"warning: {warning}", style="bold red"))
+    if sheet.verdict:
         screen.print(Text(sheet.verdict, style="bold"))
 
 

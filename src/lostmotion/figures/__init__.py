@@ -102,7 +102,8 @@ class Sheet:
     counts         what the figures were counted from, in a few words; empty where nothing was drawn
     verdict        the answer in a sentence or three
     cards          the figures that are asked for first
-    notes          what the reader should be warned of
+    warnings       what makes the figures doubtful as a whole, shown with the verdict
+    notes          what the reader should know besides
     words          what the terms mean
     source         where it comes from, after the version: seed, counts, files
     arrays         what the NetCDF beside the page holds; empty where there is none
@@ -118,6 +119,7 @@ class Sheet:
     sections: tuple[Section, ...]
     source: str
     counts: str = ""
+    warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     words: tuple[tuple[str, str], ...] = ()
     arrays: str = ""
@@ -161,6 +163,7 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
     return {
         "lostmotion": version,
         **sheet.facts,
+        "warnings": list(sheet.warnings),
         "notes": list(sheet.notes),
         "sections": [
             {

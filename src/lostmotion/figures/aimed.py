@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
+from lostmotion.figures.overload import overload_warnings
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
@@ -33,6 +35,7 @@ def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
         cards=tuple(_cards(found)),
         sections=tuple(section for section in _sections(found, counted, small) if section.rows),
         counts=f"search at {found.searched} poses; full study: {counted}",
+        warnings=overload_warnings(overloads(found.sized)),
         notes=(*found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version and seed give the same bytes.",

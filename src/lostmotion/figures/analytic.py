@@ -12,8 +12,10 @@ from lostmotion.figures import Card, Figure, Row, Section, Sheet, find_row, leng
 from lostmotion.figures.budget import asked_sections, by_level_sections, halved_sections, levels_section
 from lostmotion.figures.error import joint_values
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
+from lostmotion.figures.overload import overload_warnings
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square
 from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,6 +64,7 @@ def analytic_sheet(
         verdict=_verdict(told, dearest, blame),
         cards=tuple(_cards(section, told, dearest)),
         sections=(section, *in_zones, levels_section(blame), *by_level_sections(blame), *halved, *asked_sections(places)),
+        warnings=overload_warnings(overloads(arm, poses)),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn, except to see what halving takes off",

@@ -8,10 +8,12 @@ from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_r
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.error import described_pose, error_section, iso_section
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
+from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
 from lostmotion.studies.statics.causes import NEXT
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,6 +48,7 @@ def sheet(answer: Answer) -> Sheet:
         verdict=_verdict(found, answer),
         cards=tuple(_cards(found, answer)),
         sections=found,
+        warnings=overload_warnings(overloads(answer.arm, answer.poses)),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),

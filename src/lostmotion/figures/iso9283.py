@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures.overload import overload_warnings
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -110,6 +112,7 @@ def iso_sheet(
         cards=tuple(cards),
         sections=tuple(sections),
         counts="; ".join(counted),
+        warnings=() if predicted is None else overload_warnings(overloads(predicted.arm)),
         notes=notes,
         words=_WORDS,
         source=f"{'; '.join(counted)}. The same files, version and seed give the same bytes.",

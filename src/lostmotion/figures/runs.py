@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.figures.budget import REMEDIES, SURE
+from lostmotion.figures.overload import overload_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.runs.replay import Replay
     from lostmotion.runs.summary import Outcome, Worst
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.statics.overload import Overload
 
 LEVEL: Final = 0.95
 # A table that is longer is not read; result.json holds every design.
@@ -103,11 +106,30 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         cards=tuple(_cards(order, ranked, outcomes)),
         sections=tuple(sections),
         counts=each + counted,
+        warnings=_overloaded(order, outcomes),
         notes=arm.remarks,
         words=_WORDS,
         source=_source(order, counted),
         seed=order.seed,
         facts=_facts(arm, order, outcomes),
+    )
+
+
+def _overloaded(order: Order, outcomes: Sequence[Outcome]) -> tuple[str, ...]:
+    """Return a warning per overloaded drive, or for many designs the number of those in which it is overloaded."""
+    if len(outcomes) == 1:
+        return overload_warnings(outcomes[0].overloads)
+    worst: dict[str, tuple[Overload, Outcome]] = {}
+    counts: Counter[str] = Counter()
+    for outcome in outcomes:
+        for each in outcome.overloads:
+            counts[each.joint] += 1
+            if each.joint not in worst or each.held / each.rated > worst[each.joint][0].held / worst[each.joint][0].rated:
+                worst[each.joint] = each, outcome
+    return tuple(
+        f"in {several(counts[joint], 'design')} of {len(outcomes)}, the worst of them {design_said(order, outcome.design)}: {sentence}"
+        for joint, (each, outcome) in worst.items()
+        for sentence in overload_warnings([each])
     )
 
 

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures.overload import overload_warnings
 from lostmotion.parts.family import said
 from lostmotion.parts.section import Sized
 from lostmotion.studies.sizing.sizing import PAPER
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from typing import Any
@@ -42,6 +44,7 @@ def sizing_sheet(found: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
         cards=tuple(_cards(found)),
         sections=(_sections(found), _bending(found, counted), _loads(found), _trade(found), _afresh(found)),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {math.degrees(found.tilt):.3g}°"),
+        warnings=overload_warnings(overloads(found.sized)),
         notes=(*found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version, poses, seed and limits give the same bytes.",

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.figures.overload import overload_warnings
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -58,6 +60,7 @@ def targets_sheet(found: Targets) -> Sheet:
         cards=tuple(_cards(found)),
         sections=tuple(sections),
         counts=counted,
+        warnings=overload_warnings(overloads(found.arm)),
         notes=(*found.arm.remarks, *_remarks(found)),
         words=_WORDS,
         source=f"seed {found.seed}: {counted}, {found.poses.law}. The same arm, version, seed, counts and target give the same bytes.",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.zones_places import boxes_said, in_box, places_facts, places_section
 from lostmotion.figures.zones_said import (
     SAME,
@@ -24,6 +25,7 @@ from lostmotion.figures.zones_said import (
     unit_said,
     whole,
 )
+from lostmotion.studies.statics.overload import overloads
 from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
@@ -63,6 +65,7 @@ def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
             section for section in (_map(found), _within(found), places_section(found), _budget(found), _reach(found)) if section is not None
         ),
         counts=f"{several(int(np.isfinite(found.shown).sum()), 'cell')} of {edge_said(found)}, {per_cell_said(found)}",
+        warnings=overload_warnings(overloads(found.arm)),
         notes=(*found.arm.remarks, *_remarks(found), *_off_the_map(found, at)),
         words=_WORDS,
         source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "

@@ -104,7 +104,8 @@ def contents(sheet: Sheet, drawn: Sequence[Plot]) -> dict[str, bytes]:
 def tables(sheet: Sheet) -> str:
     """Show a sheet in a notebook: its tables as compact HTML that needs nothing else."""
     found = "".join(_table(section) for section in sheet.sections)
-    return f'<div class="lostmotion"><style>{_TABLES_CSS}</style><p><b>{_text(sheet.name)}</b><br>{_text(sheet.verdict)}</p>{found}</div>'
+    warnings = "".join(f"<p><b>Warning:</b> {_text(warning)}</p>" for warning in sheet.warnings)
+    return f'<div class="lostmotion"><style>{_TABLES_CSS}</style><p><b>{_text(sheet.name)}</b><br>{_text(sheet.verdict)}</p>{warnings}{found}</div>'
 
 
 def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
@@ -118,6 +119,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
     policy = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:"
     name = _text(sheet.name)
     links = " ".join(f'<a href="#{section.key}">{_text(section.title)}</a>' for section in sheet.sections)
+    warnings = "".join(f'<p class="warn" role="alert"><strong>Warning:</strong> {_unbroken(warning)}</p>' for warning in sheet.warnings)
     notes = "".join(f'<p class="warn">{_unbroken(note)}</p>' for note in sheet.notes)
     words = "".join(f"<dt>{html.escape(word, quote=False)}</dt><dd>{html.escape(meaning, quote=False)}</dd>" for word, meaning in sheet.words)
     return f"""<!DOCTYPE html>
@@ -132,6 +134,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 <body class="lostmotion">
 <header>
 <h1>{name}</h1>
+{warnings}
 <p class="verdict">{_unbroken(sheet.verdict)}</p>
 {notes}
 <nav aria-label="Sections">{links} <a href="#words">How to read this</a></nav>

@@ -12,6 +12,7 @@ from lostmotion.studies.budget import Cost, Tally, costs
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop, root_mean_square
 from lostmotion.studies.montecarlo import exact, kernel
 from lostmotion.studies.screws import screws
+from lostmotion.studies.statics.overload import Overload, overloads
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,6 +55,7 @@ class Outcome:
     rms_sure   the same with what the choice of poses leaves of it
     worst      the largest errors, each of a pose of its own
     check      first order against exact composition
+    overloads  drives that hold more than they are rated for, over the joint limits
     spread     some errors (m), rising, and the share of all samples below each
     """
 
@@ -71,6 +73,7 @@ class Outcome:
     costs: list[Cost]
     worst: list[Worst]
     check: exact.ExactCheck
+    overloads: tuple[Overload, ...]
     spread: tuple[Floats, Floats]
 
 
@@ -171,6 +174,7 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         [cost for cost in costs(tally) if cost.alone or cost.share],
         [with_pose(order, each) for each in merged.worst],
         _check(order, design),
+        overloads(arm),
         _spread(merged.sets.sum(axis=0)),
     )
 
