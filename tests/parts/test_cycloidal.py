@@ -211,14 +211,34 @@ def test_transmission_error_keeps_its_mean_square(name):
 
 
 def test_friction_makes_a_loop_by_the_way_of_arriving():
-    """Its side is the approach's, its half width friction times softness; without coefficients there is none."""
+    """Its side is the approach's, its half width what friction leaves wound up; without coefficients there is none."""
     gearbox = example("two-stage-lobes")
     source = gearbox.members["friction"]
     held = next(term for term in source.terms(condition((0, 0, 100.0, 0, 0, 0), approach=1.0)) if term.level == "design")
     found = gearbox.behaviour
-    level = found.friction * found.softness
-    assert held.screw[0, 2] == pytest.approx(-np.interp(100.0, found.torque, level))
+    rubs = float(np.interp(100.0, found.torque, found.friction))
+    assert held.screw[0, 2] == pytest.approx(-(found.wind_up_at(100.0 + rubs) - found.wind_up_at(100.0 - rubs)) / 2)
     assert "friction" not in drawing().members
+
+
+@pytest.mark.parametrize("name", ["rv-like", "two-stage-lobes", "printed"])
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
+def test_friction_never_leaves_more_than_what_it_winds_up(name: str, share: float):
+    """A drive that starts soft, held by a friction torque: at rest the loop is twice the wind-up at that torque, under load never twice w(T + F)."""
+    gearbox = example(name)
+    friction = share * gearbox.rated_torque
+    found = gearbox.model_copy(update={"friction_torque": friction, "friction": None}).behaviour
+    loop, torque = found.loop, gearbox.rated_torque * np.linspace(-2, 2, 81)
+    rising, falling = loop.branches(torque)
+    # by hand, on the table of the spring itself
+    table, angle = np.concatenate([-found.torque[:0:-1], found.torque]), np.concatenate([-found.total[:0:-1], found.total])
+    np.testing.assert_allclose(rising, np.interp(torque - friction, table, angle), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(falling, np.interp(torque + friction, table, angle), rtol=1e-12, atol=1e-15)
+    most = np.interp(np.abs(torque) + friction, table, angle)
+    assert (falling - rising <= 2 * most * (1 + 1e-12)).all()
+    at = condition(approach=-1.0)
+    held = next(term for term in loop.terms(at) if term.level == "design")
+    assert held.screw[0, 2] == pytest.approx(found.wind_up_at(friction))
 
 
 def test_a_material_that_scatters_makes_the_wind_up_scatter():
@@ -290,4 +310,4 @@ def test_friction_without_load_holds_the_output_where_it_stopped():
     gearbox = drawing(friction_torque="10 N m", eccentric={"shaft": "300 N/µm"})
     assert gearbox.behaviour.friction[0] == 10.0
     held = next(term for term in gearbox.members["friction"].terms(condition(approach=-1.0)) if term.level == "design")
-    assert held.screw[0, 2] == pytest.approx(gearbox.behaviour.wind_up_at(10.0), rel=0.3)
+    assert held.screw[0, 2] == pytest.approx(gearbox.behaviour.wind_up_at(10.0))

@@ -112,7 +112,7 @@ class DrawnGearbox(ErrorSource):
             WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), 0.2),
             Waves(torque[1:], waves),
             Play(Toleranced(s * 2e-4, s * 1e-4), 3.0),
-            Loop(torque, s * 1e-6 * torque),
+            Loop(torque, s * 1e-6 * torque, 0.1 * torque),
         )
 
     def terms(self, at: Condition) -> list[Term]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from lostmotion.spatial import Floats
 
@@ -33,6 +33,17 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
         angle += np.clip(size - low, 0.0, high - low) / k
         low = high
     return np.asarray(np.sign(torque) * angle)
+
+
+def friction_loop(wound: Callable[[Floats], Floats], torque: Floats, friction: Floats) -> tuple[Floats, Floats]:
+    """Between which angles (rad) does friction leave the output at torques (any shape, N m)? As the torque rises, and as it falls.
+
+    `wound` is the spring curve w, odd and rising: the angle (rad) under torques (N m); `friction` F (N m, zero or more, the shape of `torque`). While
+    the torque rises friction carries F of it and the spring T - F; while it falls the spring still holds T + F: w(T - F) and w(T + F), half the width
+    [w(T + F) - w(T - F)] / 2. That is w(F) at no torque and never more than w(|T| + F), where F times the slope at zero of a curve that starts soft
+    is. Valid for friction that does not depend on the way the output took.
+    """
+    return wound(torque - friction), wound(torque + friction)
 
 
 def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Sequence[float], limits: Sequence[float] = ()) -> float:

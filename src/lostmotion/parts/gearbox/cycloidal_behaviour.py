@@ -16,6 +16,7 @@ import numpy as np
 from lostmotion.laws import cycloid_contact, cycloid_drive
 from lostmotion.laws.chance import Normal
 from lostmotion.laws.cycloid_built import built, drawn_dimension
+from lostmotion.laws.gears import friction_loop
 from lostmotion.parts.gearbox.gearbox import backlash_terms, hysteresis_terms
 from lostmotion.parts.source import Condition, Draw, ErrorSource, Term
 from lostmotion.units import Toleranced
@@ -76,14 +77,14 @@ class Behaviour:
         """Give the whole wind-up (level,), rad, on average over gearboxes."""
         return np.asarray(sum(self.wind_up.values()))
 
-    @property
-    def softness(self) -> Floats:
-        """Give the slope of the wind-up (level,), rad/(N m)."""
-        return np.asarray(np.gradient(self.total, self.torque))
-
     def wind_up_at(self, torque: float) -> float:
         """By which angle (rad) does the gearbox wind up under a torque (N m) of either sign, on average over gearboxes, play not counted?"""
-        return float(np.sign(torque) * along(abs(torque), self.torque, self.total))
+        return float(along_curve(np.asarray(torque), self.torque, self.total))
+
+    @property
+    def loop(self) -> Loop:
+        """Give the loop that friction leaves on the spring of the whole gearbox."""
+        return Loop(self.torque, self.total, self.friction)
 
 
 def along(load: Floats | float, torque: Floats, values: Floats) -> Floats:
@@ -91,6 +92,11 @@ def along(load: Floats | float, torque: Floats, values: Floats) -> Floats:
     load = np.asarray(load, dtype=float)
     slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
     return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
+
+
+def along_curve(load: Floats, torque: Floats, values: Floats) -> Floats:
+    """Which value belongs to loads (any shape) of either sign on a curve that is odd in the load? As `along`."""
+    return np.sign(load) * along(np.abs(load), torque, values)
 
 
 @functools.lru_cache(maxsize=64)
@@ -297,14 +303,21 @@ class Waves(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Loop(ErrorSource):
-    """Half of the loop (level,), rad, that friction leaves at torques (level,): its side follows the way of arriving."""
+    """The loop that friction (level,), N m, leaves on a spring that winds up by `angle` (level,), rad, at torques (level,)."""
 
     torque: Floats
-    half: Floats
+    angle: Floats
+    friction: Floats
+
+    def branches(self, load: Floats) -> tuple[Floats, Floats]:
+        """Give the angles (rad) at which loads (any shape, N m) of either sign leave the output as they rise, and as they fall."""
+        rubs = along(np.abs(load), self.torque, self.friction)
+        return friction_loop(lambda torque: along_curve(torque, self.torque, self.angle), load, rubs)
 
     def terms(self, at: Condition) -> list[Term]:
-        """Stop short on the way."""
-        return hysteresis_terms(at, along(np.abs(at.load), self.torque, self.half))
+        """Stop short on the way: half the loop's width to either side."""
+        rising, falling = self.branches(at.load)
+        return hysteresis_terms(at, (falling - rising) / 2)
 
 
 def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
@@ -329,5 +342,5 @@ def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
     if found.waves:
         out["transmission error"] = Waves(found.wave_torque, found.waves)
     if found.friction.any():
-        out["friction"] = Loop(found.torque, found.friction * found.softness)
+        out["friction"] = found.loop
     return out

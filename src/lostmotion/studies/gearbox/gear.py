@@ -12,7 +12,7 @@ from lostmotion.errors import DidNotConvergeError, refuse_argument
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_behaviour import LEVELS, LOST_MOTION, along
+from lostmotion.parts.gearbox.cycloidal_behaviour import LEVELS, LOST_MOTION, along_curve
 from lostmotion.parts.gearbox.gearbox import Gearbox
 from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
 from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
@@ -120,16 +120,16 @@ def _is_known(gearbox: ErrorSource | CycloidalGearbox) -> TypeGuard[AnyGearbox]:
 def _wind_up(gearbox: AnyGearbox, torque: Floats) -> Floats:
     if isinstance(gearbox, CycloidalGearbox):
         found = gearbox.behaviour
-        return np.asarray(np.sign(torque) * along(np.abs(torque), found.torque, found.total))
+        return along_curve(torque, found.torque, found.total)
     return wind_up(torque, gearbox.zones, gearbox.zone_torques) if gearbox.zones else np.zeros_like(torque)
 
 
-def _half_loop(gearbox: AnyGearbox, torque: Floats) -> Floats:
-    """Give half the width of friction's loop at torques (torque,)."""
+def _branches(gearbox: AnyGearbox, torque: Floats) -> tuple[Floats, Floats]:
+    """Give the angles (torque,) at which friction leaves the output as the torque rises, and as it falls."""
     if isinstance(gearbox, CycloidalGearbox):
-        found = gearbox.behaviour
-        return along(np.abs(torque), found.torque, found.friction * found.softness)
-    return np.full_like(torque, (gearbox.hysteresis or 0.0) / 2)
+        return gearbox.behaviour.loop.branches(torque)
+    angle, half = _wind_up(gearbox, torque), (gearbox.hysteresis or 0.0) / 2
+    return angle - half, angle + half
 
 
 def _loop(gearbox: AnyGearbox, most: float, inside: Drawn | None) -> Loop | None:
@@ -145,16 +145,15 @@ def _loop(gearbox: AnyGearbox, most: float, inside: Drawn | None) -> Loop | None
     even = np.linspace(-most, most, 2 * _STEPS + 1)
     # the play is crossed between two neighbouring numbers, with nothing between them that rounding left there
     torque = np.unique([*even[np.abs(np.abs(even) - rest) > _ROUNDING * most], -past, -rest, rest, past])
-    angle, half = _wind_up(gearbox, torque), _half_loop(gearbox, torque)
-    if not (play or half.any() or angle.any()):
+    rising, falling = _branches(gearbox, torque)
+    if not (play or rising.any() or falling.any()):
         return None
-    rising, falling = angle - half, angle + half
-    if angle[-1] >= 2 * half[-1]:
+    if rising[-1] >= np.interp(0.0, torque, falling):
         # once the torque turns back, friction holds the output where it is until the torque has let go of it
         falling, rising = np.minimum(falling, rising[-1]), np.maximum(rising, falling[0])
     side = play / 2
     small = share * rated
-    end = side + float(_wind_up(gearbox, np.array([small]))[0])
+    end = side + float(np.mean(_branches(gearbox, np.array([small]))))
     return Loop(
         torque=torque,
         rising=rising + np.where(torque > rest, side, -side),
