@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -160,6 +163,132 @@ def test_only_one_run_works_in_a_folder(small, copy):
         carry_out(Store.begin(copy, small.order))
 
 
+def started_together(arm, tmp_path, trials):
+    """Start two runs in one new folder at the same moment, so often; each trial must leave one order with its own figures."""
+    ran = subprocess.run([sys.executable, HERE / "together.py", arm, tmp_path, str(trials), "7"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout == f"{trials} right, {trials} refused\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def test_two_runs_that_start_in_one_new_folder_never_mix(arm, tmp_path):
+    """Of two runs of different seeds that start at the same moment one is refused, and the folder holds the other's order and figures alone."""
+    started_together(arm, tmp_path, 5)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def test_a_hundred_concurrent_starts_never_mix(arm, tmp_path):
+    """The same for a hundred starts."""
+    started_together(arm, tmp_path, 100)
+
+
+def test_a_run_whose_folder_became_another_ones_is_not_carried_out(small, tmp_path):
+    """Where run.json states another order by the time that the work begins, nothing is computed and no report is written beside it."""
+    mine = Store.begin(tmp_path / "run", small.order)
+    shutil.rmtree(tmp_path / "run")
+    Store.begin(tmp_path / "run", small.order.model_copy(update={"seed": 2}))
+    with pytest.raises(OutputExistsError, match="seed: 2 there, 1 here"):
+        carry_out(mine)
+    with pytest.raises(OutputExistsError, match="seed: 2 there, 1 here"):
+        mine.keep("result.json", b"{}")
+    assert not (tmp_path / "run" / "ledger").exists()
+
+
+def test_figures_do_not_outlive_an_edited_order(small, copy):
+    """After an edit of run.json that keeps every size, the stored blocks are of another order: they are not read, but computed again."""
+    edited = small.order.model_copy(update={"seed": 2})
+    (copy / "run.json").write_bytes(edited.text())
+    for name in ("blocks.zarr/zarr.json",):
+        path = copy / name
+        path.write_text(path.read_text().replace('"seed": 1', '"seed": 2'))
+    with pytest.raises(LostmotionError, match=r"of another order than its run\.json"):
+        Store.open(copy).read(0, 0)
+    done = lostmotion("replay", copy, cwd=copy.parent)
+    assert done.returncode == 2
+    assert "of another order" in done.stderr
+    assert carry_out(Store.begin(copy, edited)) == edited.blocks
+
+
+def test_a_killed_process_leaves_no_lock(copy, small):
+    """A process that dies by SIGKILL while it holds the lock keeps nobody else out."""
+    said = (
+        "import sys, time; from pathlib import Path; from lostmotion.runs.lock import lock\n"
+        "with lock(Path(sys.argv[1])): print('held', flush=True); time.sleep(600)"
+    )
+    child = subprocess.Popen([sys.executable, "-c", said, copy], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "held\n"
+    with pytest.raises(LostmotionError, match="another process is at work"):
+        carry_out(Store.begin(copy, small.order))
+    child.kill()
+    child.communicate()
+    assert carry_out(Store.begin(copy, small.order)) == 0
+
+
+def spoiled(copy, change):
+    """Change the first block of a run and sign it with a valid checksum, as a stranger would."""
+    store = Store.open(copy)
+    record = Record(*(np.array(each) for each in store.read(0, 0)))
+    change(record)
+    store.write(0, 0, pack(record))
+    return store
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda record: record.poses.__setitem__((0, COLUMNS.index("largest_robot")), 10_000.0),
+        lambda record: record.poses.__setitem__((0, COLUMNS.index("largest_visit")), -1.0),
+        lambda record: record.poses.__setitem__((0, COLUMNS.index("largest_robot")), 0.5),
+        lambda record: record.poses.__setitem__((0, COLUMNS.index("mean")), np.nan),
+        lambda record: record.poses.__setitem__((1, COLUMNS.index("largest")), -1e300),
+        lambda record: record.poses.__setitem__((1, COLUMNS.index("largest")), np.inf),
+        lambda record: record.histogram.__setitem__((0, 0), -(2**62)),
+        lambda record: record.histogram.__setitem__((0, 0), 2**62),
+        lambda record: record.robots.__setitem__((0, 0), np.inf),
+        lambda record: record.parts.__setitem__((0, 0), np.nan),
+    ],
+)
+def test_nonsense_with_a_valid_checksum_is_not_read(small, copy, change):
+    """Robots out of range, counts below zero and lengths that are no numbers are no figures of a run: one message, and the run computes them anew."""
+    store = spoiled(copy, change)
+    with pytest.raises(LostmotionError, match="block 0 of design 0"):
+        store.read(0, 0)
+    with pytest.raises(LostmotionError, match="block 0 of design 0"):
+        summarise(store)
+    assert carry_out(Store.begin(copy, small.order)) == 1
+    assert tree(copy) == tree(small.folder)
+
+
+def test_a_replay_that_does_not_reproduce_fails(copy):
+    """A figure that could be, under a valid checksum, and is not what its pose and draws make: said in the headline, with exit code 1."""
+    spoiled(copy, lambda record: record.poses.__setitem__((0, COLUMNS.index("largest")), 0.5))
+    done = lostmotion("replay", copy, cwd=copy.parent)
+    assert done.returncode == 1, done.stderr
+    assert "1 of 1 errors are not reproduced" in done.stderr
+    assert "The stored figure is not reproduced" in done.stdout
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["ledger", "blocks.zarr/poses", "ledger/0.0.json", "blocks.zarr/poses/c.0.0.0.0", "run.json", "run.lock", "blocks.zarr/zarr.json"],
+)
+def test_a_file_where_a_folder_belongs_and_the_reverse_are_one_message(small, copy, place):
+    """Whatever stands in the wrong place in a store: a message with the path, no traceback."""
+    path = copy / place
+    if path.is_dir():
+        path.rename(copy.parent / "aside")
+        path.write_text("a file")
+    else:
+        path.unlink()
+        path.mkdir()
+    with pytest.raises(LostmotionError):
+        carry_out(Store.begin(copy, small.order))
+    with suppress(LostmotionError):
+        Store.open(copy).read(0, 0)
+
+
 @pytest.mark.parametrize("name", ["../../evil.toml", "/tmp/evil.toml", "a/../../evil.toml", "..\\evil.toml", "C:evil.toml", "evil.py", "a\nb.toml"])  # noqa: S108
 def test_an_order_stays_in_its_folder(small, name):
     """An order from a stranger that would lay files elsewhere is refused."""
@@ -187,6 +316,14 @@ def test_an_order_stays_in_its_folder(small, name):
         {"axes": [{"key": "", "values": []}]},
         {"seed": -1},
         {"surprise": 1},
+        {"made_with": {}},
+        {"made_with": {"lostmotion": "1"}},
+        {"axes": [{"key": "payload.mass", "values": [math.nan]}]},
+        {"axes": [{"key": "payload.mass", "values": [math.inf]}]},
+        {"axes": [{"key": "payload.mass", "values": ["\ud800"]}]},
+        {"parts": ["\udcff"]},
+        {"files": {"tiny.toml": "\ud800"}},
+        {"arm": "ä" * 195 + ".toml", "files": {"ä" * 195 + ".toml": ""}},
     ],
 )
 def test_an_order_that_cannot_be_is_refused(small, change):
@@ -194,6 +331,14 @@ def test_an_order_that_cannot_be_is_refused(small, change):
     said = {**json.loads(small.order.text()), **change}
     with pytest.raises(LostmotionError, match="no order of a run"):
         order_of(json.dumps(said).encode())
+
+
+def test_a_file_that_is_another_ones_folder_is_one_message(small):
+    """An order that lays one file out inside another, and one whose text is no arm, are refused, each in one message."""
+    said = json.loads(small.order.text())
+    said["files"]["tiny.toml/inner.toml"] = ""
+    with pytest.raises(LostmotionError, match="cannot be laid out"):
+        order_of(json.dumps(said).encode()).read(0)
 
 
 @pytest.mark.parametrize("poses", [7, 10, 63, 65])

@@ -17,7 +17,7 @@ def replay(
     worst: Annotated[int, typer.Option(min=1, help="How many of the largest errors, each of a pose of its own.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print data for machines.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
-    """Show how the largest errors of a run came about: pose, every draw and what it contributes."""
+    """Show how the largest errors of a run came about: pose, every draw and what it contributes. Exit code 1 where one is not reproduced."""
     from lostmotion.ask.runs import replay as again
     from lostmotion.screen import ProgressBar
 
@@ -29,6 +29,11 @@ def replay(
         import json
 
         typer.echo(json.dumps([each.result() for each in found], indent=2, ensure_ascii=False, allow_nan=False))
-        return
-    for each in found:
-        each.summary()
+    else:
+        for each in found:
+            each.summary()
+    other = sum(not each.found.reproduced for each in found)
+    if other:
+        said = f"{other} of {len(found)} errors are not reproduced: the store holds other figures than its order makes"
+        typer.echo(f"lostmotion: {said}\n  run the same `lostmotion sweep` in another folder", err=True)
+        raise typer.Exit(1)

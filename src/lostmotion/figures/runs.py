@@ -326,6 +326,9 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+NOT_REPRODUCED: Final = "The stored figure is not reproduced, so the store is damaged or was made by other code:"
+
+
 def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     """How did one extreme come about?"""
     at = found.found
@@ -347,7 +350,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     return Sheet(
         name=name,
         subject="an extreme replayed",
-        verdict=f"An error of {length(at.error)}: {said}.",
+        verdict=f"An error of {length(at.error)}: {said}." if found.reproduced else f"{NOT_REPRODUCED} {said}.",
         cards=(),
         sections=(
             Section("length", "Length of the error", ("value",), lengths),
@@ -365,6 +368,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
             "stated": order.stated(at.design),
             "replayed_m": found.length,
             "same_bits": found.kernel == at.error,
+            "reproduced": found.reproduced,
         },
     )
 

@@ -31,6 +31,12 @@ COLUMNS: Final = (
     *(f"{name}{end}" for name in ("ap", "rp") for end in ("_mean", *(f"_q95{end}" for end in _INTERVAL))),
     *("bias_square", "robot_square", "visit_square", "worst_case", "root_sum_square"),
 )
+# Of these, known for every pose however few robots and visits there are.
+_ALWAYS: Final = (
+    *("mean", "mean_square", "largest", "largest_robot", "largest_visit"),
+    *(f"q{100 * level:.0f}" for level in kernel.QUANTILES),
+    *("bias_square", "robot_square", "visit_square", "worst_case", "root_sum_square"),
+)
 PARTS: Final = ("variance", "own_bias", "shared_bias")
 OF_ROBOTS: Final = ("mean", "ap", "rp")
 _AP: Final = kernel.COLUMNS
@@ -94,6 +100,29 @@ def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
             raise ValueError(f"{name}: bytes of another size")
         found[name] = np.frombuffer(Zstd().decode(packed[name]), piece.kind).reshape(piece.shape)
     return Record(**found)
+
+
+def check_record(order: Order, block: int, record: Record) -> Record:
+    """Refuse a record that no study of this order makes, whatever its checksum says: a store may come from a stranger, or from a broken disk.
+
+    Raises ValueError for figures that are not finite or negative, for robots and visits out of range, and for counts that do not add up.
+    """
+    first, last = order.span(block)
+    rows = record.poses[: last - first]
+    always = rows[:, [COLUMNS.index(name) for name in _ALWAYS]]
+    robot, visit = rows[:, kernel.LARGEST_ROBOT], rows[:, kernel.LARGEST_VISIT]
+    if not (np.isfinite(always) & (always >= 0)).all() or np.isinf(rows).any():
+        raise ValueError("figures of poses that are no lengths")
+    if (robot >= order.robots).any() or (visit >= order.visits).any() or (robot % 1).any() or (visit % 1).any():
+        raise ValueError("a robot or a visit out of range")
+    samples = (last - first) * order.robots * order.visits
+    if (record.histogram < 0).any() or (record.histogram > samples).any() or int(record.histogram.sum()) != samples:
+        raise ValueError("counts that do not add up")
+    if not (np.isfinite(record.robots[:, 0]) & (record.robots[:, 0] >= 0)).all() or np.isinf(record.robots).any():
+        raise ValueError("figures of robots that are no lengths")
+    if not np.isfinite(record.parts).all():
+        raise ValueError("figures of parts that are not finite")
+    return record
 
 
 def _unpacked_size(raw: bytes) -> int:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from lostmotion import __version__
-from lostmotion.errors import LostmotionError, refuse_argument
+from lostmotion.errors import LostmotionError, refuse_argument, shown
 from lostmotion.formats.designs import read_design
 from lostmotion.formats.poses import read_poses
 from lostmotion.formats.sweep import MOST_DESIGNS, MOST_KEYS, Axis, changes, designs
@@ -77,12 +77,19 @@ class Order(BaseModel):
         """Refuse names that lead elsewhere: an order may come from a stranger's store."""
         for name in files:
             path = PurePosixPath(name)
-            plain = name.isprintable() and "\\" not in name and ":" not in name and len(name) <= _LONGEST_NAME
+            plain = name.isprintable() and "\\" not in name and ":" not in name and len(name.encode(errors="replace")) <= _LONGEST_NAME
             if not plain or path.is_absolute() or ".." in path.parts or path.as_posix() != name or path.suffix.lower() not in _ENDINGS:
                 raise ValueError("a file of another folder")
         if len(files) > _MOST_FILES:
             raise ValueError("too many files")
         return files
+
+    @field_validator("made_with")
+    @classmethod
+    def _names_its_versions(cls, made: dict[str, str]) -> dict[str, str]:
+        if not {"lostmotion", *_MADE_WITH} <= made.keys():
+            raise ValueError("versions that are not stated")
+        return made
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -174,9 +181,11 @@ class Order(BaseModel):
 def order_of(text: bytes) -> Order:
     """Which order does this text write down? Raises LostmotionError for one that no run of this package wrote."""
     try:
-        return Order.model_validate(json.loads(text))
+        order = Order.model_validate(json.loads(text))
+        order.text()  # refuses numbers that are not finite and half characters, which no file of ours holds
+        return order  # noqa: TRY300 - both lines may refuse
     except (ValidationError, ValueError, RecursionError) as error:
-        what = error.errors()[0]["loc"][:1] if isinstance(error, ValidationError) else ("no JSON",)
+        what = error.errors()[0]["loc"][:1] if isinstance(error, ValidationError) else ("no JSON in UTF-8 with finite numbers",)
         raise LostmotionError(
             f"this is no order of a run that can be read: {', '.join(map(str, what)) or 'its values do not fit together'}"
         ) from None
@@ -211,8 +220,11 @@ def _laid_out(files: dict[str, str]) -> Iterator[Path]:
     """Put the texts where the readers look for them, for a moment."""
     with tempfile.TemporaryDirectory(prefix="lostmotion-") as name:
         folder = Path(name)
-        for file, text in files.items():
-            place = folder / file
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(text, encoding="utf-8", newline="")
+        try:
+            for file, text in files.items():
+                place = folder / file
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.write_text(text, encoding="utf-8", newline="")
+        except OSError as error:  # one file named as the folder of another, names too long, a full disk
+            raise LostmotionError(f"the files of the order cannot be laid out: {error.strerror or error} ({shown(file)})") from None
         yield folder

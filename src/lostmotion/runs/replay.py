@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 MOST: Final = 1000
+# Other processors and versions differ in the last bits; this is a thousand times more than they do.
+_SAME: Final = 1e-9
 _LARGEST: Final = COLUMNS.index("largest")
 
 
@@ -69,6 +71,11 @@ class Replay:
     def apart(self) -> float:
         """Give by how much of itself the length differs from the stored one."""
         return abs(self.length / self.found.error - 1) if self.found.error else self.length
+
+    @property
+    def reproduced(self) -> bool:
+        """Tell whether block and sum over terms give the stored length again, but for the last digits that other processors or versions change."""
+        return self.apart <= _SAME and abs(self.kernel - self.found.error) <= _SAME * self.found.error
 
 
 def replays(

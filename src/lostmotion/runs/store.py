@@ -2,7 +2,8 @@
 
     run.json          the order: arm file, values swept, counts, seed, versions (`runs.order`)
     blocks.zarr/      arrays (design, block, ...), one chunk per block, to be opened with Zarr or xarray
-    ledger/           a file for each block that is done, with the SHA-256 of its chunks
+    ledger/           a file for each block that is done, with the SHA-256 of its chunks and of the order they belong to
+    run.lock          empty; locked by the process at work, and free again when that ends, however it ends
     report.html, result.json    once all blocks are done
 
 Nothing in it tells the time or is drawn at random, so that two runs of one order can be compared byte by byte. A file is put in place
@@ -21,8 +22,9 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 
 from lostmotion.errors import InputError, LostmotionError, OutputExistsError, Problem
-from lostmotion.runs.blocks import ZSTD_LEVEL, Record, pieces, unpack
+from lostmotion.runs.blocks import ZSTD_LEVEL, Record, check_record, pieces, unpack
 from lostmotion.runs.ledger import PARTIAL, digest, entry, place, read_entry, read_regular
+from lostmotion.runs.lock import LOCK, lock
 from lostmotion.runs.order import Order, order_of
 
 if TYPE_CHECKING:
@@ -33,6 +35,10 @@ BLOCKS: Final = "blocks.zarr"
 LEDGER: Final = "ledger"
 SUMMED_UP: Final = ("report.html", "result.json")
 _LARGEST_ORDER: Final = 20_000_000
+# The line of the ledger that binds a block to its order.
+_OF_ORDER: Final = "run.json"
+# A run that begins holds the lock while it writes a few small files.
+_SECONDS_TO_BEGIN: Final = 60.0
 _PARTIAL: Final = re.compile(rf"\.[0-9a-f]{{8}}{re.escape(PARTIAL)}$")
 
 
@@ -44,6 +50,7 @@ class Store:
         self.folder = folder
         self.order = order
         self._pieces = pieces(order)
+        self._order = digest(order.text())
 
     @classmethod
     def begin(cls, folder: Path, order: Order) -> Self:
@@ -57,26 +64,36 @@ class Store:
             raise LostmotionError(f"the files of this arm take {len(text)} bytes; at most {_LARGEST_ORDER} go into a run's store")
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             raise OutputExistsError(f"'{folder}' is no folder\n  name another one with --out")
-        there = read_regular(folder / ORDER, _LARGEST_ORDER)
-        if there is None:
-            if folder.exists() and any(not _PARTIAL.search(each.name) for each in list(folder.iterdir())):
-                raise OutputExistsError(f"'{folder}' exists and holds no run\n  it is left alone; name another folder with --out")
-            _put(folder / ORDER, text)
-        elif there != text:
-            try:
-                lines = order.differences(order_of(there))
-            except LostmotionError:
-                lines = ["its order cannot be read"]
-            said = "\n".join(f"  {line}" for line in lines or ["written differently"])
-            raise OutputExistsError(
-                f"'{folder}' holds another run, which this one cannot go on with:\n{said}\n  name another folder with --out, or remove that one"
-            )
         store = cls(folder, order)
-        store._refuse_links()
-        for name, content in _metadata(order).items():
-            if read_regular(folder / name, _LARGEST_ORDER) != content:
-                _put(folder / name, content)
+        there = read_regular(folder / ORDER, _LARGEST_ORDER)
+        if there is not None:
+            store._refuse_other_order(there)
+        elif _strangers(folder):
+            raise OutputExistsError(f"'{folder}' exists and holds no run\n  it is left alone; name another folder with --out")
+        # Read again under the lock: of two runs that begin in a new folder at the same time, the second finds the order of the first.
+        with lock(folder, wait=_SECONDS_TO_BEGIN if there is None else 0.0):
+            there = read_regular(folder / ORDER, _LARGEST_ORDER)
+            if there is None:
+                _put(folder / ORDER, text)
+            store._refuse_other_order(text if there is None else there)
+            store._refuse_links()
+            for name, content in _metadata(order).items():
+                if read_regular(folder / name, _LARGEST_ORDER) != content:
+                    _put(folder / name, content)
         return store
+
+    def _refuse_other_order(self, there: bytes | None) -> None:
+        """Refuse to go on where another order stands. Raises OutputExistsError, which names what differs."""
+        if there == self.order.text():
+            return
+        try:
+            lines = ["its run.json is gone"] if there is None else self.order.differences(order_of(there))
+        except LostmotionError:
+            lines = ["its order cannot be read"]
+        said = "\n".join(f"  {line}" for line in lines or ["written differently"])
+        raise OutputExistsError(
+            f"'{self.folder}' holds another run, which this one cannot go on with:\n{said}\n  name another folder with --out, or remove that one"
+        )
 
     @classmethod
     def open(cls, folder: Path) -> Self:
@@ -101,32 +118,27 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep a second run from writing here at the same time, where the system has such locks; the lock dies with the process."""
-        try:
-            import fcntl
-        except ImportError:  # no such locks here: two runs at once would only compute the same blocks twice
-            yield
-            return
-        with (self.folder / ORDER).open("rb") as held:
-            try:
-                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise LostmotionError(f"another process is at work in '{self.folder}'\n  wait for it, or name another folder with --out") from None
+        """Keep a second run from writing here at the same time.
+
+        Raises LostmotionError where one is at work, OutputExistsError where run.json states another order by now.
+        """
+        with lock(self.folder):
+            self._refuse_other_order(read_regular(self.folder / ORDER, _LARGEST_ORDER))
             yield
 
     def done(self, progress: Callable[[str, int, int], None] | None = None) -> np.ndarray:
-        """Which blocks are done (design, block), their chunks as the ledger says? Sweeps out what a killed run left half written."""
+        """Which blocks are done (design, block), as `read` gives them? Sweeps out what a killed run left half written."""
         self._sweep_out()
         out = np.zeros((self.order.designs, self.order.blocks), bool)
         for k, (design, block) in enumerate(self._listed()):
-            out[design, block] = self._packed(design, block) is not None
+            out[design, block] = self._record(design, block) is not None
             if progress is not None:
                 progress("checking what is done", k + 1, out.size)
         return out
 
     def _listed(self) -> Iterator[tuple[int, int]]:
         """Name the blocks that the ledger has a line for, in no order."""
-        with suppress(FileNotFoundError), os.scandir(self.folder / LEDGER) as entries:
+        with suppress(FileNotFoundError), self._inside(LEDGER), os.scandir(self.folder / LEDGER) as entries:
             for each in entries:
                 match = re.fullmatch(r"(\d{1,9})\.(\d{1,12})\.json", each.name)
                 if match and int(match[1]) < self.order.designs and int(match[2]) < self.order.blocks:
@@ -134,36 +146,58 @@ class Store:
 
     def _sweep_out(self) -> None:
         for name in ("", LEDGER, BLOCKS, *(f"{BLOCKS}/{name}" for name in self._pieces)):
-            with suppress(FileNotFoundError), os.scandir(self.folder / name) as entries:
+            with suppress(FileNotFoundError), self._inside(name), os.scandir(self.folder / name) as entries:
                 for each in entries:
-                    if _PARTIAL.search(each.name):
+                    if _PARTIAL.search(each.name) and not each.is_dir(follow_symlinks=False):
                         Path(each.path).unlink(missing_ok=True)
+
+    @contextmanager
+    def _inside(self, name: str) -> Iterator[None]:
+        """Say in one message where a folder of the store cannot be looked into: a file in its place, or no permission."""
+        try:
+            yield
+        except FileNotFoundError:
+            raise
+        except OSError as error:
+            path = self.folder / name
+            raise LostmotionError(
+                f"'{path}' cannot be used: {error.strerror or error}\n  remove it and run the same `lostmotion sweep` again"
+            ) from error
 
     def write(self, design: int, block: int, packed: Mapping[str, bytes]) -> None:
         """Keep a block: its chunks first, then its line in the ledger, each whole or not at all."""
         for name in self._pieces:
             place(self._chunk(name, design, block), packed[name])
-        place(self._entry(design, block), entry({name: digest(packed[name]) for name in self._pieces}))
+        place(self._entry(design, block), entry({_OF_ORDER: self._order, **{name: digest(packed[name]) for name in self._pieces}}))
 
     def keep(self, name: str, content: bytes) -> None:
         """Keep a file that sums the run up, in place of an earlier one."""
         if name not in SUMMED_UP:
             raise ValueError(f"'{name}' is no file of a run")
+        self._refuse_other_order(read_regular(self.folder / ORDER, _LARGEST_ORDER))
         _put(self.folder / name, content)
 
     def read(self, design: int, block: int) -> Record:
         """Give a block. Raises LostmotionError where it is not there as the ledger says."""
+        record = self._record(design, block)
+        if record is None:
+            said = f"block {block} of design {design} in '{self.folder}' is not done, damaged, or of another order than its {ORDER}"
+            raise LostmotionError(f"{said}\n  run the same `lostmotion sweep` again")
+        return record
+
+    def _record(self, design: int, block: int) -> Record | None:
+        """Give a block where it is there as the ledger says, and is one that a study can make."""
         packed = self._packed(design, block)
         try:
-            if packed is not None:
-                return unpack(self.order, packed)
+            return None if packed is None else check_record(self.order, block, unpack(self.order, packed))
         except (ValueError, RuntimeError):
-            pass
-        raise LostmotionError(f"block {block} of design {design} in '{self.folder}' is not done, or damaged\n  run the same `lostmotion sweep` again")
+            return None
 
     def _packed(self, design: int, block: int) -> dict[str, bytes] | None:
         """Give a block's chunks where all of them are as the ledger says."""
         sums = read_entry(self._entry(design, block))
+        if sums.get(_OF_ORDER) != self._order:  # figures of another order, or of this one before somebody edited it
+            return None
         out = {}
         for name, piece in self._pieces.items():
             # What cannot be packed is stored as it is, with a few bytes around it.
@@ -178,6 +212,16 @@ class Store:
 
     def _entry(self, design: int, block: int) -> Path:
         return self.folder / LEDGER / f"{design}.{block}.json"
+
+
+def _strangers(folder: Path) -> bool:
+    """Does the folder hold anything that a run which was just begun does not leave?"""
+    try:
+        return any(name != LOCK and not _PARTIAL.search(name) for name in [each.name for each in folder.iterdir()])
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise LostmotionError(f"'{folder}' cannot be looked at: {error.strerror or error}\n  name another folder with --out") from error
 
 
 def _put(path: Path, content: bytes) -> None:
