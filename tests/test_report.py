@@ -5,7 +5,11 @@ from __future__ import annotations
 import html.parser
 import io
 import json
+import os
 import re
+import subprocess
+import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +22,7 @@ from lostmotion.figures import Figure, Row, Section
 from lostmotion.figures.arm import sections, sheet
 from lostmotion.plots.arm import plots
 from lostmotion.report import arm as report
+from lostmotion.report import folder as folder_of_report
 from lostmotion.report import page as pages
 from lostmotion.screen import print_sheet
 from tests.test_plots import small_study
@@ -297,6 +302,7 @@ def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
     target = tmp_path / "out"
     target.mkdir()
     (target / "result.json").write_text("old")
+    monkeypatch.setattr(folder_of_report, "exchange", lambda *_: False)  # a system that only renames
     rename = Path.rename
 
     def renamed(path, to):
@@ -309,6 +315,59 @@ def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
         report.write_folder(small_study(), target, force=True)
     assert left_in(tmp_path) == ["out"]
     assert (target / "result.json").read_text() == "old"
+
+
+KILLED_WHILE_REPLACING = """
+import os, sys
+from pathlib import Path
+from lostmotion.report import folder
+
+target, atomic = Path(sys.argv[1]), sys.argv[2] == "atomic"
+old, new = ({name: (word * 9).encode() for name in ("report.html", "result.json")} for word in ("old", "new"))
+if not atomic:
+    folder.exchange = lambda *_: False
+folder.write_whole(old, target)
+missing = 0
+for step in range(1000):
+    child = os.fork()
+    if child == 0:
+        left = [step]
+        def dying(act):
+            def instead(*given, **named):
+                if left[0] == 0:
+                    os._exit(9)
+                left[0] -= 1
+                return act(*given, **named)
+            return instead
+        for owner, names in ((Path, ("mkdir", "write_bytes", "rename", "unlink", "rmdir")), (os, ("fsync", "scandir")), (folder, ("exchange",))):
+            for name in names:
+                setattr(owner, name, dying(getattr(owner, name)))
+        folder.write_whole(new, target, force=True)
+        os._exit(0)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    missing += not target.exists()
+    folder.refuse_existing(target, force=True)  # whoever comes next
+    found = {each.name: each.read_bytes() for each in target.iterdir()}
+    assert found in (old, new), (step, found)
+    if code == 0:
+        break
+    folder.write_whole(old, target, force=True)
+assert found == new
+print(step, missing)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+@pytest.mark.parametrize("how", ["atomic", "renames"])
+def test_killed_at_any_step_of_replacing_the_old_or_the_new_results_stand(tmp_path, how):
+    """Killed before each step of --force, the earlier or the new results stand whole: at once, or from the next start on without an exchange."""
+    if how == "atomic" and not folder_of_report.exchange(*(Path(tempfile.mkdtemp(dir=tmp_path)) for _ in range(2))):
+        pytest.skip("this disk cannot exchange two folders in one step")
+    ran = subprocess.run([sys.executable, "-c", KILLED_WHILE_REPLACING, tmp_path / "out", how], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    steps, missing = map(int, ran.stdout.split())
+    assert steps > 8
+    assert missing == (0 if how == "atomic" else 1)
 
 
 def test_a_parent_that_is_a_file_is_one_message(tmp_path):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import secrets
 import stat
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,6 +17,11 @@ from lostmotion.errors import LostmotionError, OutputExistsError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+# AT_FDCWD of Linux; RENAME_EXCHANGE of Linux and RENAME_SWAP of macOS, which are the same number.
+_HERE: Final = -100
+_SWAP: Final = 2
+# So much of a folder's name goes into the names of those that stand beside it for a moment.
+_LONGEST_BESIDE: Final = 60
 # Whatever a report is about, its folder holds some of these and nothing else.
 FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", "sized.toml")
 
@@ -50,6 +58,7 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
     """
     target = Path(out)
     target = target.absolute() if target.name not in {"", ".."} else target.resolve()
+    _put_back(target)
     try:
         kind = target.lstat().st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -93,23 +102,24 @@ def _strangers(folder: Path) -> list[str]:
 
 
 def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
-    """Write a new folder beside the target and put it in its place by renaming; the old one goes last."""
-    token = secrets.token_hex(4)
-    new, old = (target.with_name(f".{target.name[:80]}.{token}.{state}") for state in ("new", "old"))
+    """Write a new folder beside the target and put it in its place; the old one goes last. Killed at any moment, the old or the new one stands."""
+    new, old = (_beside(target, secrets.token_hex(4), state) for state in ("new", "old"))
     new.mkdir()
     try:
         for name, content in contents.items():
             (new / name).write_bytes(content)
+            to_disk(new / name)
+        to_disk(new)  # or a renamed folder could be empty after the machine has lost its power
         refuse_existing(target, force=force)  # it may have come into being meanwhile
         if not target.exists():
             new.rename(target)
+            to_disk(target.parent)
             return
-        target.rename(old)
-        try:
-            new.rename(target)
-        except BaseException:
-            old.rename(target)
-            raise
+        if exchange(new, target):
+            new, old = old, new
+        else:
+            _swap(new, old, target)
+        to_disk(target.parent)
     except BaseException:
         _remove(new)
         raise
@@ -117,6 +127,61 @@ def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
         _remove(old)
     except OSError as error:
         raise LostmotionError(f"'{target}' is written, but the earlier folder could not be removed: '{old}' ({error.strerror})") from error
+
+
+def _beside(target: Path, token: str, state: str) -> Path:
+    return target.with_name(f".{target.name[:_LONGEST_BESIDE]}.{token}.{state}")
+
+
+def exchange(one: Path, other: Path) -> bool:
+    """Exchange two folders in one step, so that none is ever missing (renameat2 of Linux, renamex_np of macOS)? False where the system cannot."""
+    import ctypes
+
+    try:
+        system = ctypes.CDLL(None, use_errno=True)
+        names = os.fsencode(one), os.fsencode(other)
+        if hasattr(system, "renamex_np"):
+            return bool(system.renamex_np(*names, ctypes.c_uint(_SWAP)) == 0)
+        return bool(system.renameat2(_HERE, names[0], _HERE, names[1], ctypes.c_uint(_SWAP)) == 0)
+    except (OSError, TypeError, AttributeError):  # no such library or function: Windows, older systems
+        return False
+
+
+def _swap(new: Path, old: Path, target: Path) -> None:
+    """Put the new folder in the old one's place by two renames; whoever looks next puts the old one back where this was killed in between."""
+    target.rename(old)
+    try:
+        new.rename(target)
+    except BaseException:
+        old.rename(target)
+        raise
+
+
+def _put_back(target: Path) -> None:
+    """Put an earlier folder of ours back in its place where a process was killed between its two renames."""
+    pattern = re.compile(re.escape(_beside(target, "TOKEN", "old").name).replace("TOKEN", "[0-9a-f]{8}")) if target.name else None
+    with suppress(OSError):
+        if pattern is None or os.path.lexists(target):
+            return
+        for each in [each for each in target.parent.iterdir() if pattern.fullmatch(each.name)]:
+            if each.is_dir() and not each.is_symlink() and not _strangers(each):
+                each.rename(target)
+                return
+
+
+def to_disk(path: Path) -> None:
+    """Wait until a file, or a folder's list of names, is on the disk; where a system cannot open folders, it keeps their names by itself."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except PermissionError:
+        return
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in {errno.EINVAL, errno.ENOTSUP, errno.EBADF}:  # disks that know no such thing
+            raise
+    finally:
+        os.close(handle)
 
 
 def _remove(folder: Path) -> None:

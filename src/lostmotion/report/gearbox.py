@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lostmotion.errors import LostmotionError, OutputExistsError
-from lostmotion.report.folder import refuse_existing, write_whole
+from lostmotion.report.folder import refuse_existing, to_disk, write_whole
 from lostmotion.report.page import contents
 
 if TYPE_CHECKING:
@@ -54,8 +54,11 @@ def write_drawing(drawing: bytes, out: Path, *, force: bool = False) -> Path:
     new = out.with_name(f".{out.name[:80]}.{secrets.token_hex(4)}.new")
     try:
         new.write_bytes(drawing)
+        to_disk(new)
         new.replace(out)
-    except OSError as error:
+    except BaseException as error:
         new.unlink(missing_ok=True)
+        if not isinstance(error, OSError):
+            raise
         raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error
     return out

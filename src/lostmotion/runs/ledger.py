@@ -51,12 +51,19 @@ def read_regular(path: Path, most: int) -> bytes | None:
     return raw if len(raw) <= most else None
 
 
-def place(path: Path, content: bytes) -> None:
-    """Put a file where it belongs, whole or not at all: under a name of its own first, then renamed."""
+def place(path: Path, content: bytes, *, to_disk: bool = False) -> None:
+    """Put a file where it belongs, whole or not at all: under a name of its own first, then renamed.
+
+    With `to_disk` also where the machine loses its power; blocks do without, whose sums tell what was lost.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.name}.{secrets.token_hex(4)}{PARTIAL}")
     try:
-        partial.write_bytes(content)
+        with partial.open("wb") as stream:
+            stream.write(content)
+            if to_disk:
+                stream.flush()
+                os.fsync(stream.fileno())
         partial.replace(path)
     except BaseException:
         partial.unlink(missing_ok=True)

@@ -226,7 +226,7 @@ def _strangers(folder: Path) -> bool:
 
 def _put(path: Path, content: bytes) -> None:
     try:
-        place(path, content)
+        place(path, content, to_disk=True)
     except OSError as error:
         raise LostmotionError(f"'{path}' cannot be written: {error.strerror or error}\n  name a folder that can be written with --out") from error
 
