@@ -311,3 +311,17 @@ def test_friction_without_load_holds_the_output_where_it_stopped():
     assert gearbox.behaviour.friction[0] == 10.0
     held = next(term for term in gearbox.members["friction"].terms(condition(approach=-1.0)) if term.level == "design")
     assert held.screw[0, 2] == pytest.approx(gearbox.behaviour.wind_up_at(10.0))
+
+
+def test_two_preloaded_discs_wind_up_forwards():
+    """Pins and flanks off by 6 µm and nothing ground off for them: the pair rests preloaded, and from there turns with the torque, ever further."""
+    stated = {"relief": {"roller": "0 µm"}, "pin_size": "6 µm", "flank_form": "6 µm", "rated_torque": "784 N m"}
+    gearbox = drawing(**stated)
+    torque = 784 * np.array([0.003, 0.01, 0.03, 0.1, 0.3, 1.0])
+    made = gearboxes(gearbox, np.concatenate([-torque, torque]), 4, 40)
+    assert made.jammed > 0.2
+    ahead = np.concatenate([np.zeros((1, 40)), made.wind_up[6:]])
+    assert (np.diff(ahead, axis=0) > -1e-15).all()
+    assert (np.diff(np.concatenate([np.zeros((1, 40)), made.wind_up[:6]]), axis=0) < 1e-15).all()
+    assert (made.play >= 0).all()
+    assert (np.diff(gearbox.behaviour.total) > 0).all()

@@ -4,6 +4,9 @@ Every dimension is drawn within its tolerance and turned into gaps at the contac
 crank, carry the torque side by side: at each crank angle they share it so that both turn the output alike. Without load the first contact decides
 on either side, and an error of one flank counts in full; under load flanks average.
 
+Where the flanks of a disc, or of one disc against the other, interfere, the discs press on each other without any torque: `cycloid_preload` finds
+where they come to rest, and wind-up counts from there.
+
 Pins belong to the ring and are met by all discs; flanks belong to one disc. Each gearbox is drawn by name and number: a tolerance added, or more
 gearboxes, leaves the others' draws alone.
 """
@@ -19,7 +22,8 @@ import numpy as np
 
 from lostmotion.laws.chance import Normal, of_tolerance
 from lostmotion.laws.cycloid import arms, first_contact_error, gaps, gaps_from_pins, normals, pin_angles
-from lostmotion.laws.cycloid_drive import crank_play, loaded_disc
+from lostmotion.laws.cycloid_drive import LEAST_ARM, crank_play, loaded_disc, resting_disc
+from lostmotion.laws.cycloid_preload import HALVINGS, Branches, carried, preloaded
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -28,11 +32,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _NONE: Final = Toleranced(0.0)
-# Of the largest arm. A flank nearer to the line of centres that interferes by a micrometre would stop a rigid disc on a rigid eccentric; a real one
-# gives way sideways.
-LEAST_ARM: Final = 0.1
-# Halvings of the bracket in which the discs' common angle is sought: to the last bits.
-_HALVINGS: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +64,9 @@ class Built:
     """What came out; leading axes as said, the last one is the gearbox built.
 
     `ahead` and `behind` (crank, gearbox) rad: how far the output turns freely either way from its gapless place, clearances of crank and output pins
-    counted in; both may be below zero, where flanks interfere. `torque` (torque,) N m, of either sign; `rotation` (torque, crank, gearbox) rad
-    under it, with its sign, clearances counted in likewise. `jammed` (gearbox,): not free anywhere on its way round.
+    counted in; their sum, the play, is zero where discs press on each other, and one of them is then below zero. `torque` (torque,) N m, of either
+    sign; `rotation` (torque, crank, gearbox) rad under it, with its sign, clearances counted in likewise: never short of the end of the free way.
+    `jammed` (gearbox,): flanks press on each other without torque at every crank angle.
     """
 
     ahead: Floats
@@ -77,13 +77,12 @@ class Built:
 
     @property
     def ends(self) -> tuple[Floats, Floats]:
-        """Give where the free way ends ahead, and behind (crank, gearbox), rad; where flanks interfere, both in the middle of the overlap."""
-        middle = (self.ahead - self.behind) / 2
-        return np.maximum(self.ahead, middle), np.minimum(-self.behind, middle)
+        """Return the ends of the free way ahead and behind (crank, gearbox), rad; where discs press on each other, where they rest, twice."""
+        return self.ahead, -self.behind
 
     @property
     def play(self) -> Floats:
-        """Give the free play (gearbox,), rad, on average over the crank's turn; none where flanks interfere."""
+        """Give the free play (gearbox,), rad, on average over the crank's turn; none where discs press on each other."""
         return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
 
 
@@ -136,7 +135,8 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
 
     Rotations hold what disc, flanks and eccentric give (see `cycloid_drive`), not the output pins. Raises DidNotConvergeError where a load is
     beyond the contact law, ValueError for a torque of zero. Discs share the torque on straight lines between the loads solved: to some
-    2 % of the angle where their gaps differ much. The same bits for any `threads`; more gearboxes keep the first.
+    2 % of the angle where their gaps differ much. Without any torque, discs that press on each other are put in the middle of their overlap. The
+    same bits for any `threads`; more gearboxes keep the first.
     """
     torque, crank = np.asarray(torque, dtype=float), np.asarray(crank, dtype=float)
     if not torque.all():
@@ -145,16 +145,37 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
     ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    stuck = ahead + behind < 0
+    for disc in np.flatnonzero(stuck.any(axis=(1, 2))):
+        # its own flanks hold the disc in one place, from where only the clearances let the output move
+        rest = (ahead[disc] - behind[disc]) / 2
+        if len(torque):
+            turned = crank + 2 * math.pi * disc / drive.discs
+            rest = resting_disc(drive, turned, gap[disc], float(np.abs(torque).min()))
+        ahead[disc], behind[disc] = np.where(stuck[disc], (rest, -rest), (ahead[disc], behind[disc]))
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
     early = early - _room_lost(drive, scatter, gearboxes, seed)[:, None]
+    first, last = ahead + early[0] + free, behind + early[1] + free
+    ends = np.stack([first.min(axis=0), last.min(axis=0)])
     rotation = np.empty((len(torque), len(crank), gearboxes))
     for way, (sign, start) in enumerate(((1.0, ahead), (-1.0, behind))):
         chosen = np.flatnonzero(np.sign(torque) == sign)
         if len(chosen):
-            rotation[chosen] = sign * (_side_by_side(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way])
-    ahead, behind = (ahead + early[0]).min(axis=0) + free, (behind + early[1]).min(axis=0) + free
-    return Built(ahead, behind, torque, rotation, (ahead + behind < 0).all(axis=0))
+            found = _side_by_side(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way]
+            # errors of the output pins are averaged under load, where the first one to touch ends the free way
+            rotation[chosen] = sign * np.maximum(found, ends[way])
+    pressed = ends.sum(axis=0) < 0
+    middle = (ends[0] - ends[1]) / 2
+    ahead, behind = np.where(pressed, middle, ends[0]), np.where(pressed, -middle, ends[1])
+    chosen = np.flatnonzero(pressed.any(axis=0))
+    if len(chosen) and len(torque):
+        shifts = Branches(-last[..., chosen], first[..., chosen], (free + uneven)[..., chosen])
+        rest, turned = preloaded(drive, torque, crank, gap[:, :, chosen], shifts, threads=threads)
+        own = pressed[:, chosen]
+        rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
+        ahead[:, chosen], behind[:, chosen] = np.where(own, rest[1], ahead[:, chosen]), np.where(own, -rest[0], behind[:, chosen])
+    return Built(ahead, behind, torque, rotation, (pressed | stuck.any(axis=0)).all(axis=0))
 
 
 def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
@@ -242,17 +263,9 @@ def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, star
     out = np.empty((len(torque), *gap.shape[1:3]))
     for k, whole in enumerate(wanted):
         low, high = alone[:, 0].min(axis=0), alone[:, -1].max(axis=0)
-        for _ in range(_HALVINGS):
+        for _ in range(HALVINGS):
             middle = (low + high) / 2
-            short = sum(_carried(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
+            short = sum(carried(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
             low, high = np.where(short, middle, low), np.where(short, high, middle)
         out[k] = high
     return out
-
-
-def _carried(alone: Floats, loads: Floats, angle: Floats) -> Floats:
-    """Which load does one disc carry at an angle, on straight lines between its own (load, crank, gearbox)? None before its first contact."""
-    at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
-    below, above = (np.take_along_axis(alone, k[None], axis=0)[0] for k in (at - 1, at))
-    share = np.maximum(angle - below, 0.0) / np.maximum(above - below, np.finfo(float).tiny)
-    return np.asarray(loads[at - 1] + np.minimum(share, 1.0) * (loads[at] - loads[at - 1]))

@@ -28,6 +28,11 @@ if TYPE_CHECKING:
 
 # Enough crank angles within one pitch to average its ripple out.
 _RIPPLE: Final = 6
+# Of the largest arm. A flank nearer to the line of centres that interferes by a micrometre would stop a rigid disc on a rigid eccentric; a real one
+# gives way sideways.
+LEAST_ARM: Final = 0.1
+# Of a torque: as good as none.
+_REST: Final = 0.01
 # Around the crankshafts' circle: their forces go round with the crank.
 _ROUND: Final = 72
 
@@ -143,6 +148,28 @@ def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigi
     return loaded(drive.stage, drive.flanks, [torque], crank, gap, supports, threads=threads).checked()
 
 
+def resting_disc(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
+    """Return the angle (crank, draw), rad, at which the flanks of a disc that interfere hold it without torque; NaN where they leave it play.
+
+    `gap` (crank, draw, N) m; `torque` N m, above zero: the mean of the angles under a hundredth of it either way. Raises DidNotConvergeError where
+    interference is beyond the contact law, or presses 10 000 times as hard as `torque`.
+    """
+    stuck = interferes(drive, crank, gap)
+    chosen = np.flatnonzero(stuck.any(axis=0))
+    out = np.full(stuck.shape, math.nan)
+    if len(chosen):
+        small = _REST * torque
+        either = [loaded_disc(drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric).rotation[0] for each in (-small, small)]
+        out[:, chosen] = np.where(stuck[:, chosen], (either[0] + either[1]) / 2, math.nan)
+    return out
+
+
+def interferes(drive: Drive, crank: Floats, gap: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Tell for which gaps (crank, draw, N) a disc's own flanks leave it no play (crank, draw)."""
+    theta = pin_angles(drive.stage, crank)[:, None]
+    return first_contact_error(drive.stage, theta, gap, LEAST_ARM) + first_contact_error(drive.stage, -theta, gap, LEAST_ARM) < 0
+
+
 def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
     held, around = math.inf, 1 / drive.bodies if drive.bodies else math.inf
     eccentric = drive.eccentric
@@ -168,22 +195,29 @@ def pitch_of_crank(drive: Drive) -> Floats:
 def members(drive: Drive, torque: Floats) -> dict[str, Floats]:
     """By which angle (rad) does each member let the output turn under torques (torque,) above zero, N m of the whole drive, as drawn?
 
-    Counted from where the first flank touches, so the play is not in it; they add up to the wind-up. A rigid member stands there with zeros.
-    Raises DidNotConvergeError where the contact law holds no such load.
+    Counted from where the first flank touches, so the play is not in it, and of flanks that interfere from where they rest; they add up to the
+    wind-up. A rigid member stands there with zeros. Raises DidNotConvergeError where the contact law holds no such load.
     """
     torque = np.asarray(torque, dtype=float)
     crank = pitch_of_crank(drive)
     gap = nominal_gaps(drive, crank)
     bare = replace(drive, flanks=replace(drive.flanks, bending=0.0), disc_body=0.0, ring_body=0.0)
     bent = replace(bare, flanks=drive.flanks)
-    start = first_contact_error(drive.stage, pin_angles(drive.stage, crank), gap[:, 0]).mean()
+    first = first_contact_error(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
+    stuck = interferes(drive, crank, gap)[:, 0]
+
+    def start(held: Drive, each: float, *, rigid: bool) -> float:
+        return float(np.where(stuck, resting_disc(held, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
+
     lobes = "planet pins" if drive.stage.twin else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
     out = {name: np.zeros_like(torque) for name in ("lobe contacts", lobes, "disc body", "ring body", "eccentric bearing", "eccentric shaft")}
     for k, each in enumerate(torque / drive.discs):
-        contact = float(loaded_disc(bare, each, crank, gap, rigid_eccentric=True).rotation.mean())
-        bending = float(loaded_disc(bent, each, crank, gap, rigid_eccentric=True).rotation.mean()) if drive.flanks.bending else contact
-        eccentric = float(loaded_disc(bent, each, crank, gap).rotation.mean()) - bending
-        out["lobe contacts"][k] = contact - start
+        contact = float(loaded_disc(bare, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(bare, each, rigid=True)
+        bending = contact
+        if drive.flanks.bending:
+            bending = float(loaded_disc(bent, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(bent, each, rigid=True)
+        eccentric = float(loaded_disc(bent, each, crank, gap).rotation.mean()) - start(bent, each, rigid=False) - bending
+        out["lobe contacts"][k] = contact
         out[lobes][k] = bending - contact
         soft = 1 / drive.eccentric.bearing_stiffness(crank_force(bent, each))
         share = soft / (soft + 1 / drive.eccentric.shaft) if soft else 0.0
