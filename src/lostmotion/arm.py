@@ -16,6 +16,7 @@ from lostmotion.parts.base import Base
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.source import Condition, Force, Line, Mass, Part, Term, Torque
 from lostmotion.spatial import combined, cross, inverse, mapped, motion
 from lostmotion.units import Quantity
@@ -33,7 +34,7 @@ MOST_NOTES: Final = 200
 MOST_JOINTS: Final = 64
 
 
-class Payload(Part):
+class Payload(Sourced):
     """What hangs on the tool: a mass with its centre in the tool frame, and a process force and moment in the tool's axes."""
 
     mass: Mass = 0.0
@@ -42,7 +43,7 @@ class Payload(Part):
     moment: tuple[Torque, Torque, Torque] = (0.0, 0.0, 0.0)
 
 
-class Tool(Part):
+class Tool(Sourced):
     """The tool frame seen from the last link's tip, and what the tool itself weighs."""
 
     frame: Place = Place()

@@ -19,6 +19,9 @@ def packaged(file: str) -> dict[str, Any]:
 def materials() -> dict[str, Material]:
     """Which materials are known by name? Typical values at room temperature; `scatter` is the ± share by which the moduli differ.
 
-    In SI: Pa, kg/m^3. A material of your own belongs in the arm file, under [materials.NAME].
+    In SI: Pa, kg/m^3. Typical values are assumed, and so each says. A material of your own belongs in the arm file, under [materials.NAME].
     """
-    return {name: Material.model_validate(entry, context={"text": True}) for name, entry in packaged("materials.toml").items()}
+    return {
+        name: Material.model_validate({**entry, "assumed": [key for key in entry if key != "source"]}, context={"text": True})
+        for name, entry in packaged("materials.toml").items()
+    }

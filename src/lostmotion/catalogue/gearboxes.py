@@ -112,10 +112,15 @@ class GearboxRow(_Printed):
         return (self.ratio is None or ratio == self.ratio) and (self.ratio_above is None or ratio > self.ratio_above)
 
     def with_own(self, stated: dict[str, Any]) -> dict[str, Any]:
-        """Which fields does a gearbox get whose owner states some of them? Theirs go before the row's."""
+        """Return the fields of a gearbox whose owner states some of them: theirs go before the row's, with the row's limits and source added."""
         replaced = {other for name in stated for other in _REPLACES.get(name, ())}
         kept = {name: value for name, value in self.part.items() if name not in replaced}
-        return {"kind": "catalogue", **kept, **stated}
+        limits = [name for name in self.upper_limits if name in kept and name not in stated]
+        own = stated.get("source")
+        source = f"{own}; the rest: {self.source}" if isinstance(own, str) and own else self.source
+        # what the user wrote of the origin goes with the row's own, unless it is no text: then the model says what is wrong with it
+        origin = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
+        return {"kind": "catalogue", **kept, **stated, **origin, **({"source": source} if own is None or isinstance(own, str) else {})}
 
     def note(self, name: str, stated: dict[str, Any]) -> str:
         """Say in one line what a user of this row should know of the fields they did not state themselves."""

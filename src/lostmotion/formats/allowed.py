@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import types
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 Options = list[Any]
+_ORIGIN: Final = frozenset({"assumed", "source", "upper_limits"})
 
 
 def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: ANN401 - any annotation
@@ -42,6 +43,11 @@ def tag(model: type[BaseModel]) -> str:
     """Which value of `kind` or `type` chooses this table among others? Empty where none does."""
     fields = [model.model_fields[name] for name in ("kind", "type") if name in model.model_fields]
     return next((word for field in fields for word in literals([field.annotation])), "")
+
+
+def keys(model: type[BaseModel]) -> list[str]:
+    """Which keys does this table take? Those that say where its values come from last."""
+    return sorted(model.model_fields, key=_ORIGIN.__contains__)
 
 
 def literals(options: Options) -> list[str]:
@@ -105,5 +111,5 @@ def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
 
 def _example_table(model: type[BaseModel]) -> str:
     needed = [name for name, field in model.model_fields.items() if field.is_required() or name in ("kind", "type")]
-    needed = needed or list(model.model_fields)[:1]
+    needed = needed or keys(model)[:1]
     return "{ " + ", ".join(f"{name} = {example(inside([model], name))}" for name in needed) + " }"

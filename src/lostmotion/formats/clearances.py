@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.catalogue.clearances import clearance_of_group, doubt_of_clearance, interference_of_zone
 from lostmotion.errors import InputError, shown
+from lostmotion.formats.provenance import rename_assumed
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.units import UnitError, read_quantity
@@ -49,6 +50,7 @@ def _place(draft: Draft, stated: Any, path: Path) -> None:  # noqa: ANN401 - wha
     kind = stated.get("kind") if isinstance(stated, dict) else None
     if not isinstance(kind, str) or kind not in kinds or draft.full:
         return
+    rename_assumed(stated, {key: field for key, field, *_ in _FITS if key in stated})
     group = stated.get("clearance")
     bore, outside = (_size(stated.get(key)) for key in ("bore", "outside_diameter"))
     if isinstance(group, str) and group.strip()[:1].upper() == "C":

@@ -11,6 +11,7 @@ from lostmotion.formats import native, read, urdf
 from lostmotion.formats.bounds import MOST_MISTAKES, listed, nearest, refuse_all
 from lostmotion.formats.draft import SHARED, plain
 from lostmotion.formats.draft import SWEEP as TABLE
+from lostmotion.formats.provenance import forget_assumed
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 from lostmotion.formats.sidecar import find_sidecar
 from lostmotion.formats.sweep import EXAMPLE, Axis, changes, designs, key_said, read_axes
@@ -78,6 +79,7 @@ def _place(file: str, tree: dict[str, Any], key: str, value: Any) -> Problem | N
         here = inner
     last = steps[-1]
     if isinstance(here, dict):
+        forget_assumed(here, last)
         here[last] = value
     elif last.isdecimal() and int(last) < len(here):
         here[int(last)] = value

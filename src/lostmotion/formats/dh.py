@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from lostmotion.errors import shown
 from lostmotion.formats.mistakes import problems
+from lostmotion.formats.provenance import rename_assumed
 from lostmotion.parts.link import Place
 from lostmotion.parts.source import Angle, Length, Part
 from lostmotion.spatial import turn
@@ -97,6 +98,7 @@ def place_by_rows(draft: Draft) -> None:
         rows.append(_row(draft, index, {key: joint.pop(key) for key in stated}))
         _refuse_said_twice(draft, index, joint, convention)
     for (_, joint), (origin, tip) in zip(draft.joints, _CONVENTIONS[convention](rows), strict=True):
+        rename_assumed(joint, {convention: "origin"})
         joint["origin"] = origin
         link = joint.setdefault("link", {})
         if isinstance(link, dict):

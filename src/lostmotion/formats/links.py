@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import InputError, shown
 from lostmotion.formats.compliance_csv import read_compliance
+from lostmotion.formats.provenance import rename_assumed
 from lostmotion.formats.text import beside
 
 if TYPE_CHECKING:
@@ -70,6 +71,8 @@ def _place_compliance(draft: Draft, holder: Any, path: Path) -> None:  # noqa: A
     path = (*path, "compliance")
     stated = holder["compliance"]
     table = dict(stated) if isinstance(stated, dict) else {"file": stated}
+    if "file" in table:
+        rename_assumed(table, {"file": "matrix"})
     name = table.pop("file", None)
     file = beside(draft.file, name)
     numbers = {"matrix", "own_weight"} & table.keys()

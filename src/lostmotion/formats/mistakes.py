@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from lostmotion.errors import Problem, shown
-from lostmotion.formats.allowed import example, inside, literals, models, tag, words
+from lostmotion.formats.allowed import example, inside, keys, literals, models, tag, words
 from lostmotion.formats.bounds import MOST_MISTAKES, nearest
 
 if TYPE_CHECKING:
@@ -120,7 +120,8 @@ def _say_value(spot: _Spot, _: Also) -> _Said:
 def _say_rule(spot: _Spot, _: Also) -> _Said:
     """Pass on what a part's own rule says: it carries its words with it."""
     shape = spot.context["example"]
-    return _Said(spot.path, spot.context["why"], spot.context["expected"], shape if "=" in shape else _assignment(spot.path, shape))
+    example = shape if "=" in shape else _assignment(spot.path, shape)
+    return _Said(spot.path, spot.context["why"], spot.context["expected"], example, spot.context.get("near", ""))
 
 
 def _say_missing(spot: _Spot, _: Also) -> _Said:
@@ -132,7 +133,7 @@ def _say_missing(spot: _Spot, _: Also) -> _Said:
 
 def _say_unknown(spot: _Spot, also: Also) -> _Said:
     owners = models(spot.trail[-2])
-    examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in owner.model_fields}
+    examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in keys(owner)}
     for owner in owners:
         examples |= also.get(owner, {})
     near = nearest(spot.last, examples)

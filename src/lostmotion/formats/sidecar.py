@@ -34,6 +34,8 @@ _OF_JOINT: Final = {
     "mounting": 'mounting = { tilt = "0.5 arcmin" }',
     "lumped": 'lumped = { angle = "0.5 arcmin" }',
     "link": 'link = { section = "tube", material = "aluminium" }',
+    "assumed": 'assumed = ["gearbox"]',
+    "source": 'source = "maker\'s data sheet, 2024"',
 }
 _OF_LINK: Final = {
     "length_tolerance": 'length_tolerance = "50 µm"',
@@ -42,7 +44,10 @@ _OF_LINK: Final = {
     "material": 'material = "aluminium"',
     "compliance": 'compliance = "forearm.csv"',
     "measured": 'measured = { force = "100 N", deflection = "0.2 mm" }',
+    "rigid": "rigid = true",
     "up": 'up = "z"',
+    "assumed": 'assumed = ["section"]',
+    "source": 'source = "drawing 4711"',
 }
 _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import tomllib
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import InputError
 from lostmotion.formats.allowed import inside
+from lostmotion.formats.provenance import forget_assumed
 from lostmotion.formats.text import read_text
 from lostmotion.formats.toml import MEGABYTES
 from lostmotion.units import Quantity
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.sizing.sizing import Sizing
 
 # What gives way to a section in a link's table.
-_INSTEAD: Final = ("compliance", "measured")
+_INSTEAD: Final = ("compliance", "measured", "rigid")
 _MM: Final = {"m": (1e3, "mm")}
 
 
@@ -92,17 +94,18 @@ def _put(tree: Any, found: Sizing | Aimed, *, plain: bool) -> None:  # noqa: ANN
         if each.section is not None:
             link = joint.setdefault("link", {})
             for key in _INSTEAD:
+                forget_assumed(link, key)
                 link.pop(key, None)
-            link["section"] = _table(stated_by(each.section), plain=plain)
+            _set(link, "section", _table(stated_by(each.section), plain=plain))
             if after.link.material != before.link.material and after.link.material is not None:
-                link["material"] = _table(stated_by(after.link.material), plain=plain)
+                _set(link, "material", _table(stated_by(after.link.material), plain=plain))
             if after.link.mass is not None:
-                link["mass"] = f"{after.link.mass:.12g} kg"
+                _set(link, "mass", f"{after.link.mass:.12g} kg")
         if each.gearbox is not None:
             left["gearboxes"] |= {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
-            joint["gearbox"] = _table(each.gearbox, plain=plain) if isinstance(each.gearbox, dict) else each.gearbox
+            _set(joint, "gearbox", _table(each.gearbox, plain=plain) if isinstance(each.gearbox, dict) else each.gearbox)
             if after.mass != before.mass:
-                joint["mass"] = f"{after.mass:.12g} kg"
+                _set(joint, "mass", f"{after.mass:.12g} kg")
     left["bearings"] = _put_clearances(tree, {each.joint: each.clearance for each in changes if each.clearance is not None}, plain=plain)
     _drop_idle(tree, {"sections": set(tree.get("sections", {})), **left})
 
@@ -115,21 +118,28 @@ def _put_clearances(tree: Any, wanted: dict[str, str], *, plain: bool) -> set[st
     for name, clearance in wanted.items():
         joint = named[name]
         if not isinstance(joint["bearing"], str):
-            joint["bearing"]["clearance"] = clearance
+            _set(joint["bearing"], "clearance", clearance)
             continue
         shared = str(joint["bearing"])
         alike = {wanted.get(other) for other, each in named.items() if each.get("bearing") == shared}
         if alike == {clearance}:
-            tree["bearings"][shared]["clearance"] = clearance
+            _set(tree["bearings"][shared], "clearance", clearance)
             continue
         left.add(shared)
-        own = {**_plain(tree["bearings"][shared]), "clearance": clearance}
+        own = copy.deepcopy(_plain(tree["bearings"][shared]))
+        _set(own, "clearance", clearance)
         known = next((other for other, part in tree["bearings"].items() if _plain(part) == own), None)
         if known is None:
             known = next(each for k in range(2, len(named) + 3) if (each := f"{shared}-{k}") not in tree["bearings"])
             tree["bearings"][known] = own if plain else _section(own)
         joint["bearing"] = str(known)
     return left
+
+
+def _set(table: Any, key: str, value: Any) -> None:  # noqa: ANN401 - a dict, or tomlkit's own
+    """Put a value that was chosen in the place of the stated one: it is no assumption any more."""
+    forget_assumed(table, key)
+    table[key] = value
 
 
 def _plain(part: Any) -> dict[str, Any]:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
@@ -193,8 +203,8 @@ def stated_by(part: Part) -> dict[str, Any]:
         if quantity is not None and quantity.si and isinstance(value, float):
             factor, unit = _MM.get(quantity.si, (1.0, quantity.si))
             out[name] = f"{value * factor:.12g} {unit}"
-        else:
-            out[name] = value
+        elif name not in ("assumed", "upper_limits") or value:
+            out[name] = list(value) if isinstance(value, tuple) else value
     return out
 
 

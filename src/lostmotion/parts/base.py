@@ -12,6 +12,7 @@ from lostmotion.laws.chance import Normal, of_tolerance
 from lostmotion.laws.tracks import track_stiffness
 from lostmotion.parts.compliance import Compliance
 from lostmotion.parts.place import Vector
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
 from lostmotion.parts.source import (
     AngleDim,
@@ -21,7 +22,6 @@ from lostmotion.parts.source import (
     ErrorSource,
     LengthPlus,
     LinearStiffness,
-    Part,
     Share,
     Term,
     limit_term,
@@ -36,7 +36,7 @@ Six = tuple[AngularStiffness, AngularStiffness, AngularStiffness]
 Three = tuple[LinearStiffness, LinearStiffness, LinearStiffness]
 
 
-class Tracks(Part):
+class Tracks(Sourced):
     """Two tracks on the ground, along the base's x, as a mount.
 
     length, width   of each track's contact with the ground; gauge between the tracks' middles
@@ -65,7 +65,7 @@ class Tracks(Part):
         return np.asarray(carry / track_stiffness(self.length, self.width, self.gauge, self.bedding, self.shear_share) @ carry.T)
 
 
-class Base(Part, ErrorSource):
+class Base(Sourced, ErrorSource):
     """The ground, chassis or table under the arm.
 
     roll, pitch   tilt about the base's x, then y axis; the nominal turns gravity, the tolerance is what nobody measured

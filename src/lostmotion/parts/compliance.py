@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
-from lostmotion.parts.source import AngleAmount, ForceAmount, LengthAmount, Line, Part, Share, TorqueAmount
+from lostmotion.parts.source import AngleAmount, ForceAmount, LengthAmount, Share, TorqueAmount
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -25,7 +26,7 @@ _MEASURED: Final = 0.05
 _FILE: Final = 'compliance = "forearm.csv"'
 
 
-class Compliance(Part):
+class Compliance(Sourced):
     """How a part turns and moves under a load: matrix (6, 6) from (moment, force) to (turn, shift), both at its far end and in the axes there.
 
     In SI: rad/(N m), rad/N, m/(N m), m/N. In a file it stands as a CSV that states its units. A direction in which nothing gives has a row and a
@@ -36,7 +37,6 @@ class Compliance(Part):
     matrix: tuple[_Six, _Six, _Six, _Six, _Six, _Six]
     own_weight: tuple[_Three, _Three, _Three, _Three, _Three, _Three] | None = None
     scatter: Share = 0.0
-    source: Annotated[Line, Field(max_length=300)] = ""
 
     @model_validator(mode="after")
     def _obeys_reciprocity(self) -> Self:
@@ -76,7 +76,7 @@ def doubt_of_compliance(matrix: Floats) -> tuple[str, str] | None:
     return None
 
 
-class Bending(Part):
+class Bending(Sourced):
     """What was measured in one plane: a force across the link at its far end, how far that point moved, and by how much it turned."""
 
     force: ForceAmount
@@ -115,7 +115,6 @@ class Measured(Bending):
     torque: TorqueAmount | None = None
     twist: AngleAmount | None = None
     scatter: Share = 0.0
-    source: Annotated[Line, Field(max_length=300)] = ""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

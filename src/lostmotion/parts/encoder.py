@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Annotated, Generic, Literal, TypeVar
 
 from lostmotion.laws.chance import Normal, Uniform
-from lostmotion.parts.source import Condition, ErrorSource, Lead, Part, Term, limit_term, wave_terms
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.source import Condition, ErrorSource, Lead, Term, limit_term, wave_terms
 from lostmotion.units import Quantity
 
 AmountT = TypeVar("AmountT", bound=float)
 
 
-class Encoder(Part, ErrorSource, Generic[AmountT]):
+class Encoder(Sourced, ErrorSource, Generic[AmountT]):
     """An encoder on the motor or on the output. On a sliding joint all its errors are lengths at the slide, whatever the ratio.
 
     side          "motor": on a turning joint its errors reach the output divided by the gear ratio. "output": they reach it whole,

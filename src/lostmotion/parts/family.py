@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from lostmotion.parts.provenance import value_keys
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Sized, Tube
 from lostmotion.parts.source import Part
 from lostmotion.units import Quantity, Toleranced, UnitError, read_quantity
@@ -95,7 +96,7 @@ class _Family(Part):
     @property
     def names(self) -> list[str]:
         """Name the sizes, the leading one first."""
-        return [name for name in type(self).model_fields if name != "kind"]
+        return value_keys(type(self))
 
     @property
     def spans(self) -> list[Span]:
@@ -176,7 +177,7 @@ _ROOM: Final = 2.02
 def family_around(section: Sized, smallest: float = _SMALLEST, largest: float = _LARGEST) -> Family:
     """Which sections are like this one? Of its kind, from `smallest` to `largest` times as large, walls as they are, the width in proportion."""
     kind = _KINDS[section.kind]
-    leading, *others = [name for name in kind.model_fields if name != "kind"]
+    leading, *others = value_keys(kind)
     size = float(getattr(section, leading))
     follow = {name: float(getattr(section, name)) / size for name in others if name in _FOLLOW}
     stay = {name: float(getattr(section, name)) for name in others if name not in _FOLLOW}
@@ -193,7 +194,7 @@ def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
 
 def said(section: Sized) -> str:
     """Name a section by its sizes in mm: "tube 80 x 3 mm"."""
-    sizes = " x ".join(f"{getattr(section, name) * 1e3:.6g}" for name in type(section).model_fields if name != "kind")
+    sizes = " x ".join(f"{getattr(section, name) * 1e3:.6g}" for name in value_keys(type(section)))
     return f"{section.kind} {sizes} mm"
 
 

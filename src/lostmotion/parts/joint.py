@@ -21,6 +21,7 @@ from lostmotion.parts.gearbox.gearbox import AmountT
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.source import (
     AngleAmount,
     Condition,
@@ -67,7 +68,7 @@ NAME_PATTERN: Final = r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,39}$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
-class Mounting(Part, ErrorSource):
+class Mounting(Sourced, ErrorSource):
     """How exactly the joint's axis lies in the link before: ± tilt about, and ± offset along, the two directions across it."""
 
     tilt: AngleAmount = 0.0
@@ -86,7 +87,7 @@ class Mounting(Part, ErrorSource):
         return out
 
 
-class _Joint(Part):
+class _Joint(Sourced):
     """What every joint has, moving or not."""
 
     name: Name

@@ -14,8 +14,9 @@ from lostmotion.parts.compliance import Compliance, Measured
 from lostmotion.parts.material import Material
 from lostmotion.parts.place import Direction, Place, Vector, unit
 from lostmotion.parts.profile import Section, beam_of, doubt_of_section
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import Rod, refuse_section
-from lostmotion.parts.source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Part, Term, limit_term, toleranced_terms
+from lostmotion.parts.source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Term, limit_term, toleranced_terms
 from lostmotion.spatial import mapped, pose_of, skew
 from lostmotion.units import Toleranced
 
@@ -26,14 +27,15 @@ if TYPE_CHECKING:
 __all__ = ["Direction", "ElasticLink", "Link", "Material", "Place", "Rod", "Vector", "unit"]
 
 
-class Link(Part):
+class Link(Sourced):
     """The body between a joint and the next one, as a beam along the straight line between them.
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
     length_tolerance    ± limit of the distance to the next seat, where `length` does not carry it (a tip from DH or URDF)
     section, material   a section all along, or one that changes on the way (stepped, tapered); composite ones have materials of their own
     compliance          instead of a section: matrix (6, 6) at the tip and in its axes
-    measured            instead of a section: a force on the tip and what it did. None of the three: the link is rigid
+    measured            instead of a section: a force on the tip and what it did
+    rigid               true: the link is rigid on purpose. None of the four: nothing is known of its stiffness, and it is taken as rigid
     mass                left out: as section and material make it; none from a compliance or a measurement
     centre_of_mass      in the joint's frame; left out: as the sections spread the mass, or half way. Stated: the mass is spread evenly on both sides
                         of it, as far as to the nearer end
@@ -48,6 +50,7 @@ class Link(Part):
     material: Material | None = None
     compliance: Compliance | None = None
     measured: Measured | None = None
+    rigid: bool = False
     mass: Mass | None = None
     centre_of_mass: Vector | None = None
     up: Direction | None = None
@@ -69,6 +72,8 @@ class Link(Part):
         stated = [name for name in ("section", "compliance", "measured") if getattr(self, name) is not None]
         if len(stated) > 1:
             raise refuse_section(" beside ".join(stated), "one of section, compliance and measured", 'section = "tube"')
+        if stated and self.rigid:
+            raise refuse_section(f"rigid beside {stated[0]}", "one of the two", "rigid = true")
         if self.section is None and self.material is not None:
             raise refuse_section("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
         if self.section is not None:

@@ -8,12 +8,13 @@ import numpy as np
 from pydantic import Field
 
 from lostmotion.laws.chance import Law, Normal, TwoSided, Uniform
-from lostmotion.parts.source import AngleAmount, Condition, ErrorSource, LengthAmount, Part, Term, limit_term
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.source import AngleAmount, Condition, ErrorSource, LengthAmount, Term, limit_term
 
 Chance = Literal["normal", "uniform", "two-sided", "from zero to maximum"]
 
 
-class Lumped(Part, ErrorSource):
+class Lumped(Sourced, ErrorSource):
     """A lumped joint error: an angle about the axis, and a shift of the joint's centre.
 
     angle     largest angle error. law "normal": +-angle at three sigma, cut there; "uniform"; "two-sided": always + or -;

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
-from lostmotion.parts.source import Line, Part, Share
+from lostmotion.parts.source import Share
 from lostmotion.units import Quantity
 
 _INCOMPRESSIBLE: Final = 0.499
 
 
-class Material(Part):
+class Material(Sourced):
     """What a link is made of: Young's modulus along it, Poisson's ratio, density.
 
     shear_modulus  of what is not alike to all sides, a laminate or a print; left out: young / (2 (1 + poisson))
@@ -25,7 +26,6 @@ class Material(Part):
     density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0)]
     shear_modulus: Annotated[float, Quantity("Pa", "26 GPa", above=0)] | None = None
     scatter: Share = 0.0
-    source: Annotated[Line, Field(max_length=300)] = ""
 
     @model_validator(mode="after")
     def _is_alike_to_all_sides(self) -> Self:

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from lostmotion.laws import beam
 from lostmotion.parts.material import Material
+from lostmotion.parts.provenance import Sourced, value_keys
 from lostmotion.parts.section import Box, CustomSection, ISection, Outline, Plain, Rectangle, Rod, Sized, Tube, refuse_section
 from lostmotion.parts.source import LengthAmount, LengthPlus, Part
 
@@ -47,7 +48,7 @@ class Layer(Part):
     material: Material
 
 
-class Composite(Part):
+class Composite(Sourced):
     """A section of several materials bonded together about one centroid: an aluminium tube in a sleeve of carbon fibre.
 
     The layers bend, stretch and twist as one, so their stiffnesses add. They are taken side by side: that they do not overlap is for
@@ -89,7 +90,7 @@ class Step(Part):
         return self
 
 
-class Stepped(Part):
+class Stepped(Sourced):
     """A link of several sections one after the other, from the joint on; their lengths add to the link's."""
 
     kind: Literal["stepped"] = "stepped"
@@ -108,7 +109,7 @@ class Station(Part):
     section: Sized
 
 
-class Tapered(Part):
+class Tapered(Sourced):
     """A link whose sizes change evenly from each station to the next, from the joint (at 0) to the tip; a step is two stations at one place."""
 
     kind: Literal["tapered"] = "tapered"
@@ -222,4 +223,4 @@ class _Taper:
 
 
 def _sizes(section: Sized) -> list[str]:
-    return [name for name in type(section).model_fields if name != "kind"]
+    return value_keys(type(section))

@@ -8,7 +8,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws import beam, outline
-from lostmotion.parts.source import Length, LengthPlus, Part
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.source import Length, LengthPlus
 from lostmotion.units import Quantity
 
 
@@ -17,7 +18,7 @@ def refuse_section(why: str, expected: str, example: str) -> PydanticCustomError
     return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
 
 
-class Tube(Part):
+class Tube(Sourced):
     """A round tube."""
 
     kind: Literal["tube"] = "tube"
@@ -39,7 +40,7 @@ class Tube(Part):
         return beam.round_section(self.outer, self.outer - 2 * self.wall, nu)
 
 
-class Rod(Part):
+class Rod(Sourced):
     """A solid round bar."""
 
     kind: Literal["rod"] = "rod"
@@ -50,7 +51,7 @@ class Rod(Part):
         return beam.round_section(self.diameter, 0.0, nu)
 
 
-class Rectangle(Part):
+class Rectangle(Sourced):
     """A solid bar; width lies along the joint's axis, height across it."""
 
     kind: Literal["rectangle"] = "rectangle"
@@ -62,7 +63,7 @@ class Rectangle(Part):
         return beam.rectangle_section(self.width, self.height, nu)
 
 
-class Box(Part):
+class Box(Sourced):
     """A rectangular tube; width lies along the joint's axis, height across it."""
 
     kind: Literal["box"] = "box"
@@ -86,7 +87,7 @@ class Box(Part):
         return beam.box_section(self.width, self.height, self.wall, nu)
 
 
-class ISection(Part):
+class ISection(Sourced):
     """An I-section: flanges as wide as `width`, along the joint's axis, the web standing across it; sharp corners."""
 
     kind: Literal["I"] = "I"
@@ -110,7 +111,7 @@ class ISection(Part):
         return beam.i_section(self.width, self.height, self.web, self.flange, nu)
 
 
-class CustomSection(Part):
+class CustomSection(Sourced):
     """Any section by its figures; y lies along the joint's axis, z across it and the link."""
 
     kind: Literal["custom"] = "custom"
@@ -129,7 +130,7 @@ class CustomSection(Part):
 Corners: TypeAlias = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3, max_length=200)]
 
 
-class Outline(Part):
+class Outline(Sourced):
     """Any section by its outline: corners (y, z) in order, y along the joint's axis, and holes in it. The link's line runs through the centroid.
 
     Worked out by finite elements (`laws.outline`), with the extra `sections`. A channel or an angle twists under a force beside its shear centre.

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from lostmotion.parts.bearing.runout import runout_terms
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.source import (
     AngularStiffness,
     Condition,
@@ -14,13 +15,12 @@ from lostmotion.parts.source import (
     LengthAmount,
     LengthPlus,
     LinearStiffness,
-    Part,
     Term,
 )
 from lostmotion.spatial import mapped
 
 
-class CrossedRoller(Part, ErrorSource):
+class CrossedRoller(Sourced, ErrorSource):
     """A preloaded bearing by catalogue stiffness; every value left out is taken as rigid or exact.
 
     moment_stiffness  against tilting across the axis; left out: k D^2/8 per radian of axial_stiffness k and pitch_diameter D, where both are stated

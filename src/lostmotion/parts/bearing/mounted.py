@@ -17,7 +17,8 @@ from lostmotion.laws.fits import (
     raceway_diameter,
     thermal_loss,
 )
-from lostmotion.parts.source import LengthPlus, Part
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.source import LengthPlus
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ FitShare = Annotated[float, Quantity("", "80 %", low=0, high=1)]
 STEPS: Final = ("delivered", "mounted", "working")
 
 
-class MountedBearing(Part):
+class MountedBearing(Sourced):
     """A bearing on its shaft and in its housing.
 
     bore, outside_diameter  of the bearing: the sizes of its seats
@@ -53,6 +54,17 @@ class MountedBearing(Part):
     inner_share: FitShare = CUSTOMARY_SHARE
     outer_share: FitShare = CUSTOMARY_SHARE
     inner_ring_warmer: Warmth = Toleranced(0.0)
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the customary shares of an interference."""
+        fits = {"inner_share": self.shaft_interference, "outer_share": self.housing_interference}
+        default = {
+            name: f"default, {CUSTOMARY_SHARE:.0%} of the interference".replace("%", " %")
+            for name, fit in fits.items()
+            if (fit.nominal or fit.tolerance) and name not in self.model_fields_set
+        }
+        return {**super().assumptions, **default}
 
     @property
     def elements(self) -> Literal["ball", "roller"]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from lostmotion.laws.chance import Cosine, Sine, TwoSided
 from lostmotion.laws.clearance import seated, seated_across
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.source import (
     ClearanceDim,
     Condition,
@@ -16,7 +17,6 @@ from lostmotion.parts.source import (
     ForceAmount,
     LengthPlus,
     LinearStiffness,
-    Part,
     Term,
     play_terms,
 )
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _SIDES = (("inboard", -1.0), ("outboard", 1.0))
 
 
-class RollingPair(Part, ErrorSource):
+class RollingPair(Sourced, ErrorSource):
     """A spaced pair of rolling bearings, each with the same working clearance.
 
     clearance         diametral working clearance of each bearing; ± is its scatter over bearings

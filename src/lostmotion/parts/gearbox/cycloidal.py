@@ -12,7 +12,8 @@ from lostmotion.laws.cycloid import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal_behaviour import FIRST_STAGE, Behaviour, behaviour, sources
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
-from lostmotion.parts.source import AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, Part, TorqueAmount
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.source import AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, TorqueAmount
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
 _PRESSURE_ANGLE = math.radians(20)
 
 
-class PlanetaryFirstStage(Part):
+class PlanetaryFirstStage(Sourced):
     """A planetary first stage: a sun drives planets, each on a crankshaft (as in an RV reducer).
 
     play            along the pitch circle, between sun and planet
@@ -110,6 +111,12 @@ class CycloidalGearbox(CycloidalStage):
         # Outer gears turn opposite ways; with the ring held the planets are carried round once more.
         held = -first.step * ratio_of(self.stage, "carrier")
         return held if self.fixed == "carrier" else 1 - held
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the default friction."""
+        default = {} if self.friction_torque is not None else {"friction_torque": "default, 1 % of the rated torque"}
+        return {**super().assumptions, **default}
 
     @property
     def rigid(self) -> tuple[str, ...]:

@@ -17,22 +17,23 @@ from lostmotion.laws.cycloid_contact import Flanks
 from lostmotion.laws.rolling import roller_stiffness
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
+from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.source import (
     ClearanceDim,
     LengthAmount,
     LengthPlus,
     LinearStiffness,
-    Part,
 )
 from lostmotion.units import Quantity, Toleranced
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
 _LOBES = ("lobe arcs", "lobe envelope")
-STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
+# What discs and rings are made of where nothing is stated: no fact, and so it says.
+STEEL = Material(young=210e9, poisson=0.3, density=7850.0, assumed=("young", "poisson", "density"), source="default, steel")
 
 
-class Relief(Part):
+class Relief(Sourced):
     """What is ground off the disc beyond the profile that fits without play: see `laws.cycloid.Modification`.
 
     roller   by how much the generating roller is larger than the pin
@@ -43,7 +44,7 @@ class Relief(Part):
     circle: ClearanceDim = Toleranced(0.0)
 
 
-class Eccentric(Part):
+class Eccentric(Sourced):
     """The eccentric with its bearings, one per disc and crankshaft.
 
     clearance       diametral working clearance of each bearing
@@ -77,7 +78,7 @@ class Eccentric(Part):
         return self
 
 
-class OutputPins(Part):
+class OutputPins(Sourced):
     """The pins that take the torque from the discs' holes.
 
     clearance               of a pin in its hole, on the diameter, beyond what the eccentricity asks for
@@ -102,7 +103,7 @@ class OutputPins(Part):
         return self
 
 
-class Friction(Part):
+class Friction(Sourced):
     """Coulomb coefficients; what is left out does not rub.
 
     flank    between disc and pins or lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
@@ -116,7 +117,7 @@ class Friction(Part):
     output: Coefficient = 0.0
 
 
-class CycloidalStage(Part):
+class CycloidalStage(Sourced):
     """One cycloidal stage from its drawing. Letters of the literature in brackets.
 
     form           "ring pins" (pins or rollers in the ring), "lobe arcs" and "lobe envelope" (no rolling bodies: lobes of one piece with the

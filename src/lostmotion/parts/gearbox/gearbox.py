@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.laws.chance import Normal, TwoSided
 from lostmotion.laws.clearance import seated
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
+from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced
 from lostmotion.parts.source import (
     AngleAmount,
     AngularStiffness,
@@ -20,7 +21,6 @@ from lostmotion.parts.source import (
     Draw,
     ErrorSource,
     Line,
-    Part,
     PlayDim,
     Share,
     Term,
@@ -72,14 +72,14 @@ MOST_PLANETS: Final = 64
 Planets = Annotated[int, Whole("", "3", low=1, high=MOST_PLANETS)]
 
 
-class Harmonic(Part, Generic[AmountT]):
+class Harmonic(Sourced, Generic[AmountT]):
     """One wave of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn of the output, or of the screw."""
 
     amplitude: AmountT
     cycles: Annotated[float, Quantity("", "2", above=0)]
 
 
-class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
+class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     """What makers print of any reducer; every value left out is taken as ideal (no play, rigid, exact).
 
     backlash          total free play at the output; ± is its scatter over gearboxes built
@@ -89,6 +89,7 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     hysteresis        full width of the loop that friction leaves at zero load; its side follows the way of arriving, loaded or not
     transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves
     friction_torque   a load below it cannot hold the play closed; default 1 % of the rated torque
+    upper_limits      keys for which the maker prints an upper limit and no value
 
     A kind adds its `kind` and its `ratio`, turns of the input per turn of the output.
     """
@@ -105,6 +106,17 @@ class Gearbox(Part, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     hysteresis: AmountT | None = None
     transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
     friction_torque: LoadT | None = None
+    upper_limits: Keys = ()
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the limits and defaults that count."""
+        out = {**super().assumptions, **dict.fromkeys(self.upper_limits, UPPER_LIMIT)}
+        if self.lost_motion is not None and "lost_motion_torque" not in self.model_fields_set:
+            out["lost_motion_torque"] = "default, 3 % of the rated torque"
+        if self.play.nominal and self.friction_torque is None and self.rated_torque is not None:
+            out["friction_torque"] = "default, 1 % of the rated torque"
+        return out
 
     @property
     def zones(self) -> list[float]:

@@ -9,7 +9,8 @@ from pydantic import model_validator
 
 from lostmotion.laws.gears import duplex_take_up, friction_angle
 from lostmotion.parts.gearbox.gearbox import TurningFigures, Whole, refuse, teeth
-from lostmotion.parts.source import AngleAmount, LengthAmount, LengthPlus, Part
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.source import AngleAmount, LengthAmount, LengthPlus
 from lostmotion.units import Quantity, Toleranced
 
 _DEGREE: Final = math.pi / 180
@@ -17,7 +18,7 @@ _MILLIMETRE: Final = 1e-3
 _DUPLEX_EXAMPLE: Final = 'duplex = { left_lead = "6.2 mm", right_lead = "6.4 mm", shift = "0.5 mm" }'
 
 
-class Duplex(Part):
+class Duplex(Sourced):
     """A worm whose flanks have two leads, so that its thread grows thicker along it: shifting it along its axis by `shift` takes play away."""
 
     left_lead: LengthPlus

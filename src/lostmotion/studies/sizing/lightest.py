@@ -69,7 +69,8 @@ def with_section(joint: Joint, section: Plain, material: Material | None = None)
     all of it, since nobody says how much of it the new section takes the place of.
     """
     link = joint.link
-    changed: dict[str, object] = {"section": section, "material": material or link.material, "compliance": None, "measured": None, "mass": None}
+    changed: dict[str, object] = {"section": section, "material": material or link.material, "mass": None}
+    changed |= {"compliance": None, "measured": None, "rigid": False}
     out = link.model_copy(update=changed)
     if link.mass is not None:
         own = link.model_copy(update={"mass": None}).total_mass

@@ -1,0 +1,81 @@
+"""Where the values of a part come from: stated by the user, assumed, or a maker's upper limit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+
+from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from lostmotion.errors import nearest, shown
+from lostmotion.parts.source import Line, Part
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ASSUMED: Final = "assumed"
+UPPER_LIMIT: Final = "maker's upper limit"
+# The reason of a default begins with this word.
+DEFAULT: Final = "default"
+LONGEST_SOURCE: Final = 300
+# Keys that say what a part is or where its values come from: no values themselves.
+NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes"})
+
+Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
+
+
+class Sourced(Part):
+    """A part whose values carry their origin.
+
+    assumed   keys of this table whose values are assumed: neither measured nor taken from a maker's data
+    source    where the values come from, in one line
+    """
+
+    assumed: Keys = ()
+    source: Annotated[Line, Field(max_length=LONGEST_SOURCE)] = ""
+
+    @field_validator("assumed", "upper_limits", check_fields=False)
+    @classmethod
+    def _names_keys(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        known = value_keys(cls)
+        strange = [name for name in names if name not in known]
+        if strange:
+            near = nearest(strange[0], known)
+            raise _refusal(f"{shown(strange[0])}, which is no key of this table", f"keys of this table: {', '.join(known)}", near or known[0], near)
+        return names
+
+    @model_validator(mode="after")
+    def _assumes_what_it_states(self) -> Self:
+        stated = [name for name in value_keys(type(self)) if name in self.model_fields_set]
+        for listing in ("assumed", "upper_limits"):
+            silent = [name for name in getattr(self, listing, ()) if name not in stated]
+            if silent:
+                near = nearest(silent[0], stated)
+                expected = f"keys that this table states: {', '.join(stated) or 'none'}"
+                raise _refusal(f"{shown(silent[0])} in {listing}, without a value", expected, near or next(iter(stated), ""), near, listing)
+        return self
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason. Subclasses add their limits and the defaults that they use."""
+        return dict.fromkeys(self.assumed, ASSUMED)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Copy with other values; a value that is set here is no longer an assumption or a limit."""
+        changed = dict(update or {})
+        for listing in ("assumed", "upper_limits"):
+            names = getattr(self, listing, ())
+            kept = tuple(name for name in names if name not in changed)
+            if listing not in changed and kept != names:
+                changed[listing] = kept
+        return super().model_copy(update=changed or update, deep=deep)
+
+
+def value_keys(model: type[Part]) -> list[str]:
+    """Return the keys of a table that hold values, in order."""
+    return [name for name in model.model_fields if name not in NO_VALUES]
+
+
+def _refusal(why: str, expected: str, key: str, near: str, listing: str = "assumed") -> PydanticCustomError:
+    example = f'{listing} = ["{key}"]' if key else f"{listing} = []"
+    return PydanticCustomError("names", "{why}", {"why": why, "expected": expected, "example": example, "near": near})
