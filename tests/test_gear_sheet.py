@@ -297,7 +297,7 @@ def test_every_sheet_and_plot_is_whole(name, tmp_path):
 def test_a_drive_that_slides_is_read_in_lengths(tmp_path):
     """A belt's play is in µm, its stiffness in N/µm, its load in N."""
     found = stated(tmp_path, "belt")
-    assert str(figure(found, "loop", "play")) == "20.00 µm"
+    assert str(figure(found, "loop", "play")) == "20.0 µm"
     assert figure(found, "loop", "wind-up at 500 N").value == pytest.approx(5.0)
     assert found.result()["force_N"] == 500
 

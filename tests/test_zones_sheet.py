@@ -49,7 +49,7 @@ def test_the_sheet_says_what_was_found(mapped):
         assert row.figures[0].value == pytest.approx(1e3 * value)
         assert row.figures[0].low <= row.figures[0].value
         assert math.isnan(row.figures[0].high)  # how much worse other configurations are is not known
-    share, size = find_row(sheet.sections, "within", "within 1.000 mm").figures
+    share, size = find_row(sheet.sections, "within", "within 1 mm").figures
     assert share.value == pytest.approx(100 * np.mean(found.afresh.figures[QUANTILE, 2] <= 1e-3))
     assert share.low < share.value < share.high
     assert size.low < size.value < size.high
@@ -235,11 +235,11 @@ def test_a_bound_is_never_told_as_the_error(monkeypatch):
     found, sheet = mapped.found, mapped.sheet
     assert found.bounded[np.isfinite(found.shown)].all()
     assert "at most in every cell" in sheet.verdict
-    assert f"Which share of the workspace is within {length(target)} is not known" in sheet.verdict
+    assert f"Which share of the workspace is within {length(target, stated=True)} is not known" in sheet.verdict
     assert [card.number for card in sheet.cards] == [f"≤ {length(float(np.nanmax(found.shown)))}"] * 2 + ["not known"]
     rows = next(section for section in sheet.sections if section.key == "map").rows
     assert {row.label.split(",")[0]: row.figures[0].bound for row in rows} == {"95 % below": "upper", "mean error": ""}
-    share, size = find_row(sheet.sections, "within", f"within {length(target)}").figures
+    share, size = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures
     assert str(share) == str(size) == "not known"
     assert (share.low, share.high) == (0, 100)
     plain = next(section for section in mapped.result()["sections"] if section["key"] == "map")
@@ -256,7 +256,7 @@ def test_bounds_in_some_cells_bound_what_rests_on_them(monkeypatch):
     sheet = slid(target=target, box=(0.1, 0, 0)).sheet
     figures = {row.label: row.figures[0] for row in next(section for section in sheet.sections if section.key == "map").rows}
     assert figures["95 % below, least accurate cell"].bound == "upper"
-    share = find_row(sheet.sections, "within", f"within {length(target)}").figures[0]
+    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
     assert share.bound == "lower"
     assert str(share).startswith("≥ ")
     assert share.value == pytest.approx(50, abs=8)

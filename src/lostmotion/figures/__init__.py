@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -13,13 +14,19 @@ ARCMIN = math.pi / 10800
 ARCSEC = ARCMIN / 60
 # In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
 _NOTHING = 1e-7
+# Significant digits without an interval, at most with one, and of the interval's width.
+_DIGITS = 3
+_MOST_DIGITS = 4
+_DIGITS_OF_WIDTH = 2
+_MOST_PLACES = 9
 
 
 @dataclass(frozen=True, slots=True)
 class Figure:
     """One number: value and ends of its 95 % interval in `unit` ("1" for a pure number; NaN where there is none), and what it was counted from.
 
-    stated: it was given, not found, so that no zeros stand behind it. bound: the true value is no larger ("upper"), or no smaller ("lower").
+    stated: it was given, not computed: printed as it stands, to four digits, without zeros behind it.
+    bound: the true value is no larger ("upper"), or no smaller ("lower").
     """
 
     value: float
@@ -32,37 +39,49 @@ class Figure:
     bound: Literal["", "upper", "lower"] = ""
 
     def __str__(self) -> str:
-        """Say the value with its unit, to the digits that its interval or its size deserves; a bound with its sign."""
+        """Return value and unit as text, to the digits that its interval supports (see `_places`); a bound with its sign."""
         return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._said()
 
     def _said(self) -> str:
         unit = "" if self.unit == "1" else self.unit
-        if isinstance(self.value, int):  # counted, not measured
+        if isinstance(self.value, Integral):  # counted, not measured
             return f"{self.value} {unit}".strip()
         if not math.isfinite(self.value):
             return digits(self.value)
         if self.stated:
-            text = digits(self.value)
+            # As it was given, so whole digits are never rounded away.
+            text = _written(self.value, max(_places(abs(self.value), _MOST_DIGITS), 0))
             return f"{text.rstrip('0').rstrip('.') if '.' in text else text} {unit}".strip()
-        if self.unit == "%":
-            return f"{'0' if self.value == 0 else '<0.01' if abs(self.value) < 0.005 else f'{self.value:.2f}'} %"  # noqa: PLR2004 - would show as 0.00
-        close = self.high - self.low
-        return f"{digits(self.value, close if math.isfinite(close) else 0.0)} {unit}".strip()
+        if self.unit == "%" and not self.between:
+            return f"{_share(self.value)} %"
+        return f"{_written(self.value, self._last)} {unit}".strip()
 
     @property
     def interval(self) -> str:
-        """Say the interval, and of which kind it is unless of 95 %, or nothing where there is none."""
+        """Return the interval as text, with its kind unless it is one of 95 %; empty where there is none."""
         return self.between + ("" if not self.between or self.ends == "95 % interval" else f" ({self.ends})")
 
     @property
     def between(self) -> str:
-        """Say the ends of the interval, or nothing where there is none."""
+        """Return the ends of the interval as text, empty where there is none."""
         if math.isnan(self.low) and math.isnan(self.high):
             return ""
+        return " … ".join(_written(end, self._last) if math.isfinite(end) else "?" for end in (self.low, self.high))
+
+    @property
+    def _last(self) -> int:
+        """Return the decimal place of the last digit of the value and of both ends.
+
+        Without an interval three significant digits are printed. With one, the last digit is the second of the interval's width (JCGM 100:2008,
+        7.2.6, gives an uncertainty at most two digits), and no number has more than four significant digits.
+        """
+        known = [abs(each) for each in (self.value, self.low, self.high) if math.isfinite(each)]
         spans = (self.high - self.low, self.high - self.value, self.value - self.low)
-        close = next((abs(span) for span in spans if math.isfinite(span)), 0.0)
-        ends = ("?" if not math.isfinite(end) else digits(end, close) for end in (self.low, self.high))
-        return " … ".join(ends)
+        width = next((abs(span) for span in spans if math.isfinite(span)), None)
+        if width is None or not known:
+            return _places(max(known, default=0.0), _DIGITS)
+        most = _places(max(known), _MOST_DIGITS)
+        return most if width == 0 else min(_places(width, _DIGITS_OF_WIDTH), most)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,18 +152,34 @@ def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
     return next((row for section in sections if section.key == key for row in section.rows if row.label == label), None)
 
 
-def digits(value: float, uncertainty: float = 0.0) -> str:
-    """Write a number with four digits, or as many as the width of its interval (two digits of it) leaves meaning."""
+def digits(value: float) -> str:
+    """Return a number that has no interval as text, with three significant digits."""
+    return _written(value, _places(abs(value), _DIGITS) if math.isfinite(value) else 0)
+
+
+def _places(size: float, count: int) -> int:
+    """Return the decimal place of the last of `count` significant digits; below zero where whole digits are rounded away."""
+    return count - 1 - int(f"{size:.{count - 1}e}".partition("e")[2])
+
+
+def _written(value: float, place: int) -> str:
+    """Return a number rounded to this decimal place."""
     if not math.isfinite(value):
         return "not known" if math.isnan(value) else "unbounded"
     if abs(value) < _NOTHING:
         return "0"
-    places = 3 - math.floor(math.log10(abs(value)))
-    if uncertainty > 0:
-        places = 1 - math.floor(math.log10(uncertainty))
-    places = max(places, 0)
-    text = f"{value:.{min(places, 9)}f}"
-    return text.removeprefix("-") if float(text) == 0 else text  # "-0" says nothing more than "0"
+    text = f"{round(value, place):.{min(max(place, 0), _MOST_PLACES)}f}"
+    return "0" if float(text) == 0 else text
+
+
+def _share(value: float) -> str:
+    """Return a share in per cent that has no interval: as other numbers, but no finer than 0.01 %, and never rounded to 0 or 100."""
+    if not math.isfinite(value) or value in {0.0, 100.0}:
+        return digits(value)
+    if abs(value) < 0.005:  # noqa: PLR2004 - would show as 0.00
+        return "<0.01"
+    text = _written(value, min(_places(abs(value), _DIGITS), 2))
+    return text if float(text) != 100 else ">99.9" if value < 100 else "100"  # noqa: PLR2004 - the whole
 
 
 def several(count: int, noun: str) -> str:
@@ -152,10 +187,10 @@ def several(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "") -> Figure:
-    """Give a length (m) in the unit that suits its size: µm, mm or m."""
+def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "", *, stated: bool = False) -> Figure:
+    """Return a length (m) in the unit that suits its size: µm, mm or m."""
     unit, factor = ("µm", 1e6) if abs(value) < 1e-4 else ("mm", 1e3) if abs(value) < 1 else ("m", 1.0)  # noqa: PLR2004 - where people change units
-    return Figure(value * factor, unit, low * factor, high * factor, samples)
+    return Figure(value * factor, unit, low * factor, high * factor, samples, stated=stated)
 
 
 def plain(sheet: Sheet, version: str) -> dict[str, Any]:

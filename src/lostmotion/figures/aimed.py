@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.studies.statics.overload import overloads
 
@@ -56,11 +56,7 @@ def _sections(found: Aimed, counted: str, small: str) -> tuple[Section, ...]:
     )
 
 
-def _mm(value: float) -> Figure:
-    return length(value)
-
-
-def _estimate(estimate: Estimate, samples: str) -> Figure:
+def _estimate(estimate: Estimate, samples: str = "") -> Figure:
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
@@ -69,7 +65,7 @@ def _kg(value: float) -> Figure:
 
 
 def _price(value: float) -> Figure:
-    return Figure(value, "1")
+    return Figure(value, "1", stated=True)
 
 
 def priced(found: Aimed) -> bool:
@@ -92,37 +88,37 @@ def name_of(each: Bought, candidate: Candidate) -> str:
 
 
 def _verdict(found: Aimed) -> str:
-    target = _mm(found.target)
+    target = length(found.target, stated=True)
     if not found.holds:
-        text = f"No allocation was found whose 95 % error is within {target}: the nearest has {_mm(found.error.value)} ({_interval(found.error)})."
+        text = f"No allocation was found whose 95 % error is within {target}: the nearest has {_estimate(found.error)} ({_interval(found.error)})."
         gain = max(found.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
         if not found.allowed:
             text = "With these candidates no allocation is allowed: a reducer is rated below what its joint holds, or a link bends beyond its limits."
         elif gain is not None:
-            text += f" Most binds {gain[0]}: halving its errors would take {_mm(gain[1].value)} off the 95 % error."
+            text += f" Most binds {gain[0]}: halving its errors would take {_estimate(gain[1])} off the 95 % error."
         return text
-    text = f"95 % of all errors stay below {_mm(found.error.value)} ({_interval(found.error)}), within the target of {target}; as stated it is"
-    text += f" {_mm(found.error_before.value)}."
+    text = f"95 % of all errors stay below {_estimate(found.error)} ({_interval(found.error)}), within the target of {target}; as stated it is"
+    text += f" {_estimate(found.error_before)}."
     text += f" The chosen parts come to {_kg(found.mass)}, now {_kg(found.mass_before)}"
     if priced(found):
-        text += f", and to a price of {digits(found.price)}" + (f", now {digits(found.price_before)}" if math.isfinite(found.price_before) else "")
+        text += f", and to a price of {_price(found.price)}" + (f", now {_price(found.price_before)}" if math.isfinite(found.price_before) else "")
     text += ". All cheaper allocations miss the target." if found.proven else ". No exchange of one or two parts was found cheaper."
     return text
 
 
 def _interval(estimate: Estimate) -> str:
-    return f"95 % interval {_mm(estimate.low)} to {_mm(estimate.high)}"
+    return f"95 % interval {_estimate(estimate).between}"
 
 
 def _cards(found: Aimed) -> list[Card]:
     cards = [
-        Card("95 % error", str(_mm(found.error.value)), f"target {_mm(found.target)}" + ("" if found.holds else ", not reached")),
-        Card("as stated", str(_mm(found.error_before.value)), "95 % error"),
+        Card("95 % error", str(_estimate(found.error)), f"target {length(found.target, stated=True)}" + ("" if found.holds else ", not reached")),
+        Card("as stated", str(_estimate(found.error_before)), "95 % error"),
         Card("chosen parts", str(_kg(found.mass)), f"now {_kg(found.mass_before)}"),
     ]
     if priced(found):
-        now = f"now {digits(found.price_before)}" if math.isfinite(found.price_before) else "now not known"
-        cards.append(Card("price", digits(found.price), now))
+        now = f"now {_price(found.price_before)}" if math.isfinite(found.price_before) else "now not known"
+        cards.append(Card("price", str(_price(found.price)), now))
     return cards
 
 
@@ -144,7 +140,7 @@ def _parts(found: Aimed) -> Section:
 
 def _result(found: Aimed, counted: str) -> Section:
     rows = (
-        Row("target", (_mm(found.target),), "for the upper end of the interval"),
+        Row("target", (length(found.target, stated=True),), "for the upper end of the interval"),
         Row("as stated", (_estimate(found.error_before, counted),), "full study"),
         Row("parts chosen", (_estimate(found.error, counted),), "full study; within the target" if found.holds else "full study; target not reached"),
     )
@@ -166,14 +162,14 @@ def _trade(found: Aimed, small: str) -> Section:
     rows = []
     both = priced(found) and found.worth.mass > 0
     for point in found.trade:
-        cost = [Figure(point.cost, "1")] if both else []
+        cost = [_price(point.cost)] if both else []
         figures = [*cost, _kg(point.mass), *([_price(point.price)] if priced(found) else []), _estimate(point.error, small)]
         note = "" if point.holds else "cannot be reached"
         if point.target == found.target:
             note = "asked for"
         elif not found.holds and point.target == found.error.high:
             note = "the nearest"
-        rows.append(Row(str(_mm(point.target)), tuple(figures), note))
+        rows.append(Row(str(length(point.target, stated=True)), tuple(figures), note))
     columns = (*(("cost",) if both else ()), "mass", *(("price",) if priced(found) else ()), "95 % error")
     note = "" if found.holds else "around what was reached; "
     note += f"cost: {small_said(found)}; " if both else ""
@@ -195,7 +191,11 @@ def _torques(found: Aimed) -> Section:
             held = found.torques[each.slot.joint]
             share = Figure(100 * held / rated if rated else math.nan, "%")
             rows.append(
-                Row(each.slot.joint, (Figure(held, "N m"), Figure(math.nan if rated is None else rated, "N m"), share), name_of(each, each.chosen))
+                Row(
+                    each.slot.joint,
+                    (Figure(held, "N m"), Figure(math.nan if rated is None else rated, "N m", stated=True), share),
+                    name_of(each, each.chosen),
+                )
             )
     leaning = "as the base stands" if found.rules.tilt is None else f"base tilted up to {math.degrees(found.rules.tilt):.3g}°"
     note = f"at worst over the poses of the search and the corners of the joints' ranges, {leaning}, with the weights chosen"
@@ -210,7 +210,7 @@ def _searched(found: Aimed) -> Section:
         Row("looked at", (Figure(found.looked_at, "1"),), sure),
         Row("pairs foreseen", (Figure(found.foreseen, "1"),), "their error foreseen from both exchanges one by one"),
         *(
-            Row(f"inner target {k}", (_mm(inner),), "given to the search, so that the full study's upper end meets the target")
+            Row(f"inner target {k}", (length(inner),), "given to the search, so that the full study's upper end meets the target")
             for k, inner in enumerate(found.inner, 1)
         ),
     )

@@ -97,8 +97,8 @@ def _cards(found: Examined) -> list[Card]:
         Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
         Card("tilt at this load", f"{_tilt(found)[1] / ARCMIN:.3g} arcmin", "middle clearance"),
         Card("hardest pressed element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
-        Card("stiffness across", f"{found.stiffness[0] / 1e6:.4g} N/µm", "at this load"),
-        Card("stiffness against tilting", f"{found.stiffness[4] * ARCMIN:.4g} N m/arcmin", "at this load"),
+        Card("stiffness across", f"{found.stiffness[0] / 1e6:.3g} N/µm", "at this load"),
+        Card("stiffness against tilting", f"{found.stiffness[4] * ARCMIN:.3g} N m/arcmin", "at this load"),
     ]
 
 
@@ -212,7 +212,7 @@ def _stated(bearing: Bearing) -> Section:
             ("stiffness against tilting", bearing.tilt_stiffness, ARCMIN, "N m/arcmin"),
         ):
             if value is not None:
-                rows.append(Row(label, (Figure(value * factor, unit, samples=stated),)))
+                rows.append(Row(label, (Figure(value * factor, unit, samples=stated, stated=True),)))
         rows.append(Row("radial runout", (_micro(bearing.radial_runout, stated),)))
         rows.append(Row("axial runout", (_micro(bearing.axial_runout, stated),)))
     elif isinstance(bearing, RollingPair):
@@ -220,7 +220,7 @@ def _stated(bearing: Bearing) -> Section:
         tilt = bearing.clearance.nominal / bearing.span / ARCMIN
         rows.append(Row("tilt in it, either way", (Figure(tilt, "arcmin", samples=stated),), f"over a span of {bearing.span * 1e3:.4g} mm"))
         if bearing.radial_stiffness is not None:
-            rows.append(Row("stiffness of each", (Figure(bearing.radial_stiffness * 1e-6, "N/µm", samples=stated),)))
+            rows.append(Row("stiffness of each", (Figure(bearing.radial_stiffness * 1e-6, "N/µm", samples=stated, stated=True),)))
     return Section("stated", "What is stated", ("value",), tuple(rows))
 
 

@@ -98,7 +98,8 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
 
 def _figures(row: GearboxRow) -> tuple[Figure, ...]:
     return tuple(
-        Figure(value, "") if math.isnan(value) else Figure(value * _UNITS[name][1], _UNITS[name][0]) for name, value in figures_of(row).items()
+        Figure(value, "") if math.isnan(value) else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
+        for name, value in figures_of(row).items()
     )
 
 
@@ -145,11 +146,11 @@ def _material_section() -> Section:
 
 def _of_material(material: Material) -> tuple[Figure, ...]:
     return (
-        Figure(material.young * 1e-9, "GPa"),
-        Figure(material.shear * 1e-9, "GPa"),
-        Figure(material.poisson, ""),
-        Figure(material.density, "kg/m^3"),
-        Figure(material.scatter * 100, "%"),
+        Figure(material.young * 1e-9, "GPa", stated=True),
+        Figure(material.shear * 1e-9, "GPa", stated=True),
+        Figure(material.poisson, "", stated=True),
+        Figure(material.density, "kg/m^3", stated=True),
+        Figure(material.scatter * 100, "%", stated=True),
     )
 
 
@@ -218,7 +219,7 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
         ("emergency_torque", facts.emergency_torque, "N m"),
     ):
         if value:
-            lines.append((key, str(Figure(value, unit))))
+            lines.append((key, str(Figure(value, unit, stated=True))))
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("nothing is said of", ", ".join(row.unstated))] if row.unstated else []
     ratio = row.ratio or (100 if row.holds_for(100) else math.ceil(row.ratio_above or 0) + 1)

@@ -120,15 +120,15 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
 
     def of_length(value: float) -> Figure:
         found = length(value)
-        return Figure(found.value, found.unit, samples=_DRAWING)
+        return Figure(found.value, found.unit, samples=_DRAWING, stated=True)
 
     def of_angle(value: float) -> Figure:
-        return Figure(math.degrees(value), "deg", samples=_DRAWING)
+        return Figure(math.degrees(value), "deg", samples=_DRAWING, stated=True)
 
     return [
-        ("ratio of the stage", Figure(steps, "1", samples=_DRAWING), "turns of the crank per turn of its output; below zero the other way"),
-        ("K1 = e N/R", Figure(stage.shortening, "1", samples=_DRAWING), "at 1 the profile would loop"),
-        ("lobes", Figure(stage.lobes, "1", samples=_DRAWING), f"of the {wheel}, on {stage.pins} pins or lobes of the other wheel"),
+        ("ratio of the stage", Figure(steps, "1", samples=_DRAWING, stated=True), "turns of the crank per turn of its output; negative: opposite"),
+        ("K1 = e N/R", Figure(stage.shortening, "1", samples=_DRAWING, stated=True), "at 1 the profile would loop"),
+        ("lobes", Figure(stage.lobes, "1", samples=_DRAWING, stated=True), f"of the {wheel}, on {stage.pins} pins or lobes of the other wheel"),
         (f"tip radius of the {wheel}", of_length(float(ends[1])), "with what is ground off"),
         (f"root radius of the {wheel}", of_length(float(ends[0])), "with what is ground off"),
         (

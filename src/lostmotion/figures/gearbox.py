@@ -48,11 +48,11 @@ class Units:
 
     def of_torque(self, value: float, samples: str) -> Figure:
         """Give a torque, or a force."""
-        return Figure(value, self.torque, samples=samples)
+        return Figure(value, self.torque, samples=samples, stated=samples == _STATED)
 
     def of_stiffness(self, value: float, samples: str) -> Figure:
         """Give a stiffness."""
-        return Figure(value * self.stiffness_factor, self.stiffness, samples=samples)
+        return Figure(value * self.stiffness_factor, self.stiffness, samples=samples, stated=samples == _STATED)
 
 
 TURNING: Final = Units("arcmin", 1 / ARCMIN, "N m", "N m/arcmin", ARCMIN, "torque", "turn of the output")
@@ -166,7 +166,7 @@ def _ratio(gearbox: AnyGearbox) -> Figure | None:
 
 def _pure(value: float) -> Figure:
     """Give a pure number, a whole one as such."""
-    return Figure(int(value) if float(value).is_integer() else value, "1", samples=_STATED)
+    return Figure(int(value) if float(value).is_integer() else value, "1", samples=_STATED, stated=True)
 
 
 def _stated(gearbox: StatedGearbox, units: Units) -> Section:

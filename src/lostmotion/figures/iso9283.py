@@ -166,10 +166,10 @@ def _verdict(found: Predicted) -> str:
     repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
     fitted, either = over_robots(sheet.fitted.max(axis=0)).high, over_robots(sheet.from_any_side.max(axis=0)).high
     return (
-        f"Of the arms built to this design 95 % will repeat within {length(repeat.value)} "
-        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {length(either.value)} where joints arrive from either side). "
-        f"In 95 % of them the average of an arm's visits will lie within {length(accurate.value)} of the commanded point "
-        f"(AP_p at its worst pose; {length(fitted.value)} with best-fit frames)."
+        f"Of the arms built to this design 95 % will repeat within {of(repeat)} "
+        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {of(either)} where joints arrive from either side). "
+        f"In 95 % of them the average of an arm's visits will lie within {of(accurate)} of the commanded point "
+        f"(AP_p at its worst pose; {of(fitted)} with best-fit frames)."
     )
 
 
@@ -186,7 +186,8 @@ def _cards(found: Predicted) -> list[Card]:
 
 def _cube(found: Predicted) -> Section:
     cube = found.cube
-    rows = [Row("side", (length(cube.side),), "" if math.isnan(cube.resolution) else f"grown in steps down to {cube.resolution * 1e3:.0f} mm")]
+    steps = "" if math.isnan(cube.resolution) else f"grown in steps down to {cube.resolution * 1e3:.0f} mm"
+    rows = [Row("side", (length(cube.side, stated=True),), steps)]
     rows += [Row(f"centre {axis}", (_place(cube.centre[k]),)) for k, axis in enumerate("xyz")]
     rows.append(Row("points reached", (Figure(cube.checked, ""),), "poses, corners and a grid, by inverse kinematics within the joint limits"))
     held = "the tool is held alike all over" if cube.rotation is not None else "fewer than six joints: the tool's orientation comes as it comes"
@@ -198,7 +199,7 @@ def _cube(found: Predicted) -> Section:
 
 def _place(value: float) -> Figure:
     """Give a coordinate in mm, without what rounding leaves of zero."""
-    return Figure(round(1e3 * float(value), 5) + 0.0, "mm")
+    return Figure(round(1e3 * float(value), 5) + 0.0, "mm", stated=True)
 
 
 def _poses(found: Predicted) -> Section:

@@ -46,9 +46,9 @@ def measured_verdict(found: Measured, compared: list[Compared]) -> str:
         if load.pooled is not None:
             raw, fitted = load.pooled
             parts.append(f"AP_p {of(raw[0])} on the average over {len(load.poses)} poses as it is, {of(fitted[0])} with best-fit frames")
-        repeat = [pose.repeatability.value for pose in load.poses if math.isfinite(pose.repeatability.value)]
+        repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
         if repeat:
-            parts.append(f"RP_l up to {length(max(repeat))}")
+            parts.append(f"RP_l up to {of(max(repeat, key=lambda each: each.value))}")
         parts += [f"AT_p {of(path.figures[0])} and RT_p {of(path.figures[1])} along {path.name}" for path in load.paths]
         if parts:
             said.append(f"{under('Measured', load.load, found.loads)}: {', '.join(parts)}.")
@@ -238,7 +238,7 @@ def _paths(found: Measured) -> list[Section]:
                 Figure(path.readings, ""),
                 Figure(float(path.places[0]) * 1e3, "mm"),
                 length(float(path.places[-1])),
-                length(path.length),
+                length(path.length, stated=True),
                 length(path.gap),
                 length(path.missed),
             ),
@@ -272,7 +272,7 @@ def _data(found: Measured) -> Section:
         Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
     ]
     if visits.instrument:
-        rows.append(Row("instrument", (length(visits.instrument),), "standard deviation of one reading of a coordinate, as stated"))
+        rows.append(Row("instrument", (length(visits.instrument, stated=True),), "standard deviation of one reading of a coordinate, as stated"))
     note = "" if visits.load_stated else "the load is not stated: taken as the full payload"
     return Section("measured-data", "Measured: the data", ("value",), tuple(rows), note)
 

@@ -336,10 +336,10 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     same = "the same to the last bit" if found.kernel == at.error else f"apart by {abs(found.kernel - at.error):.1e} m"
     notes = (f"the store was made with other versions, so that last bits may differ: {', '.join(found.others)}",) if found.others else ()
     pose = tuple(
-        Row(joint, (Figure(math.degrees(value), "°") if kind == "revolute" else Figure(value * 1e3, "mm"),))
+        Row(joint, (Figure(math.degrees(value), "°", stated=True) if kind == "revolute" else Figure(value * 1e3, "mm", stated=True),))
         for (joint, kind), value in zip(found.joints, at.q, strict=True)
     )
-    tool = tuple(Row(axis, (length(float(found.tool[k, 3])), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
+    tool = tuple(Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
     exactly = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
     lengths = (
         Row("stored", (Figure(at.error * 1e6, "µm"),), "what the run kept"),

@@ -91,8 +91,8 @@ def _masses(found: Sizing) -> tuple[float, float]:
 
 def _missed(found: Sizing, link: LinkSize) -> str:
     """Say by how much the section that misses its limits by least misses them."""
-    limit = f"{link.limits[0] / ARCMIN:.4g}'" if link.binds == 0 else str(length(link.limits[1]))
-    value = f"{link.worst.slope / ARCMIN:.4g}'" if link.binds == 0 else str(length(link.worst.deflection))
+    limit = f"{link.limits[0] / ARCMIN:.4g}'" if link.binds == 0 else str(length(link.limits[1], stated=True))
+    value = f"{link.worst.slope / ARCMIN:.3g}'" if link.binds == 0 else str(length(link.worst.deflection))
     share = link.shares[link.binds]
     which = f"even {section_said(link.section)} has a {_BINDS[link.binds]} of {value}"
     return f"{link.joint}: {which}, {share:.3g} times its limit of {limit}, at {pose_said(found, link.index)}"
@@ -122,7 +122,7 @@ def _cards(found: Sizing) -> list[Card]:
         Card("links now", str(_kg(before)), "as stated"),
         Card("links sized", str(_kg(after)), "limits held" if found.holds else "limits not held"),
         Card("r.m.s. tool error", str(length(found.rms)), f"now {length(found.rms_before)}"),
-        Card("fullest link", fullest.joint, f"{100 * max(fullest.shares):.4g} % of its {_BINDS[fullest.binds]}"),
+        Card("fullest link", fullest.joint, f"{100 * max(fullest.shares):.3g} % of its {_BINDS[fullest.binds]}"),
     ]
 
 
@@ -217,7 +217,7 @@ def _remarks(found: Sizing) -> list[str]:
         why = "where they bend most, links are relieved by the weight of others outboard, so that heavier ones might make them lighter"
         out.append(f"{why}: {'; '.join(relieved)}")
     if found.exceeded > 1 + 1e-6 and found.holds:
-        out.append(f"looked at afresh a link takes {100 * found.exceeded:.4g} % of a limit: ask for more poses")
+        out.append(f"looked at afresh a link takes {100 * found.exceeded:.3g} % of a limit: ask for more poses")
     return out
 
 

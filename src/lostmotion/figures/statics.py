@@ -206,7 +206,8 @@ def _reducers(found: Survey, own: Sequence[GearboxRow]) -> Section:
     for joint, node in zip(found.arm.moving, found.nodes, strict=True):
         least = abs(node.needed.value)
         stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
-        figures = (Figure(least, node.unit), Figure(math.nan if stated is None else float(stated), node.unit if stated is not None else ""))
+        rated = Figure(math.nan, "") if stated is None else Figure(float(stated), node.unit, stated=True)
+        figures = (Figure(least, node.unit), rated)
         if node.unit != "N m":
             rows.append(Row(node.joint, figures, "slides: the catalogue rates reducers by torque"))
             continue

@@ -137,7 +137,7 @@ def _verified(found: Targets) -> str:
 
 def _whole(found: Targets) -> Section:
     rows = [
-        Row("target", (length(found.target),), f"{what(found)}; {'kept' if kept(found) else 'missed'} as things are"),
+        Row("target", (_target(found),), f"{what(found)}; {'kept' if kept(found) else 'missed'} as things are"),
         Row("as things are", (_of(found.now, _verified(found)),)),
         Row("as things are, by the samples that sized", (_of(found.now_by_gauge, _solved(found)),), "two ways, to be compared"),
     ]
@@ -189,7 +189,7 @@ def _none(found: Targets) -> list[Section]:
     for each in telling:
         figures = (now_sized(each.item), _of(each.without, _solved(found)), Figure(100 * each.share, "%", samples=_exact(found)))
         rows.append(Row(each.item.name, figures, ""))
-    note = f"without it, by a size of nothing or a stiffness without end, the rest is already more than the target of {length(found.target)}"
+    note = f"without it, by a size of nothing or a stiffness without end, the rest is already more than the target of {_target(found)}"
     others = len(alone) - len(telling)
     if others:
         note += f". So it is for {others} more, which make less than {100 * _TELLING:g} % of a difference"
@@ -250,7 +250,7 @@ def _exactly(factor: float) -> Estimate:
 
 
 def _joint_note(factor: Joint, effect: Joint | None) -> str:
-    said = f"equal factor: {float(np.nanmax(factor.factors)):.4g} on all errors, {_sure(factor)}"
+    said = f"equal factor: {float(np.nanmax(factor.factors)):.3g} on all errors, {_sure(factor)}"
     if effect is None:
         return f"{said}. No sizes have equal effect: items cancel each other whatever their size"
     each = float(np.sqrt(effect.parts[np.isfinite(effect.factors)].mean()))
@@ -272,7 +272,11 @@ def _yield(found: Targets) -> Section:
     at = f"at a yield of {100 * first.share:.4g} %"
     rows += [Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), at) for width in _WIDTHS]
     note = "the robots of the study with this seed at these poses; an exact interval (Clopper and Pearson) that counts robots"
-    return Section("yield", f"Yield: robots that keep {length(found.target)}", ("value",), tuple(rows), note)
+    return Section("yield", f"Yield: robots that keep {_target(found)}", ("value",), tuple(rows), note)
+
+
+def _target(found: Targets) -> Figure:
+    return length(found.target, stated=True)
 
 
 def yield_figure(one: Yield) -> Figure:
@@ -290,7 +294,7 @@ def _verdict(found: Targets) -> str:
         if found.kind == "error"
         else f"{100 * found.share:g} % of robots repeat within {now}"
     )
-    said += f"{f' ({now.interval})' if now.interval else ''}: the target of {length(found.target)} is {'kept' if kept(found) else 'missed'}."
+    said += f"{f' ({now.interval})' if now.interval else ''}: the target of {_target(found)} is {'kept' if kept(found) else 'missed'}."
     if found.equal_factor is not None:
         factor = float(np.nanmax(found.equal_factor.factors))
         said += f" All errors {'may grow' if factor > 1 else 'must shrink'} to {factor:.3g} of what they are, all alike."
@@ -319,7 +323,7 @@ def _plain(each: Allowed) -> Figure:
 def _cards(found: Targets) -> list[Card]:
     now = _of(found.now)
     out = [
-        Card("target", str(length(found.target)), what(found)),
+        Card("target", str(_target(found)), what(found)),
         Card("as things are", str(now), f"interval {now.interval}" if now.interval else ""),
     ]
     if found.equal_factor is not None:

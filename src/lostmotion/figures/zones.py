@@ -102,9 +102,9 @@ def _over_shown(found: Zones, what: Callable[[Floats], float]) -> Figure:
 def _share_said(found: Zones, target: float) -> str:
     share, _ = share_within(found, target)
     if math.isnan(share.value):
-        return f"Which share of the workspace is within {length(target)} is not known: of the error there an upper bound is known alone."
+        return f"Which share of the workspace is within {length(target, stated=True)} is not known: of the error there an upper bound is known alone."
     least = "At least " if share.bound else ""
-    return f"{least}{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace is within {length(target)}."
+    return f"{least}{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace is within {length(target, stated=True)}."
 
 
 def _cards(found: Zones) -> list[Card]:
@@ -116,7 +116,7 @@ def _cards(found: Zones) -> list[Card]:
     if found.within is not None:
         share, _ = share_within(found, found.within.target)
         number = "not known" if math.isnan(share.value) else f"{'≥ ' if share.bound else ''}{share.value:.3g} %"
-        out.append(Card(f"within {length(found.within.target)}", number, f"of the workspace, {share.low:.3g} … {share.high:.3g} %"))
+        out.append(Card(f"within {length(found.within.target, stated=True)}", number, f"of the workspace, {share.low:.3g} … {share.high:.3g} %"))
     if found.boxes is not None and found.boxes.found:
         box = found.boxes.found[0]
         out.append(Card("best place", str(in_box(box, box.afresh_worst, found)), f"{place_said(box)}; worst point, looked at afresh"))
@@ -179,7 +179,7 @@ def _counted_in_median(found: Zones) -> str:
 
 def _within(found: Zones) -> Section:
     values, afresh = found.shown[counted(found)], found.afresh
-    told = {} if found.within is None else {str(length(found.within.target)): (found.within.target, "the target")}
+    told = {} if found.within is None else {str(length(found.within.target, stated=True)): (found.within.target, "the target")}
     for part in _SHARES:
         error = float(np.quantile(values, part))
         told.setdefault(str(length(error)), (error, ""))
