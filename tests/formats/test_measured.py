@@ -42,9 +42,10 @@ def test_semicolons_and_deviations_with_a_sign(tmp_path):
 
 
 def test_exact_repeats_are_left_out_and_counted(tmp_path):
-    """A row that repeats another in every cell is no second visit."""
-    found = read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2,3\nA,2,1,2,3\n")
+    """A row that repeats another in every cell is no second visit, nor one that writes the same numbers with other zeros."""
+    found = read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2.00,3\nA,2,1,2,3\n")
     assert found.duplicates == 1
+    assert found.unread == ()
     assert len(found.pose) == 2
 
 
@@ -83,6 +84,39 @@ def test_paths_and_loads_stand_beside_poses(tmp_path):
     assert found.load_stated
     assert np.isfinite(found.command).all(axis=1).tolist() == [True, False, False]
     assert found.where[2][1] == 4
+
+
+def repeated(visits=20, rows=531):
+    """Return a file in which 20 visits stand in 531 rows, as a tracker writes them that samples while the robot stands: only the clock goes on."""
+    rng = np.random.default_rng(19)
+    at = rng.normal([600, 0, 400], 0.02, (visits, 3))
+    lines = [f"P1,{k % visits + 1},{0.01 * k:.2f},{','.join(f'{x:.4f}' for x in at[k % visits])},ok" for k in range(rows)]
+    return "pose,id,time,x [mm],y [mm],z [mm],state\n" + "\n".join(lines) + "\n"
+
+
+def test_a_clock_beside_the_readings_makes_no_visits(tmp_path):
+    """Rows that differ in an unread column alone are one visit, so RP_l's interval is that of 20 visits, not of 531; the note names the column."""
+    for mapping in ((), ("cycle = id",)):
+        found = read(tmp_path, repeated(), *mapping)
+        assert (len(found.pose), found.duplicates) == (20, 511)
+        assert found.unread == ("time",)
+        assert sorted(found.cycle.tolist()) == list(range(1, 21))
+    judged = lostmotion.iso9283(measured=tmp_path / "visits.csv", mapping=["cycle = id"])
+    pose = judged.measured.loads[0].poses[0]
+    assert pose.visits == 20
+    assert pose.repeatability.high - pose.repeatability.low > 0.3 * pose.repeatability.value
+    (note,) = [note for note in judged.sheet.notes if "dropped" in note]
+    assert "511 rows" in note
+    assert "'time'" in note
+    assert "'state'" not in note
+
+
+def test_two_readings_of_one_visit_are_refused_by_what_differs(tmp_path):
+    """A second reading of a pose in one cycle that differs in y alone is refused, and the message says y."""
+    from lostmotion.studies.iso9283.measured import judge
+
+    with pytest.raises(lostmotion.InputError, match="line 2 has it with another y\n"):
+        judge(read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2.5,3\nA,2,1,2,3\n"))
 
 
 def test_several_files_are_one_robot(tmp_path):
@@ -148,7 +182,7 @@ def test_a_cycle_that_visits_a_pose_twice_is_refused(tmp_path):
 
     header = "pose,side,cycle,load [%],x [mm],y [mm],z [mm]\n"
     again = "P2,,1,100,1,2,3\nP4,,1,100,9,2,3\nP4,,1,100,9,2,4\nP4,x,1,100,9,2,4\nP4,,1,10,9,2,4\n"
-    with pytest.raises(lostmotion.InputError, match=r"line 4(.|\n)*pose 'P4' of cycle 1 once more; it stands in line 3") as caught:
+    with pytest.raises(lostmotion.InputError, match=r"line 4(.|\n)*pose 'P4' of cycle 1 a second time: line 3 has it with another z") as caught:
         judge(read(tmp_path, header + again))
     assert len(caught.value.problems) == 1
 

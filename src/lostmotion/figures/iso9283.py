@@ -74,6 +74,7 @@ def iso_sheet(
     from lostmotion.figures.iso9283_measured import (
         compared_section,
         doubts,
+        duplicates_note,
         left_out,
         measured_cards,
         measured_facts,
@@ -102,8 +103,7 @@ def iso_sheet(
         facts |= measured_facts(measured, compared)
         notes = (*doubts(measured, predicted), *left_out(measured, predicted if compared else None), *notes)
         if measured.visits.duplicates:
-            repeated = f"rows of the measurement that repeat another one in every cell, left out: {measured.visits.duplicates}"
-            notes = (*notes, f"{repeated}; a column 'cycle' keeps visits that only read alike")
+            notes = (*notes, duplicates_note(measured.visits))
         counted.append(visited(measured))
     return Sheet(
         name=name,

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.figures import Card, Figure, Row, Section, length
+from lostmotion.errors import shown
+from lostmotion.figures import Card, Figure, Row, Section, length, several
 from lostmotion.figures.iso9283 import of, under
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.iso9283.compared import held_otherwise, over_robots, tells_tool
@@ -17,8 +18,10 @@ if TYPE_CHECKING:
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.measured import Measured, MeasuredLoad, MeasuredPose
     from lostmotion.studies.iso9283.predicted import Predicted
+    from lostmotion.studies.iso9283.visits import Visits
 
 _MOST_POSES: Final = 12
+_MOST_NAMED: Final = 5
 # A mean AP_p or an AT_p above so many times what 95 % of robots stay below, or so much (m) where none were built, is seldom the arm's own.
 _DOUBTED: Final = 10.0
 _FAR: Final = 5e-3
@@ -59,6 +62,17 @@ def measured_verdict(found: Measured, compared: list[Compared]) -> str:
             f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie within what 5 % and 95 % of the predicted robots stay below."
         )
     return text
+
+
+def duplicates_note(visits: Visits) -> str:
+    """Return a warning that rows of the measurement repeat others, naming the unread columns in which they differ."""
+    rows = several(visits.duplicates, "row")
+    note = f"{rows} of the measurement dropped: equal to another row in every column that is read"
+    if visits.unread:
+        columns = ", ".join(shown(name) for name in visits.unread[:_MOST_NAMED])
+        more = f" and {len(visits.unread) - _MOST_NAMED} more" if len(visits.unread) > _MOST_NAMED else ""
+        note += f"; they differ only in {columns}{more}, which no role is mapped to"
+    return f"{note}. If they are separate visits that read the same, number them in a column 'cycle'"
 
 
 def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
@@ -268,7 +282,7 @@ def _data(found: Measured) -> Section:
         counted = ((load.load, int((visits.load == load.load).sum())) for load in found.loads)
         rows += [Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted]
     rows += [
-        Row("exact duplicates left out", (Figure(visits.duplicates, ""),), "rows that repeat another one in every cell" if visits.duplicates else ""),
+        Row("duplicate rows dropped", (Figure(visits.duplicates, ""),), "equal in every column that is read" if visits.duplicates else ""),
         Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
     ]
     if visits.instrument:
@@ -324,6 +338,7 @@ def measured_facts(found: Measured, compared: list[Compared]) -> dict[str, Any]:
             "visits": len(visits.path) - sum(map(bool, visits.path)),
             "readings_along_paths": sum(map(bool, visits.path)),
             "duplicates": visits.duplicates,
+            "unread_columns_that_differ": list(visits.unread),
             "instrument_m": visits.instrument,
             "load_stated": visits.load_stated,
             "loads": [_load_facts(load) for load in found.loads],

@@ -69,7 +69,7 @@ def read_measured(
     instrument: float = 0.0,
     loads: Sequence[float] = (),
 ) -> Visits:
-    """Which visits, and which readings along paths, do these CSVs hold? Rows that repeat another one exactly are left out and counted.
+    """Return the visits and readings along paths of these CSVs. Rows that repeat another one in every column that is read are dropped and counted.
 
     path        one file, or several of one robot
     mapping     "role = column [unit]", several in one text with commas between them or in several; roles as in the first lines of this file
@@ -114,8 +114,9 @@ def _rows_of(
 ) -> Visits:
     """Give the rows of one file."""
     header, rows, lines = table
-    cells, duplicates, lines = _without_repeats(rows, lines)
-    words, values = _values(file, header, cells, lines, find_columns(file, header, mapping, elsewhere))
+    columns = find_columns(file, header, mapping, elsewhere)
+    cells, duplicates, lines, unread = _without_repeats(header, rows, lines, columns[0])
+    words, values = _values(file, header, cells, lines, columns)
     count = len(cells)
     nothing = np.full((count, 3), math.nan)
     path = words.get("path", [""] * count)
@@ -134,6 +135,7 @@ def _rows_of(
         rotation=_rotations(_stacked(values, COMMANDED_TURN, nothing)),
         where=tuple((file, line) for line in lines),
         duplicates=duplicates,
+        unread=unread,
         instrument=0.0,
         source=Path(file).name,
         known={},
@@ -146,6 +148,7 @@ def together(parts: Sequence[Visits]) -> Visits:
     rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
     rows |= {name: tuple(each for part in parts for each in getattr(part, name)) for name in TUPLES}
     told: dict[str, Any] = {"duplicates": sum(part.duplicates for part in parts), "source": ", ".join(part.source for part in parts)}
+    told["unread"] = tuple(dict.fromkeys(name for part in parts for name in part.unread))
     return replace(parts[0], load_stated=all(part.load_stated for part in parts), **rows, **told)
 
 
@@ -170,11 +173,32 @@ def _loads(file: str, lines: Sequence[int], stated: Floats | None, named: float 
     return stated
 
 
-def _without_repeats(rows: list[list[str]], lines: list[int]) -> tuple[list[list[str]], int, list[int]]:
-    first: dict[tuple[str, ...], int] = {}
-    for row, line in zip(rows, lines, strict=True):
-        first.setdefault(tuple(row), line)
-    return [list(row) for row in first], len(rows) - len(first), list(first.values())
+def _without_repeats(
+    header: list[str], rows: list[list[str]], lines: list[int], columns: Mapping[str, Column]
+) -> tuple[list[list[str]], int, list[int], tuple[str, ...]]:
+    """Drop the rows that repeat another one in every column that is read; a time stamp beside them makes no other visit.
+
+    Returns the rows kept, how many were dropped, the lines of those kept, and the unread columns in which a dropped row differs from the one kept.
+    """
+    numeric = {column.index for role, column in columns.items() if role not in WORDS or role == "cycle"}
+    read = sorted({column.index for column in columns.values()}) or list(range(len(header)))
+    first: dict[tuple[Any, ...], int] = {}
+    differ: set[int] = set()
+    for k, row in enumerate(rows):
+        # A row of the wrong length is compared whole, to be refused once.
+        whole = len(row) == len(header)
+        key = tuple(_compared(row[at], numeric=at in numeric) for at in read) if whole else (None, *row)
+        if (before := first.setdefault(key, k)) != k and whole:
+            differ.update(at for at in range(len(header)) if at not in read and row[at] != rows[before][at])
+    names = column_names(header)
+    kept = list(first.values())
+    return [rows[k] for k in kept], len(rows) - len(kept), [lines[k] for k in kept], tuple(names[at] for at in sorted(differ))
+
+
+def _compared(cell: str, *, numeric: bool) -> str | float:
+    """Return what a cell is compared by: its number, 1.0 as 1.00, or its text."""
+    number = _number(cell) if numeric else math.nan
+    return number if math.isfinite(number) else cell
 
 
 def _values(

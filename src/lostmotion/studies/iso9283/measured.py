@@ -121,12 +121,20 @@ def _refuse_twice(visits: Visits) -> None:
         if visit[0] and len(mistakes) < _MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
             (file, line), (other, before) = visits.where[k], visits.where[at]
             stands = f"line {before}" if file == other else f"{other}, line {before}"
-            found = f"pose {shown(visit[0])} of cycle {visit[3]:g} once more; it stands in {stands} with other readings"
+            found = f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has it with another {_differing(visits, k, at)}"
             mistakes.append(
                 Problem(file, f"line {line}", found, "one visit per pose, side, load and cycle", "strike the void one, or number it anew")
             )
     if mistakes:
         raise InputError(mistakes)
+
+
+def _differing(visits: Visits, one: int, other: int) -> str:
+    """Return the names of the coordinates in which two readings of one pose differ."""
+    moved = visits.attained[one] != visits.attained[other]
+    turned = np.isfinite(visits.orientation[[one, other]]).all() and (visits.orientation[one] != visits.orientation[other]).any()
+    names = [axis for axis, different in zip("xyz", moved, strict=True) if different] + (["orientation (a, b, c)"] if turned else [])
+    return ", ".join(names) or "row"
 
 
 def _at_poses(visits: Visits, level: float) -> dict[str, Any]:

@@ -30,7 +30,8 @@ class Visits:
     command (row, 3)       commanded positions
     orientation, rotation (row, 3, 3)  the tool's, attained and commanded
     where (row,)           file and line of each
-    duplicates             rows left out because they repeat another one exactly
+    duplicates             rows dropped because they repeat another one in every column that was read
+    unread                 names of columns that were not read and differ between a dropped row and the one kept
     instrument             standard deviation of one reading of a coordinate, m; 0 where not stated
     source                 where they come from
     known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where not known
@@ -52,6 +53,7 @@ class Visits:
     source: str
     known: Mapping[str, Floats]
     load_stated: bool
+    unread: tuple[str, ...] = ()
 
     @property
     def turn(self) -> Floats:
