@@ -9,6 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
 
 from lostmotion.parts.source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
 from lostmotion.units import _SPOKEN, Quantity, Toleranced, UnitError, read_quantity, spoken
@@ -296,3 +297,47 @@ def test_the_schema_asks_for_text_with_a_unit():
     assert fields["length"]["type"] == "string"
     assert fields["scatter"]["type"] == ["string", "number"]
     assert fields["stiffness"]["examples"] == ["12 N m/arcmin"]
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [("400 mm ± 50 µm", "normal"), ("400 mm ± 50 µm (uniform)", "uniform"), ("400 mm ± 50 µm (normal without limits)", "normal without limits")],
+)
+def test_a_word_behind_a_tolerance_is_its_distribution(text: str, law: str):
+    """A length takes each distribution by its word in brackets, or with its value in a table."""
+    field = Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)
+    assert field(text) == Toleranced(0.4, pytest.approx(5e-5), law)
+    assert field({"value": "400 mm ± 50 µm", "law": law}) == Toleranced(0.4, pytest.approx(5e-5), law)
+
+
+def test_a_tolerance_takes_a_table():
+    """Rows of value and probability stand beside the value, as shares of its tolerance."""
+    field = Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)
+    assert field({"value": "400 mm ± 50 µm", "law": [[-1, 0], [0.2, 0.5], [1, 1]]}).law == ((-1.0, 0.0), (0.2, 0.5), (1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [1, 0.9]]}, "from 0 to 0.9, not from 0 to 1"),
+        ({"value": "400 mm ± 50 µm", "law": [[1, 0], [-1, 1]]}, "do not rise"),
+        ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [0, 0], [1, 1]]}, "do not rise"),
+        ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [float("inf"), 1]]}, "two finite numbers"),
+        ({"value": "400 mm ± 50 µm", "law": [[-1, 0, 3], [1, 1]]}, "two finite numbers"),
+        ({"value": "400 mm ± 50 µm", "law": [[1, 0], [1 + 1e-9, 1]]}, "hardly differ"),
+        ({"value": "400 mm ± 50 µm", "law": [[0, 0]]}, "2 to 1000 rows"),
+        ({"value": "400 mm ± 50 µm", "law": "gaussian"}, "not a known distribution"),
+        ({"value": "400 mm ± 50 µm"}, "exactly the keys value"),
+        ({"value": "400 mm", "law": "normal without limits"}, "without a ± tolerance"),
+    ],
+)
+def test_a_table_that_is_no_distribution_is_refused(value: object, why: str):
+    """A table that does not rise from probability 0 to 1, or a word that names none, says what is wrong with it."""
+    with pytest.raises(PydanticCustomError, match=why):
+        Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)(value)
+
+
+def test_a_play_has_limits():
+    """A play, a fit or a size is checked at its limits: a distribution without any is refused there."""
+    with pytest.raises(PydanticCustomError, match="limits must hold"):
+        Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=0, toleranced=True)("0.5 arcmin ± 0.2 arcmin (normal without limits)")

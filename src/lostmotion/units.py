@@ -7,11 +7,12 @@ the edges only; everything inside the package is a float in SI (m, rad, kg, N, s
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import re
 import sys
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
 if TYPE_CHECKING:
     import pint
@@ -56,22 +57,28 @@ _UNIT: Final = rf"(?:1\s*/\s*)?{_WORD}(?:[ */·]{{1,3}}{_WORD}){{0,5}}|"
 _TEXT: Final = re.compile(
     rf"^\s*(?P<value>{_NUMBER})\s*(?P<unit>{_UNIT})"
     rf"(?:\s*(?:±|\+/-|\+-)\s*(?P<tolerance>{_NUMBER})\s*(?P<tolerance_unit>{_UNIT}))?"
-    r"\s*(?:\((?P<law>normal|uniform)\))?\s*$",
+    r"\s*(?:\((?P<law>normal without limits|normal|uniform)\))?\s*$",
 )
 _LONGEST_TEXT: Final = 120
 # In SI; no part of an arm is larger or smaller, heavier or stiffer, and powers of it still fit a float.
 LARGEST: Final = 1e15
 _SMALLEST: Final = 1e-20
 
-ToleranceLaw = Literal["normal", "uniform"]
+# (value, probability that a draw lies below it), both rising; values are shares of the stated amount.
+TableRows: TypeAlias = tuple[tuple[float, float], ...]
+ToleranceLaw: TypeAlias = Literal["normal", "uniform", "normal without limits"] | TableRows
+# Of a table of a distribution; and the values in it are shares of the stated amount, so that larger ones are a slip of the unit.
+_MOST_ROWS: Final = 1000
+_LARGEST_SHARE: Final = 1e6
 
 
 @dataclass(frozen=True, slots=True)
 class Toleranced:
     """A nominal value and how far a made part may stand off it: "400 mm ± 50 µm" is Toleranced(0.4, 5e-5).
 
-    The tolerance is the limit at which a part is scrapped. `law` says how parts fall inside it: "normal" is a
-    normal law whose three sigma reach the limit, cut there; "uniform" is any value alike.
+    The tolerance is the limit at which a part is scrapped. `law` is the distribution of parts: "normal" is a normal distribution whose three
+    sigma reach the limit, cut there; "uniform"; "normal without limits" has the limit as its three sigma and exceeds it in 0.27 % of parts; a table
+    has rows (value as a share of the tolerance, probability that a part lies below it).
     """
 
     nominal: float
@@ -79,8 +86,77 @@ class Toleranced:
     law: ToleranceLaw = "normal"
 
 
+_LIMITED: Final = ("normal", "uniform")
+
+
 class UnitError(ValueError):
     """A text is no quantity of the wanted dimension; the message says why."""
+
+
+def table_rows(value: object) -> TableRows:
+    """Return a distribution's table as rows (value, cumulative probability), checked.
+
+    Both columns rise from row to row, the probability from 0 to 1: the distribution is uniform between neighbouring values.
+    Raises UnitError that says what is wrong.
+    """
+    if not isinstance(value, list | tuple) or not 2 <= len(value) <= _MOST_ROWS:  # noqa: PLR2004 - a lower and an upper end
+        raise UnitError("not a table of 2 to 1000 rows")
+    rows = []
+    for row in value:
+        numbers = row if isinstance(row, list | tuple) else ()
+        if len(numbers) != 2 or any(isinstance(x, bool) or not isinstance(x, int | float) or not abs(x) <= _LARGEST_SHARE for x in numbers):  # noqa: PLR2004 - a pair
+            raise UnitError("a row that is not [value, probability], two finite numbers")
+        rows.append((float(numbers[0]), float(numbers[1])))
+    if any(later[0] <= sooner[0] or later[1] <= sooner[1] for sooner, later in itertools.pairwise(rows)):
+        raise UnitError("a table whose values or probabilities do not rise from row to row")
+    if rows[0][1] != 0 or rows[-1][1] != 1:
+        raise UnitError(f"a table whose probabilities go from {rows[0][1]:g} to {rows[-1][1]:g}, not from 0 to 1")
+    if rows[-1][0] - rows[0][0] < 1e-6 * max(-rows[0][0], rows[-1][0]):
+        raise UnitError("a table whose values hardly differ")
+    return tuple(rows)
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Marks a field of a part that names a distribution: one of `words`, or a table (`table_rows`)."""
+
+    words: tuple[str, ...]
+
+    @property
+    def expected(self) -> str:
+        """Say in words what this field takes."""
+        return "one of " + ", ".join(f'"{word}"' for word in self.words) + ", or rows [value in units of the amount, probability of a smaller one]"
+
+    @property
+    def example(self) -> str:
+        """Give an example that passes."""
+        return self.words[0]
+
+    def __call__(self, value: Any) -> str | TableRows:  # noqa: ANN401 - whatever a file holds
+        """Return the word or the checked table; raises pydantic's error with `expected` and `example` in its context."""
+        from pydantic_core import PydanticCustomError
+
+        if isinstance(value, str) and value in self.words:
+            return value
+        try:
+            return table_rows(value)
+        except UnitError as error:
+            why = "not a known distribution" if isinstance(value, str) else str(error)
+            context = {"why": why, "expected": self.expected, "example": f'"{self.example}"'}
+            raise PydanticCustomError("distribution", "{why}; expected {expected}", context) from None
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Let pydantic validate this field by calling the marker."""
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_plain_validator_function(self)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Describe the field for editors."""
+        return {"anyOf": [{"enum": list(self.words)}, _TABLE_SCHEMA], "description": self.expected}
+
+
+_TABLE_SCHEMA: Final = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 
 
 @functools.cache
@@ -157,7 +233,7 @@ def read_quantity(text: str, si: str) -> Toleranced:
         raise UnitError("not a finite number")
     if tolerance < 0:
         raise UnitError("a tolerance after ± cannot be negative")
-    return Toleranced(value, tolerance, "uniform" if match["law"] == "uniform" else "normal")
+    return Toleranced(value, tolerance, cast("ToleranceLaw", match["law"] or "normal"))
 
 
 @dataclass(frozen=True)
@@ -165,7 +241,9 @@ class Quantity:
     """Marks a field of a part: which SI unit it holds, which values pass, and an example that does.
 
     From a file (validation context {"text": True}) a dimensioned quantity must carry its unit in the text. From Python
-    a bare number is taken as SI. With `toleranced` the field holds a Toleranced, without it a float.
+    a bare number is taken as SI. With `toleranced` the field holds a Toleranced, without it a float. With `any_law` its tolerance may have no
+    limits, or a table: `{ value = "400 mm ± 50 µm", law = [[-1, 0], [0.2, 0.5], [1, 1]] }`; elsewhere limits must hold, because sizes, plays and
+    fits are checked at them.
     """
 
     si: str
@@ -174,6 +252,7 @@ class Quantity:
     above: float = -math.inf
     high: float = math.inf
     toleranced: bool = False
+    any_law: bool = False
 
     @property
     def expected(self) -> str:
@@ -204,7 +283,7 @@ class Quantity:
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
         """Turn what was given into SI; raises pydantic's error with `expected` and `example` in its context."""
         try:
-            found = self._read(value, from_file=bool(info and info.context and info.context.get("text")))
+            found = self._of_law(self._read(value, from_file=bool(info and info.context and info.context.get("text"))))
             self._check(found)
         except UnitError as error:
             raise self.refusal(str(error)) from None
@@ -222,6 +301,10 @@ class Quantity:
         return PydanticCustomError("quantity", "{why}; expected {expected}", context)
 
     def _read(self, value: object, *, from_file: bool) -> Toleranced:
+        if self.any_law and isinstance(value, dict):
+            if set(value) != {"value", "law"} or not isinstance(value["value"], str):
+                raise UnitError("a table without exactly the keys value, a text, and law")
+            return replace(read_quantity(value["value"], self.si), law=value["law"])
         if isinstance(value, str):
             return read_quantity(value, self.si)
         if isinstance(value, Toleranced):
@@ -250,6 +333,20 @@ class Quantity:
         if math.isfinite(floor) and value - found.tolerance < floor:
             raise UnitError("the tolerance reaches out of range")
 
+    def _of_law(self, found: Toleranced) -> Toleranced:
+        """Return the quantity with its distribution checked; only limits that hold are taken where the field needs them."""
+        if found.law in _LIMITED:
+            return found
+        if not self.any_law:
+            raise UnitError("a distribution other than normal or uniform, and here limits must hold")
+        if not found.tolerance:
+            raise UnitError("a distribution without a ± tolerance")
+        if isinstance(found.law, str):
+            if found.law != "normal without limits":
+                raise UnitError(f"'{found.law}' is not a known distribution")
+            return found
+        return replace(found, law=table_rows(found.law))
+
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Let pydantic validate this field by calling the marker."""
         from pydantic_core import core_schema
@@ -261,4 +358,8 @@ class Quantity:
         described: dict[str, Any] = {"type": "string", "description": self.expected, "examples": [self.example]}
         if not self.si:
             described["type"] = ["string", "number"]
-        return described
+        if not self.any_law:
+            return described
+        law = {"anyOf": [{"enum": [*_LIMITED, "normal without limits"]}, _TABLE_SCHEMA]}
+        with_law = {"type": "object", "properties": {"value": described, "law": law}, "required": ["value", "law"], "additionalProperties": False}
+        return {"anyOf": [described, with_law], "description": self.expected}

@@ -65,6 +65,21 @@ def test_three_mistakes_are_told_at_once(told):
     assert "angular stiffness" in found["gearboxes.shoulder.stiffness"].expected
 
 
+def test_distributions_are_read_from_a_file(tmp_path):
+    """Words and tables of distributions stand beside the amount that they belong to."""
+    path = tmp_path / "arm.toml"
+    table = "[[-1, 0], [0.2, 0.5], [1, 1]]"
+    lines = (
+        f'lumped = {{ angle = "1 arcmin", law = {table} }}\n'
+        'encoder = { noise = "1 arcmin", noise_law = "normal without limits" }\n'
+        f'link = {{ length = {{ value = "400 mm ± 50 µm", law = {table} }} }}\n'
+    )
+    path.write_text(HEAD + JOINT + lines, encoding="utf-8")
+    joint = read(path).joints[0]
+    assert joint.lumped.law == joint.link.length.law == ((-1.0, 0.0), (0.2, 0.5), (1.0, 1.0))
+    assert joint.encoder.noise_law == "normal without limits"
+
+
 @pytest.mark.parametrize(
     ("lines", "key", "expected"),
     [
@@ -79,6 +94,11 @@ def test_three_mistakes_are_told_at_once(told):
         ('bearing = { span = "60 mm" }\n', "joints.A.bearing.kind", '"rolling"'),
         ('bearing = { kind = "rolling" }\n', "joints.A.bearing.span", "length"),
         ('encoder = { side = "motr" }\n', "joints.A.encoder.side", '"motor"'),
+        ('lumped = { angle = "1 arcmin", law = "norml" }\n', "joints.A.lumped.law", '"normal without limits"'),
+        ('lumped = { angle = "1 arcmin", law = [[0, 0], [1, 0.5]] }\n', "joints.A.lumped.law", "rows [value"),
+        ('encoder = { noise = "1 arcmin", noise_law = 3 }\n', "joints.A.encoder.noise_law", '"uniform"'),
+        ('link = { length = { value = "400 mm ± 50 µm", law = [[1, 0]] } }\n', "joints.A.link.length", "tolerance"),
+        ('gearbox = { backlash = "1 arcmin ± 1 arcmin (normal without limits)" }\n', "joints.A.gearbox.backlash", "tolerance"),
         ('lumped = { offset_along = ["x", "w"] }\n', "joints.A.lumped.offset_along[1]", '"y"'),
         ("axis = [0, 0, 0]\n", "joints.A.axis", "not zero"),
         ("axis = [0, nan, 1]\n", "joints.A.axis", "finite"),

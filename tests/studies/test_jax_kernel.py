@@ -11,7 +11,9 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses, screws
+from lostmotion.arm import Arm
 from lostmotion.errors import InputError, LostmotionError
+from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.studies.montecarlo import jax_kernel, kernel
 from lostmotion.studies.montecarlo.blocks import Plan, sample_block
 from lostmotion.studies.montecarlo.montecarlo import run
@@ -38,6 +40,23 @@ def test_jax_gives_the_compiled_kernels_figures(arm, monkeypatch, robots, visits
         np.testing.assert_allclose(getattr(found, name), getattr(compiled, name), rtol=1e-12, atol=1e-12 * largest, err_msg=name)
     assert found.group_hist.sum() == compiled.group_hist.sum() == len(poses) * robots * visits
     assert np.abs(found.whole_hist() - compiled.whole_hist()).sum() <= 2
+
+
+@needs_jax
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["normal without limits", ((-1.0, 0.0), (-0.2, 0.3), (0.4, 0.9), (2.0, 1.0))])
+@pytest.mark.parametrize("visits", [1, 7])
+def test_jax_takes_every_distribution(law, visits):
+    """Draws without limits and by a user's table make the compiled kernels' figures, to 1e-12 of the largest error."""
+    arm = Arm(
+        name="slides", joints=[PrismaticJoint(name=axis, axis=axis, limits=(0, 1), encoder={"noise": 3e-3, "noise_law": law}) for axis in "xyz"]
+    )
+    poses = sample_poses(arm, 8)
+    matrix, plan = screws(arm, poses.q), Plan.of(arm, poses, 300, visits, 7, 0.0)
+    compiled, found = (sample_block(replace(plan, device=device), matrix, 0) for device in ("cpu", "gpu"))
+    largest = compiled.per_pose[:, kernel.LARGEST].max()
+    assert largest > 3e-3
+    np.testing.assert_allclose(found.per_pose, compiled.per_pose, rtol=1e-12, atol=1e-12 * largest)
 
 
 def test_without_jax_one_sentence_names_what_to_install(arm, monkeypatch):

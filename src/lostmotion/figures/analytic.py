@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, by_level_sections, halved_sections, levels_section
-from lostmotion.figures.error import joint_values
+from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square
@@ -137,8 +137,7 @@ def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, whe
     square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
         Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the poses visited"),
-        Row("root-sum-square, worst pose", (length(float(found.rss.max()), samples=counted),), "|bias| + root of the sum of squared limits"),
-        Row("worst case, worst pose", (length(float(found.worst.max()), samples=counted),), "upper bound"),
+        *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
         Row("poses with every figure", (told,), "at the others the error is too far from normal for some"),
         Row("excess, median pose", (Figure(float(np.median(found.excess)), "1", samples=counted),), "0 if normal, less if flat or two-sided"),
     ]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from lostmotion.arm import terms
 from lostmotion.figures import ARCMIN, Figure, Row, Section, length, several
 from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
 from lostmotion.studies.montecarlo import kernel
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
+
+# Of the errors without limits, how many are named.
+_MOST_NAMES: Final = 3
 
 
 def error_section(answer: Answer, where: str = "") -> Section:
@@ -47,12 +51,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
     exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
     turned = root_mean_square(sampled.rotation_ms.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
-        Row("root-sum-square, worst pose", (length(float(sampled.rss.max()), samples=exact),), "|bias| + root of the sum of squared limits"),
-        Row(
-            "worst case, worst pose",
-            (length(float(sampled.worst.max()), samples=exact),),
-            "upper bound: the sizes of all errors at their limits, added",
-        ),
+        *limit_rows(answer.arm, float(sampled.rss.max()), float(sampled.worst.max()), exact),
         Row(
             "rotation of the tool, r.m.s.",
             (Figure(turned.value / ARCMIN, "arcmin", turned.low / ARCMIN, turned.high / ARCMIN, exact),),
@@ -61,6 +60,20 @@ def error_section(answer: Answer, where: str = "") -> Section:
     ]
     note = "best and worst pose are those of the poses visited, chosen by the same samples: their intervals hold for a pose named beforehand"
     return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
+
+
+def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> tuple[Row, Row]:
+    """Return the rows of the root-sum-square and the worst case, m; where an error has no limits, a row that says there is no worst case."""
+    rss, squares = length(root_sum_square, samples=counted), "|bias| + root of the sum of squared limits"
+    if math.isfinite(worst):
+        upper = Row("worst case, worst pose", (length(worst, samples=counted),), "upper bound: the sizes of all errors at their limits, added")
+        return Row("root-sum-square, worst pose", (rss,), squares), upper
+    endless = [item.name.removeprefix("joints.") for item in terms(arm, arm.limits.mean(axis=1)[None]) if math.isinf(item.term.bound)]
+    names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
+    return (
+        Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations"),
+        Row("worst case, worst pose", (Figure(math.inf, "m", samples=counted),), f"no worst case: normal without limits ({names})"),
+    )
 
 
 def iso_section(answer: Answer, where: str = "") -> Section:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_arg
 
 from pydantic import BaseModel
 
-from lostmotion.units import Quantity
+from lostmotion.units import Distribution, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -18,7 +18,7 @@ _ORIGIN: Final = frozenset({"assumed", "source", "upper_limits"})
 
 def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: ANN401 - any annotation
     """Which alternatives does an annotation allow? Quantities, models, lists and plain types; unions opened, None left out."""
-    quantities: Options = [mark for mark in marks if isinstance(mark, Quantity)]
+    quantities: Options = [mark for mark in marks if isinstance(mark, Quantity | Distribution)]
     if quantities:
         return quantities
     origin = _origin(annotation)
@@ -52,7 +52,8 @@ def keys(model: type[BaseModel]) -> list[str]:
 
 def literals(options: Options) -> list[str]:
     """Which words are allowed?"""
-    return [str(word) for option in options if _origin(option) is Literal for word in get_args(option)]
+    named = [word for option in options if isinstance(option, Distribution) for word in option.words]
+    return [*named, *(str(word) for option in options if _origin(option) is Literal for word in get_args(option))]
 
 
 def inside(options: Options, item: str | int) -> Options:
@@ -75,7 +76,7 @@ def words(options: Options) -> str:
 
 
 def _words(option: Any) -> str:  # noqa: ANN401 - any annotation
-    if isinstance(option, Quantity):
+    if isinstance(option, Quantity | Distribution):
         return option.expected
     origin = _origin(option)
     members = get_args(option)
@@ -94,8 +95,9 @@ def example(options: Options) -> str:
 
 
 def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
-    if isinstance(option, Quantity):
-        return option.example if not option.si and option.example.isdecimal() else f'"{option.example}"'
+    if isinstance(option, Quantity | Distribution):
+        plain = isinstance(option, Quantity) and not option.si and option.example.isdecimal()
+        return option.example if plain else f'"{option.example}"'
     origin = _origin(option)
     members = get_args(option)
     if origin is Literal:

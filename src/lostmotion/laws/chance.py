@@ -1,7 +1,7 @@
 """Laws of chance, standardised: mean zero, mean square one, mapped from uniforms by the inverse CDF.
 
-A limit "±t" becomes a term of size t / law.bound, so that no draw leaves the limit. Every law here but `Normal(cut=inf)`
-is bounded, which is what makes a worst case finite. Source of the moments: JCGM 101:2008, 6.4.
+A stated amount "±t" becomes a term of size t / law.stated, so that no draw of a bounded law exceeds the amount. Every law here but
+`Normal(cut=inf)` is bounded, which is what makes a worst case finite. Source of the moments: JCGM 101:2008, 6.4.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ import functools
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
-    from lostmotion.units import ToleranceLaw
+    from lostmotion.units import TableRows, ToleranceLaw
 
 
 class Law(ABC):
@@ -30,6 +30,26 @@ class Law(ABC):
     @abstractmethod
     def quantile(self, u: Floats) -> Floats:
         """Which draws belong to these uniforms (any shape, strictly inside 0..1)?"""
+
+    @property
+    def stated(self) -> float:
+        """Return the amount ±t that a file states for this law, in standard deviations: the bound, unless a law says another."""
+        return self.bound
+
+    @property
+    def limit(self) -> float:
+        """Return the size that counts in a root-sum-square: the bound, or the stated amount where there is no bound."""
+        return self.bound if math.isfinite(self.bound) else self.stated
+
+    @property
+    def mean(self) -> float:
+        """Return the mean of what the file states, as a share of the stated amount. Draws have none: it becomes a design term."""
+        return 0.0
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Return the uniforms, strictly inside 0..1, at which `quantile` has a kink: integrals are taken piece by piece."""
+        return ()
 
     @property
     def excess(self) -> float:
@@ -55,6 +75,11 @@ class Normal(Smooth):
     def bound(self) -> float:
         """Give the cut in units of the deviation that is left after cutting."""
         return self.cut / _cut_deviation(self.cut) if math.isfinite(self.cut) else math.inf
+
+    @property
+    def stated(self) -> float:
+        """Return the stated amount in standard deviations: where the law is cut, or three where it has no limits."""
+        return self.bound if math.isfinite(self.cut) else 3.0
 
     def quantile(self, u: Floats) -> Floats:
         """Map uniforms through the cut normal law's inverse."""
@@ -101,6 +126,82 @@ class Uniform(Smooth):
     def share(self, draws: Floats) -> Floats:
         """Give the flat law's distribution function."""
         return np.asarray(np.clip(0.5 + draws / (2 * math.sqrt(3)), 0.0, 1.0))
+
+
+# A table whose density exceeds this (per standard deviation), or whose fourth cumulant is below that, falls on a few values nearly as a two-sided law
+# does: a normal law has 0.40 and 0, a uniform one 0.29 and -1.2, an exponential one 1.0 and 6.
+_STEEPEST: Final = 1.2
+_FLATTEST: Final = -1.3
+
+
+@dataclass(frozen=True, slots=True)
+class Table(Smooth):
+    """A user's distribution: rows of (value, probability that a draw lies below it), uniform between neighbouring values.
+
+    Values are shares of the stated amount, rising; probabilities rise from 0 to 1 (`lostmotion.units.table_rows` checks both). Draws are
+    standardised as those of every law: `mean` and 1 / `stated` are the mean and the standard deviation of the table.
+    """
+
+    rows: TableRows
+
+    @property
+    def mean(self) -> float:
+        """Return the mean of the table, as a share of the stated amount."""
+        return _table(self.rows).mean
+
+    @property
+    def stated(self) -> float:
+        """Return the stated amount in standard deviations of the table."""
+        return 1.0 / _table(self.rows).deviation
+
+    @property
+    def bound(self) -> float:
+        """Return the distance of the farther end of the table from its mean, in standard deviations."""
+        values = _table(self.rows).values
+        return float(max(-values[0], values[-1]))
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Return the probabilities of the rows between the first and the last."""
+        return tuple(probability for _, probability in self.rows[1:-1])
+
+    @property
+    def is_stepped(self) -> bool:
+        """Return whether draws gather at a few values, so that a series about the normal law cannot describe them."""
+        found = _table(self.rows)
+        return bool((np.diff(found.shares) / np.diff(found.values)).max() > _STEEPEST) or self.excess < _FLATTEST
+
+    def quantile(self, u: Floats) -> Floats:
+        """Map uniforms along straight lines between the rows."""
+        found = _table(self.rows)
+        return np.asarray(np.interp(u, found.shares, found.values))
+
+    def share(self, draws: Floats) -> Floats:
+        """Return the table's distribution function."""
+        found = _table(self.rows)
+        return np.asarray(np.interp(draws, found.values, found.shares))
+
+
+class _Standardised(NamedTuple):
+    """A table's standardised values and their probabilities (row,), and its mean and standard deviation in shares of the stated amount."""
+
+    values: Floats
+    shares: Floats
+    mean: float
+    deviation: float
+
+
+@functools.lru_cache(maxsize=256)
+def _table(rows: TableRows) -> _Standardised:
+    """Standardise a table: of a uniform piece from a to b the mean is (a + b) / 2 and the mean square (a^2 + a b + b^2) / 3."""
+    stated, shares = np.array(rows, dtype=float).T
+    wide, middle = stated[-1] - stated[0], (stated[-1] + stated[0]) / 2
+    at = (stated - middle) / wide  # so that squares neither overflow nor vanish
+    weights = np.diff(shares)
+    mean = float(weights @ (at[:-1] + at[1:]) / 2)
+    at = at - mean
+    deviation = math.sqrt(float(weights @ (at[:-1] ** 2 + at[:-1] * at[1:] + at[1:] ** 2)) / 3)
+    return _Standardised(at / deviation, shares, float(middle + wide * mean), float(wide * deviation))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +261,11 @@ class Amount(Law):
         """Give the largest amount in units of its root mean square."""
         return (1 + self.scatter * self.inner.bound) / math.hypot(1, self.scatter)
 
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Return the kinks of the other law."""
+        return self.inner.breaks
+
     def quantile(self, u: Floats) -> Floats:
         """Map uniforms to amounts."""
         return (1 + self.scatter * self.inner.quantile(u)) / math.hypot(1, self.scatter)
@@ -170,8 +276,11 @@ def product_mean(laws: tuple[Law, ...]) -> float:
     """What is the mean of the product of these laws' draws, all from one and the same uniform?
 
     By tanh-sinh quadrature of each half of 0..1, so that neither the step of `TwoSided` nor the ends of an unbounded law do harm: within 1e-9
-    (H. Takahasi, M. Mori, Publ. RIMS 9 (1974) 721).
+    (H. Takahasi, M. Mori, Publ. RIMS 9 (1974) 721). Where a law has kinks, by Gauss and Legendre's rule on every piece between them.
     """
+    if breaks := _breaks(laws):
+        u, of_pieces = _pieces(breaks)
+        return float(np.prod([law.quantile(u) for law in laws], axis=0) @ of_pieces)
     lower, weights = _halves()
     product = np.ones((2, len(lower)))
     for law in laws:
@@ -190,6 +299,23 @@ def _halves() -> tuple[Floats, Floats]:
     return nodes[kept], weights[kept]
 
 
+def _breaks(laws: tuple[Law, ...]) -> tuple[float, ...]:
+    return tuple(sorted({at for law in laws for at in law.breaks}))
+
+
+# More nodes on each piece than any rule of `gauss_rule` has values.
+_NODES: Final = 32
+
+
+@functools.lru_cache(maxsize=256)
+def _pieces(breaks: tuple[float, ...]) -> tuple[Floats, Floats]:
+    """Return nodes and weights for 0..1, piece by piece between these breaks."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    ends = np.array([0.0, *breaks, 1.0])
+    half = np.diff(ends)[:, None] / 2
+    return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+
+
 @functools.lru_cache(maxsize=256)
 def gauss_rule(law: Law, count: int) -> tuple[Floats, Floats]:
     """Which so many values, and weights that add to one, have the law's moments up to 2 count - 1?
@@ -197,8 +323,12 @@ def gauss_rule(law: Law, count: int) -> tuple[Floats, Floats]:
     Stieltjes' recurrence on the nodes of `product_mean`, then Golub and Welsch's eigenvalues (W. Gautschi, Orthogonal Polynomials, 2004, ch. 2, 3).
     A two-sided law has two values, and no more.
     """
-    lower, weights = _halves()
-    values, weights = np.concatenate([law.quantile(lower), law.quantile(1 - lower)]), np.concatenate([weights, weights])
+    if law.breaks:
+        u, weights = _pieces(law.breaks)
+        values = law.quantile(u)
+    else:
+        lower, weights = _halves()
+        values, weights = np.concatenate([law.quantile(lower), law.quantile(1 - lower)]), np.concatenate([weights, weights])
     weights = weights / weights.sum()
     before, now, size = np.zeros_like(values), np.ones_like(values), 1.0
     middle, across = np.empty(count), np.empty(count)
@@ -212,5 +342,7 @@ def gauss_rule(law: Law, count: int) -> tuple[Floats, Floats]:
 
 
 def of_tolerance(law: ToleranceLaw) -> Law:
-    """Which law does the word behind a tolerance name?"""
-    return Uniform() if law == "uniform" else Normal()
+    """Which law do the word or the table behind a tolerance name?"""
+    if not isinstance(law, str):
+        return Table(law)
+    return {"uniform": Uniform(), "normal without limits": Normal(math.inf)}.get(law, Normal())

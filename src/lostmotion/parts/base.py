@@ -18,12 +18,12 @@ from lostmotion.parts.source import (
     AngleDim,
     AngularStiffness,
     Condition,
-    Draw,
     ErrorSource,
     LengthPlus,
     LinearStiffness,
     Share,
     Term,
+    amount_terms,
     limit_term,
 )
 from lostmotion.spatial import mapped, pose_of, skew
@@ -124,12 +124,11 @@ class BaseTilt(ErrorSource):
         out: list[Term] = []
         for k, (name, dimension) in enumerate((("roll", base.roll), ("pitch", base.pitch))):
             if dimension.tolerance:
-                law = of_tolerance(dimension.law)
-                draw = Draw(name, law)
-                screw = np.eye(6)[k] * (dimension.tolerance / law.bound)
                 # `tilt` is R_y R_x; its roll axis is the base's own x, its pitch axis the level y
-                screw[:3] = screw[:3] if k == 0 else base.tilt.T @ screw[:3]
-                out.append(Term(name, screw, visit=draw) if base.tilt_varies == "visit" else Term(name, screw, robot=draw))
+                axis = np.eye(6)[k]
+                axis[:3] = axis[:3] if k == 0 else base.tilt.T @ axis[:3]
+                law, visit = of_tolerance(dimension.law), base.tilt_varies == "visit"
+                out += amount_terms(name, axis, dimension.tolerance, law, visit=visit)
         return out
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Generic, Literal, TypeVar
 
-from lostmotion.laws.chance import Normal, Uniform
+from lostmotion.laws.chance import Normal, Uniform, of_tolerance
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import Condition, ErrorSource, Lead, Term, limit_term, wave_terms
-from lostmotion.units import Quantity
+from lostmotion.parts.source import Condition, ErrorSource, Lead, Term, amount_terms, limit_term, wave_terms
+from lostmotion.units import Distribution, Quantity, ToleranceLaw
 
 AmountT = TypeVar("AmountT", bound=float)
+NoiseLaw = Annotated[ToleranceLaw, Distribution(("normal", "normal without limits", "uniform"))]
 
 
 class Encoder(Sourced, ErrorSource, Generic[AmountT]):
@@ -19,6 +20,8 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
                   and the gearbox's own errors are seen and taken away by the controller
     resolution    one count; the position is anywhere within it
     noise         ± limit of what differs from reading to reading
+    noise_law     distribution of the noise: "normal", three sigma at the limit, cut there; "normal without limits", the same not cut, so that there
+                  is no worst case; "uniform"; or a table of rows [value in units of the noise, probability of a smaller one]
     eccentricity  ± amplitude of the error over one turn of the encoder, its phase drawn per robot; not of a scale along a slide
     zero          ± limit of the mastering of the joint's zero, at the output
     ratio         turns of the encoder per turn of the output, or of the screw; left out, the joint's gear ratio
@@ -28,6 +31,7 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
     side: Literal["motor", "output"] = "motor"
     resolution: AmountT | None = None
     noise: AmountT | None = None
+    noise_law: NoiseLaw = "normal"
     eccentricity: AmountT | None = None
     zero: AmountT | None = None
     ratio: Annotated[float, Quantity("", "121", above=0)] | None = None
@@ -41,7 +45,7 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
         if self.resolution:
             out.append(limit_term("resolution", at.axis, self.resolution / ratio / 2, Uniform(), visit=True))
         if self.noise:
-            out.append(limit_term("noise", at.axis, self.noise / ratio, Normal(), visit=True))
+            out += amount_terms("noise", at.axis, self.noise / ratio, of_tolerance(self.noise_law), visit=True)
         if self.eccentricity:
             out += wave_terms("eccentricity 1", at.axis, turns * at.turned(self.lead), self.eccentricity / ratio)
         if self.zero:

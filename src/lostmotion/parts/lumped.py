@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from pydantic import Field
 
-from lostmotion.laws.chance import Law, Normal, TwoSided, Uniform
+from lostmotion.laws.chance import Law, Normal, Table, TwoSided, Uniform
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import AngleAmount, Condition, ErrorSource, LengthAmount, Term, limit_term
+from lostmotion.parts.source import AngleAmount, Condition, ErrorSource, LengthAmount, Term, amount_terms, limit_term
+from lostmotion.units import Distribution, TableRows
 
-Chance = Literal["normal", "uniform", "two-sided", "from zero to maximum"]
+Chance = Annotated[str | TableRows, Distribution(("normal", "normal without limits", "uniform", "two-sided", "from zero to maximum"))]
+_LAWS: Final[dict[str, Law]] = {"uniform": Uniform(), "two-sided": TwoSided(), "normal without limits": Normal(math.inf)}
 
 
 class Lumped(Sourced, ErrorSource):
     """A lumped joint error: an angle about the axis, and a shift of the joint's centre.
 
     angle     largest angle error. law "normal": +-angle at three sigma, cut there; "uniform"; "two-sided": always + or -;
-              "from zero to maximum": normal around angle/2 with sigma angle/6, cut to 0..angle
+              "from zero to maximum": normal around angle/2 with sigma angle/6, cut to 0..angle; "normal without limits": angle is three
+              sigma, exceeded in 0.27 % of draws, so that there is no worst case; or a table of rows [value in units of the angle, probability
+              of a smaller one], uniform between neighbouring values: [[-1, 0], [0.2, 0.5], [1, 1]]
     offset    ± shift along each direction in `offset_along`, uniform
     varies    "visit": drawn anew at every return; "robot": once per robot
     """
@@ -32,14 +37,14 @@ class Lumped(Sourced, ErrorSource):
     def terms(self, at: Condition) -> list[Term]:
         """The lumped angle about the joint's axis and the lumped shift of its centre."""
         visit = self.varies == "visit"
-        laws: dict[Chance, Law] = {"uniform": Uniform(), "two-sided": TwoSided()}
         out: list[Term] = []
         if self.angle:
             spread = self.angle
             if self.law == "from zero to maximum":
                 spread = self.angle / 2
                 out.append(Term("mean angle", at.axis * spread))
-            out.append(limit_term("angle", at.axis, spread, laws.get(self.law, Normal()), visit=visit))
+            law = _LAWS.get(self.law, Normal()) if isinstance(self.law, str) else Table(self.law)
+            out += amount_terms("angle", at.axis, spread, law, visit=visit)
         if self.offset:
             shifts = {axis: np.eye(6)[3 + "xyz".index(axis)] for axis in self.offset_along}
             out += [limit_term(f"offset {axis}", shift, self.offset, Uniform(), visit=visit) for axis, shift in shifts.items()]

@@ -37,13 +37,13 @@ Line = Annotated[str, AfterValidator(_is_printable)]
 # The quantities that parts are made of. From a file each takes text with a unit, from Python a number in SI as well.
 Angle = Annotated[float, Quantity("rad", "0.5 arcmin")]
 AngleAmount = Annotated[float, Quantity("rad", "0.5 arcmin", low=0)]
-AngleDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", toleranced=True)]
+AngleDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", toleranced=True, any_law=True)]
 PlayDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=0, toleranced=True)]
 Length = Annotated[float, Quantity("m", "400 mm")]
 LengthAmount = Annotated[float, Quantity("m", "20 µm", low=0)]
 LengthPlus = Annotated[float, Quantity("m", "40 mm", above=0)]
 Lead = Annotated[float, Quantity("m", "10 mm", above=0)]
-LengthDim = Annotated[Toleranced, Quantity("m", "400 mm ± 50 µm", toleranced=True)]
+LengthDim = Annotated[Toleranced, Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)]
 ClearanceDim = Annotated[Toleranced, Quantity("m", "40 µm ± 20 µm", low=0, toleranced=True)]
 Mass = Annotated[float, Quantity("kg", "2.5 kg", low=0)]
 Force = Annotated[float, Quantity("N", "50 N")]
@@ -164,17 +164,26 @@ class Grouped(Protocol):
 
 
 def limit_term(name: str, direction: Floats, limit: float, law: Law, *, visit: bool = False) -> Term:
-    """Which term never leaves +-limit (rad or m) along a unit twist? Drawn per robot, or per visit where said."""
+    """Return the term of a stated amount ±limit (rad or m) along a unit twist: drawn per robot, or per visit.
+
+    A law with a mean needs the design term of `amount_terms` as well.
+    """
     draw = Draw(name, law)
-    screw = direction * (limit / law.bound)
+    screw = direction * (limit / law.stated)
     return Term(name, screw, visit=draw) if visit else Term(name, screw, robot=draw)
 
 
+def amount_terms(name: str, direction: Floats, limit: float, law: Law, *, visit: bool = False) -> list[Term]:
+    """Return the terms of a stated amount ±limit along a unit twist: what is drawn, and before it the mean of a law that has one."""
+    mean = [Term(f"mean {name}", direction * (limit * law.mean))] if law.mean else []
+    return [*mean, limit_term(name, direction, limit, law, visit=visit)]
+
+
 def toleranced_terms(name: str, direction: Floats, dimension: Toleranced) -> list[Term]:
-    """Which term does a dimension's tolerance make along a twist per unit of it? None where it has no tolerance."""
+    """Return the terms that a dimension's tolerance makes along a twist per unit of it; none where it has no tolerance."""
     if not dimension.tolerance:
         return []
-    return [limit_term(name, direction, dimension.tolerance, of_tolerance(dimension.law))]
+    return amount_terms(name, direction, dimension.tolerance, of_tolerance(dimension.law))
 
 
 def wave_terms(name: str, twist: Floats, phase: Floats, amplitude: float, parts: tuple[str, str] = ("sine", "cosine")) -> list[Term]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,11 @@ class TermInfo:
     bound: float
     robot: Stream | None
     visit: Stream | None
+
+    @property
+    def limit(self) -> float:
+        """Return the size of the draw in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
+        return math.prod(stream.law.limit for stream in (self.robot, self.visit) if stream is not None)
 
     @property
     def phase(self) -> str:
@@ -87,18 +93,33 @@ class Screws:
         return np.asarray(self.squares.sum(axis=1))
 
     @functools.cached_property
-    def at_bounds(self) -> Floats:
-        """Give the size of each independent error at its bound (pose, term or wave), m."""
-        drawn = self.columns("robot", "visit", "robot x visit")
-        if not len(drawn):
+    def at_limits(self) -> Floats:
+        """Return the size of each independent error at its limit (pose, term or wave), m: its bound, or the stated amount where there is none."""
+        waves = self._independent
+        if not waves:
             return np.zeros((len(self.tool), 1))
-        waves: dict[str, list[int]] = {}
-        for k in drawn:
-            waves.setdefault(self.infos[k].phase or f"\0{k}", []).append(k)
         out = np.empty((len(waves), len(self.tool)))
-        for row, members in enumerate(waves.values()):
-            np.sqrt(sum(self.squares[k] * self.infos[k].bound ** 2 for k in members), out=out[row])
+        for row, members in enumerate(waves):
+            np.sqrt(sum(self.squares[k] * self.infos[k].limit ** 2 for k in members), out=out[row])
         return out.T
+
+    @functools.cached_property
+    def at_bounds(self) -> Floats:
+        """Return the size of each independent error at its bound (pose, term or wave), m: infinite where an error without limits moves the tool."""
+        endless = [row for row, members in enumerate(self._independent) if any(math.isinf(self.infos[k].bound) for k in members)]
+        if not endless:
+            return self.at_limits
+        out = self.at_limits.copy()
+        out[:, endless] = np.where(out[:, endless] > 0, np.inf, 0.0)
+        return out
+
+    @functools.cached_property
+    def _independent(self) -> list[list[int]]:
+        """Return the drawn terms, those of one wave together."""
+        waves: dict[str, list[int]] = {}
+        for k in self.columns("robot", "visit", "robot x visit"):
+            waves.setdefault(self.infos[k].phase or f"\0{k}", []).append(k)
+        return list(waves.values())
 
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:
@@ -140,5 +161,8 @@ def worst_case(matrix: Screws) -> Floats:
 
 
 def root_sum_square(matrix: Screws) -> Floats:
-    """How far is the tool off at each pose by the root-sum-square rule of tolerancing (pose,), m? |bias| + root of the sum of squared bounds."""
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.sqrt(sum(matrix.at_bounds.T**2)))
+    """How far is the tool off at each pose by the root-sum-square rule of tolerancing (pose,), m? |bias| + root of the sum of squared limits.
+
+    A distribution without limits counts with the amount that the file states, three standard deviations.
+    """
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.sqrt(sum(matrix.at_limits.T**2)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.chance import TwoSided
+from lostmotion.laws.chance import Table, TwoSided
 from lostmotion.laws.normal_length import WORST
 from lostmotion.studies.analytic.cumulants import draws_of
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from lostmotion.laws.chance import Law
     from lostmotion.spatial import Floats
     from lostmotion.studies.screws import TermInfo
 
@@ -30,8 +31,12 @@ SMOOTH: Final = 0.05
 
 
 def of_two_sides(infos: Sequence[TermInfo], columns: NDArray[np.int64]) -> frozenset[int]:
-    """Which of these terms stand on one side or the other?"""
-    return frozenset(k for k in columns.tolist() if any(isinstance(law, TwoSided) for _, _, law in draws_of(infos[k])))
+    """Which of these terms stand on one side or the other, or near a few values of a table?"""
+    return frozenset(k for k in columns.tolist() if any(_is_stepped(law) for _, _, law in draws_of(infos[k])))
+
+
+def _is_stepped(law: Law) -> bool:
+    return isinstance(law, TwoSided) or (isinstance(law, Table) and law.is_stepped)
 
 
 def on_a_line(covariance: Floats, levels: Sequence[float]) -> Floats:

@@ -34,9 +34,12 @@ _CAUSES: Final = tuple(
         (r"bearing: axial give", "axial stiffness"),
         (r"bearing: (in|out)board give", "stiffness"),
         (r"bearing: tilt", "moment stiffness"),
-        (r"link: length", "length tolerance"),
+        (r"link: (mean )?length", "length tolerance"),
         (r"link: (bending|sag|stiffness)", "stiffness"),
         (r"mount: (give|scatter)", "stiffness"),
+        (r"tilt: mean roll", "roll"),
+        (r"tilt: mean pitch", "pitch"),
+        (r"encoder: mean noise", "noise"),
         (r"lumped: (mean )?angle", "angle"),
         (r"lumped: offset", "offset"),
     )
