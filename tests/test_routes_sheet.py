@@ -21,9 +21,9 @@ def study():
 
 
 def test_every_figure_over_all_poses_is_compared(study):
-    """Mean, 50, 95, 99 and 99.7 %, and the two routes agree."""
+    """Mean, 50, 95, 99 and 99.7 %, the standard deviation, and the two routes agree."""
     whole = next(section for section in study.sheet.sections if section.key == "routes_all")
-    assert [row.label for row in whole.rows] == ["mean", "50 % below", "95 % below", "99 % below", "99.7 % below"]
+    assert [row.label for row in whole.rows] == ["mean", "50 % below", "95 % below", "99 % below", "99.7 % below", "standard deviation"]
     assert all(row.figures[1].value < 1 for row in whole.rows)
     assert all(row.note == "" for row in whole.rows)
 
@@ -34,7 +34,7 @@ def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
     wrong = list(study.pooled.quantiles)
     wrong[at] = Estimate(*(1.5 * end for end in (wrong[at].value, wrong[at].low, wrong[at].high)))
     whole, _ = comparisons(study.analytic, replace(study.pooled, quantiles=tuple(wrong)), study.sampled)
-    assert [row.note for row in whole.rows] == ["beyond the interval" if k == at + 1 else "" for k in range(5)]
+    assert [row.note for row in whole.rows] == ["beyond the interval" if k == at + 1 else "" for k in range(6)]
     assert whole.rows[at + 1].figures[1].value > 1
 
 
@@ -47,7 +47,7 @@ def test_why_nothing_is_compared_is_said(study):
     assert "over all poses alone" in each.note
     untold = replace(study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)))
     whole, _ = comparisons(study.analytic, untold, study.sampled)
-    assert whole.rows[-1].note == "nothing to compare: not normal here: use Monte Carlo"
+    assert whole.rows[-2].note == "nothing to compare: not normal here: use Monte Carlo"
 
 
 def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():

@@ -38,10 +38,15 @@ def dataset(answer: Answer) -> xarray.Dataset:
         "error_mean": (table[:, kernel.MEAN], "m", "mean position error over robots and visits"),
         "error_mean_half_interval": (table[:, kernel.MEAN_ERROR], "m", "half of the 95 % interval of error_mean, counting robots"),
         "error_rms": (np.sqrt(table[:, kernel.MEAN_SQUARE]), "m", "root mean square position error"),
+        "error_standard_deviation": (
+            _deviation(table[:, kernel.MEAN_SQUARE], table[:, kernel.MEAN]),
+            "m",
+            "standard deviation of the position error",
+        ),
         "error_largest": (table[:, kernel.LARGEST], "m", f"largest of {sampled.robots * sampled.visits} samples"),
         "largest_robot": (table[:, kernel.LARGEST_ROBOT].astype(np.int32), "1", "robot that made error_largest"),
         "largest_visit": (table[:, kernel.LARGEST_VISIT].astype(np.int32), "1", "visit that made error_largest"),
-        "worst_case": (sampled.worst, "m", "bound: everything at its limit at once"),
+        "worst_case": (sampled.worst, "m", "bound: everything at its limit at once; infinite where an error has no limits"),
         "root_sum_square": (sampled.rss, "m", "|bias| + root of the sum of squared limits"),
         "rotation_rms": (np.sqrt(sampled.rotation_ms), "rad", "root mean square rotation error of the tool"),
     }
@@ -128,9 +133,10 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
         "error_quantile": (shares, found.quantiles, "m", "position error that this share of errors stays below"),
         "error_quantile_bound": (shares, np.where(np.isnan(found.quantiles), np.nan, found.quantiles_bound), "m", off.format("error_quantile")),
         "error_rms": ("pose", np.sqrt(found.mean_square), "m", "root mean square position error, exact sum over terms"),
+        "error_standard_deviation": ("pose", _deviation(found.mean_square, found.mean), "m", "standard deviation of the position error"),
         "bias": (sides, found.bias, "m", "mean vector of the error, base frame"),
         "covariance": ((*sides, "with_axis"), found.covariance, "m^2", "covariance of the error, base frame"),
-        "worst_case": ("pose", found.worst, "m", "bound: everything at its limit at once"),
+        "worst_case": ("pose", found.worst, "m", "bound: everything at its limit at once; infinite where an error has no limits"),
         "root_sum_square": ("pose", found.rss, "m", "|bias| + root of the sum of squared limits"),
         "excess": ("pose", found.excess, "1", "mean fourth power of the scatter against a normal vector's: 0 normal, less flat or two-sided"),
         "every_figure": ("pose", found.normal.astype(np.int8), "1", "1 where the mean and all quantiles are told"),
@@ -139,6 +145,11 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
         f"{prefix}{name}": (dims, values, {"units": unit, "long_name": f"{text}; without sampling"})
         for name, (dims, values, unit, text) in told.items()
     }
+
+
+def _deviation(mean_square: Floats, mean: Floats) -> Floats:
+    """Return the standard deviation (pose,), m, of lengths of these mean squares and means; NaN where the mean is."""
+    return np.sqrt(np.maximum(mean_square - mean**2, 0.0))
 
 
 def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import lostmotion
 from lostmotion.arm import Arm
 from lostmotion.laws.chance import Normal, Table
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
-from lostmotion.studies.draws import sobol
+from lostmotion.studies.draws import robot_draws, sobol
 from lostmotion.studies.screws import root_sum_square, screws, worst_case
 from lostmotion.units import Toleranced
 
@@ -73,6 +73,25 @@ def test_the_length_of_an_isotropic_normal_vector_is_maxwells():
         assert within(row(study, section, "mean"), maxwell.mean())
         for level in (0.5, 0.95, 0.99):
             assert within(row(study, section, f"{100 * level:.4g} % below"), maxwell.ppf(level))
+        assert within(row(study, section, "standard deviation"), maxwell.std())
+    assert maxwell.std() == pytest.approx(math.sqrt(3 - 8 / math.pi))
+
+
+def test_the_standard_deviation_is_that_of_all_samples():
+    """The printed figure equals NumPy's over every robot and pose, formed from the robots' own draws; it stands in result.json and arrays.nc."""
+    joints = [
+        RevoluteJoint(name=name, axis=axis, limits=(-1, 1), lumped={"angle": 1e-3, "varies": "robot"}) for name, axis in (("A", "z"), ("B", "y"))
+    ]
+    arm = Arm(name="two", joints=joints, tool={"frame": {"xyz": (0.3, 0.1, 0.2)}})
+    study = lostmotion.study(arm, 16, robots=200, visits=2, seed=4)
+    matrix = screws(arm, study.poses.q)
+    draws = robot_draws(4, [info.robot for info in matrix.infos], 200).transpose(1, 0, 2).reshape(len(matrix.infos), -1)[:, :200]
+    lengths = np.linalg.norm(matrix.tool[:, 3:] @ draws, axis=1)
+    told = next(r for s in study.result()["sections"] if s["key"] == "error" for r in s["rows"] if r["label"] == "standard deviation")
+    (figure,) = told["figures"]
+    assert figure["value"] == pytest.approx(1e6 * lengths.std() if figure["unit"] == "µm" else 1e3 * lengths.std(), rel=1e-6)
+    assert figure["interval"][0] < figure["value"] < figure["interval"][1]
+    np.testing.assert_allclose(study.arrays()["error_standard_deviation"], lengths.std(axis=1), rtol=1e-6)
 
 
 @pytest.mark.parametrize(("law", "third"), [(LOPSIDED, True), (((-1, 0), (0, 0.5), (1, 1)), False)])

@@ -13,7 +13,7 @@ from lostmotion.figures.budget import asked_sections, by_level_sections, halved_
 from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square
+from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.statics.overload import overloads
 
@@ -128,7 +128,10 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
 def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
     """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told. `where` goes behind the poses' number."""
     counted = f"sums over terms and quadrature, {several(len(poses), 'pose')}{where}"
-    rows = [Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value))]
+    rows = [
+        Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value)),
+        Row("standard deviation", (_of(whole.deviation, counted),), _said(whole.deviation.value) or "of the position error about its mean"),
+    ]
     for level, one in zip(whole.levels, whole.quantiles, strict=True):
         rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))
     if np.isfinite(found.mean).any():
@@ -172,11 +175,13 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
         pooled_mean(sampled.robot_means[:, :, 0]),
         *(pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in whole.levels),
     ]
-    names = ["mean", *(f"{100 * level:.4g} % below" for level in whole.levels)]
+    square = float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean())
+    by_samples.append(standard_deviation(sampled.group_hist, sampled.replicate_hist, by_samples[0].value, square))
+    names = ["mean", *(f"{100 * level:.4g} % below" for level in whole.levels), "standard deviation"]
     poses = len(sampled.per_pose)
     drawn = f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
     rows = []
-    for name, summed, one in zip(names, (whole.mean, *whole.quantiles), by_samples, strict=True):
+    for name, summed, one in zip(names, (whole.mean, *whole.quantiles, whole.deviation), by_samples, strict=True):
         half = (one.high - one.low) / 2
         apart = abs(summed.value - one.value) / half if half > 0 else math.nan
         if not math.isfinite(summed.value):

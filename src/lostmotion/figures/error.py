@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.arm import terms
 from lostmotion.figures import ARCMIN, Figure, Row, Section, length, several
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
+from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square, standard_deviation
 from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
@@ -25,10 +25,12 @@ def error_section(answer: Answer, where: str = "") -> Section:
     table = sampled.per_pose
     counted = f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
     mean = pooled_mean(sampled.robot_means[:, :, 0])
+    spread = standard_deviation(sampled.group_hist, sampled.replicate_hist, mean.value, float(table[:, kernel.MEAN_SQUARE].mean()))
     largest = float(table[:, kernel.LARGEST].max())
     quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
     rows = [
         Row("mean", (as_length(mean, counted),)),
+        Row("standard deviation", (as_length(spread, counted),), "of the position error about its mean, over all robots, poses and visits"),
         *(Row(f"{100 * level:.0f} % below", (as_length(found, counted),)) for level, found in quantiles.items()),
     ]
     at = int(table[:, kernel.LARGEST].argmax())

@@ -24,6 +24,9 @@ _CONFIDENCE: Final = 0.95
 # Groups of robots by which the choice of robots is told from that of poses: at most so many, of at least so many robots.
 _GROUPS: Final = 16
 _IN_GROUP: Final = 20
+# A variance that is a smaller share of the mean square is what rounding leaves of none; and the bins must give the variance to this share of itself.
+_ROUNDING: Final = 1e-12
+_RESOLVED: Final = 0.05
 
 
 # Asked for thousands of times when robots are left out one group at a time.
@@ -85,6 +88,30 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     odds, wide = level / (1 - level), math.exp(half / (level * (1 - level)))
     ends = [quantile(hist, odds * by / (1 + odds * by)) for by in (1 / wide, wide)]
     return Estimate(value, min(ends[0], bin_low, value), max(min(ends[1], largest), bin_high, value))
+
+
+def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean: float, mean_square: float) -> Estimate:
+    """Return the standard deviation of all errors' lengths, m, with its interval, which counts groups of robots and sets of poses.
+
+    mean, mean_square  of all samples, m and m^2: they give the value; the counts by length (group or set, bin) give the interval, by the delta
+                       method on mean squares about the common mean, as in `share_spread`
+
+    NaN ends for a single robot, and where lengths differ by so little that the bins of 0.3 % do not resolve it.
+    """
+    variance = mean_square - mean * mean
+    if variance <= _ROUNDING * mean_square:
+        return Estimate(0.0, 0.0, 0.0)
+    value = math.sqrt(variance)
+    centres = np.sqrt(_edges()[:-1] * _edges()[1:])
+    off = (centres - mean) ** 2
+    members = [hists @ off / np.maximum(hists.sum(axis=1), 1) for hists in (group_hist, replicate_hist)]
+    counted = float(group_hist.sum(axis=0) @ off / group_hist.sum())
+    if len(group_hist) < 2 or abs(counted / variance - 1) > _RESOLVED:  # noqa: PLR2004 - one robot says nothing of others
+        return Estimate(value, math.nan, math.nan)
+    of_variance, freedom = _satterthwaite([_mean_square(each) for each in members], [len(each) - 1 for each in members])
+    # On the logarithm, so that no end lies below zero.
+    wide = math.exp(student(freedom) * math.sqrt(of_variance) / (2 * variance))
+    return Estimate(value, value / wide, value * wide)
 
 
 def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float) -> Spread:

@@ -19,11 +19,13 @@ _TRIES: Final = 60
 _SHORT: Final = 2e-4
 # The poses' departures from their nearly normal parts partly cancel, and the bound that is told counts them all alike.
 MOST_LEFT_OUT_POOLED: Final = 0.05
+# A variance that is a smaller share of the mean square is what rounding leaves of none.
+_ROUNDING: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
-    """Figures over all poses, m: the mean, and the lengths that these shares of all errors stay below.
+    """Figures over all poses, m: the mean, the lengths that these shares of all errors stay below, and the lengths' standard deviation.
 
     Each `Estimate` holds what the choice of poses leaves (independent sets of poses, 95 %) and what the quadrature and the terms' departure from the
     normal law may add; poses that were given are taken as they are. NaN where that departure may move a value by more than MOST_LEFT_OUT_POOLED.
@@ -32,6 +34,7 @@ class Pooled:
     levels: tuple[float, ...]
     mean: Estimate
     quantiles: tuple[Estimate, ...]
+    deviation: Estimate
 
 
 def pooled(found: Analytic, replicates: int = 1, threads: int = 1) -> Pooled:
@@ -42,8 +45,20 @@ def pooled(found: Analytic, replicates: int = 1, threads: int = 1) -> Pooled:
     left = np.minimum(length.mean_left, np.sqrt(length.mean_square)) + WORST * length.mean
     better = found.mean_bound < left
     means, left = np.where(better, found.mean, length.mean), np.where(better, found.mean_bound, left)
-    mean = _estimate(float(means.mean()), means.reshape(replicates, -1).mean(axis=1), float(left.mean()))
-    return Pooled(found.levels, mean, _pooled_quantiles(found, replicates, threads))
+    of_sets = means.reshape(replicates, -1).mean(axis=1)
+    mean = _estimate(float(means.mean()), of_sets, float(left.mean()))
+    deviation = _deviation(float(means.mean()), float(left.mean()), of_sets, found.mean_square.reshape(replicates, -1).mean(axis=1))
+    return Pooled(found.levels, mean, _pooled_quantiles(found, replicates, threads), deviation)
+
+
+def _deviation(mean: float, left: float, means: Floats, squares: Floats) -> Estimate:
+    """Return the root of mean square less squared mean: the former is exact; by the delta method, sets of poses (set,) and the mean's bound."""
+    variance = float(squares.mean()) - mean * mean
+    if not variance > _ROUNDING * float(squares.mean()):
+        return Estimate(0.0, 0.0, 0.0) if left <= MOST_LEFT_OUT_POOLED * mean else Estimate(np.nan, np.nan, np.nan)
+    value = float(np.sqrt(variance))
+    of_sets = value + (squares - 2 * mean * (means - mean) - float(squares.mean())) / (2 * value)
+    return _estimate(value, of_sets, mean * left / value)
 
 
 def _pooled_quantiles(found: Analytic, replicates: int, threads: int) -> tuple[Estimate, ...]:
