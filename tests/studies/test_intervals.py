@@ -1,5 +1,7 @@
 """Do intervals hold the truth as often as they say?"""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.special import betainc
@@ -39,6 +41,17 @@ def test_the_ends_of_a_pooled_quantile_are_plain_numbers():
     assert found.low < found.value < found.high
     assert {type(found.value), type(found.low), type(found.high)} == {float}
     assert type(found.high <= 1.0) is bool
+
+
+def test_a_quantile_beyond_the_histogram_has_no_interval():
+    """From 16 m on the bins no longer tell errors apart: the figure is unbounded, with no ends beside it, also where the largest sample is known."""
+    hist = np.zeros((4, kernel.BINS), np.int64)
+    hist[:, -1] = 10
+    for largest in (math.inf, 633.0):
+        found = pooled_quantile(hist, hist, 0.95, largest)
+        assert found.value == math.inf
+        assert math.isnan(found.low)
+        assert math.isnan(found.high)
 
 
 @pytest.mark.slow

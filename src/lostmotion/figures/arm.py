@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.error import described_pose, error_section, iso_section
+from lostmotion.figures.first_order import checked, judged, share_left_out
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.stopping import stopping_section, told
@@ -41,7 +42,7 @@ def sheet(answer: Answer) -> Sheet:
     """What is there to say about a study? All of it, in reading order."""
     found = tuple(sections(answer))
     sampled, poses = answer.sampled, answer.poses
-    return Sheet(
+    said = Sheet(
         name=answer.arm.name,
         subject="predicted accuracy",
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
@@ -64,6 +65,7 @@ def sheet(answer: Answer) -> Sheet:
             **_zone_facts(answer),
         },
     )
+    return checked(said, sampled.exact, _q95(answer))
 
 
 def sections(answer: Answer) -> list[Section]:
@@ -166,16 +168,17 @@ def _torques(answer: Answer) -> Section:
     )
 
 
+def _q95(answer: Answer) -> float:
+    return pooled_quantile(answer.sampled.group_hist, answer.sampled.replicate_hist, 0.95).value
+
+
 def _check(answer: Answer) -> Section:
-    exact = answer.sampled.exact
-    q95 = pooled_quantile(answer.sampled.group_hist, answer.sampled.replicate_hist, 0.95).value
+    exact, q95 = answer.sampled.exact, _q95(answer)
     counted = several(exact.samples, "sample")
-    share = 100 * exact.largest / q95 if q95 else 0.0
-    warn = "more than 1 %: the first-order figures are that uncertain" if share > 1 else "first order is enough"
     rows = (
         Row("largest difference", (length(exact.largest, samples=counted),)),
         Row("mean difference", (length(exact.mean, samples=counted),)),
-        Row("largest, of the 95 % error", (Figure(share, "%", samples=counted),), warn),
+        Row("largest, of the 95 % error", (Figure(100 * share_left_out(exact, q95), "%", samples=counted),), judged(exact, q95)),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 

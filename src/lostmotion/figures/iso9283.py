@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures.first_order import checked, failure, judged
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
@@ -95,7 +96,11 @@ def iso_sheet(
         verdict.append(_verdict(predicted))
         facts |= _facts(predicted)
         counted.append(f"{predicted.robots} robots x {predicted.cycles} cycles x 5 poses, seed {predicted.seed}")
-        name, notes = predicted.arm.name, (*predicted.arm.remarks, *_remarks(predicted), *notes)
+        failed = failure(predicted.check, predicted.check.length)
+        name, notes = (
+            predicted.arm.name,
+            (*([failed] if failed and measured is not None else []), *predicted.arm.remarks, *_remarks(predicted), *notes),
+        )
     if measured is not None:
         sections += [*compared_section(compared), *measured_sections(measured)]
         cards += measured_cards(measured, compared)
@@ -105,7 +110,7 @@ def iso_sheet(
         if measured.visits.duplicates:
             notes = (*notes, duplicates_note(measured.visits))
         counted.append(visited(measured))
-    return Sheet(
+    said = Sheet(
         name=name,
         subject="ISO 9283 sheet",
         verdict=" ".join(verdict),
@@ -119,6 +124,7 @@ def iso_sheet(
         seed=None if predicted is None else predicted.seed,
         facts=facts,
     )
+    return said if predicted is None or measured is not None else checked(said, predicted.check, predicted.check.length)
 
 
 def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
@@ -349,7 +355,8 @@ def _drift(found: Predicted, drifted: Drift) -> Section:
 def _check(found: Predicted) -> Section:
     check = found.check
     rows = (Row("largest difference", (length(check.largest, samples=f"{check.samples} visits"),)), Row("mean difference", (length(check.mean),)))
-    return Section("check", "First order against exact", ("value",), rows, "errors are small and are added up; a sample of them composed exactly")
+    note = f"errors are small and are added up; a sample of them composed exactly: {judged(check, check.length)}"
+    return Section("check", "First order against exact", ("value",), rows, note)
 
 
 def _remarks(found: Predicted) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.figures.budget import REMEDIES, SURE
+from lostmotion.figures.first_order import failed, failure, judged, share_left_out, unsure
 from lostmotion.figures.overload import overload_warnings
 
 if TYPE_CHECKING:
@@ -90,7 +91,11 @@ def design_said(order: Order, design: int) -> str:
 def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     """What is there to say about a big run, of one design or of many?"""
     counted = f"{several(order.poses, 'pose')} ({order.law}) x {several(order.robots, 'robot')} x {several(order.visits, 'visit')}"
-    ranked = sorted(outcomes, key=lambda each: each.quantiles[LEVEL].value)
+    failing = [each.design for each in outcomes if failure(each.check, each.quantiles[LEVEL].value)]
+    outcomes = [unsure(each) if each.design in failing else each for each in outcomes]
+    ranked = sorted(outcomes, key=lambda each: (each.design in failing, each.quantiles[LEVEL].value))
+    sound = ranked[: len(ranked) - len(failing)]
+    wrong = failed([outcomes[design] for design in failing], len(outcomes), lambda design: design_said(order, design))
     chosen = list(outcomes)
     if len(outcomes) > _MOST_ROWS:
         chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
@@ -102,8 +107,8 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     return Sheet(
         name=arm.name,
         subject="a sweep of designs" if len(outcomes) > 1 else "a big run",
-        verdict=_verdict(order, ranked),
-        cards=tuple(_cards(order, ranked, outcomes)),
+        verdict=" ".join([*wrong, *([_verdict(order, sound)] if sound else [])]),
+        cards=tuple(_cards(order, sound, outcomes)),
         sections=tuple(sections),
         counts=each + counted,
         warnings=_overloaded(order, outcomes),
@@ -236,11 +241,10 @@ def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 -
 
 
 def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
-    each = max(chosen, key=lambda each: each.check.largest / each.quantiles[LEVEL].value if each.quantiles[LEVEL].value else 0.0)
+    each = max(chosen, key=lambda each: share_left_out(each.check, each.quantiles[LEVEL].value))
     counted = several(each.check.samples, "sample")
     error = each.quantiles[LEVEL].value
-    share = 100 * each.check.largest / error if error else 0.0
-    warn = "more than 1 %: the first-order figures are that uncertain" if share > 1 else "first order is enough"
+    share, warn = 100 * share_left_out(each.check, error), judged(each.check, error)
     rows = (
         Row("largest difference", (length(each.check.largest, samples=counted),), design_said(order, each.design) if order.axes else ""),
         Row("largest, of the 95 % error", (Figure(share, "%", samples=counted),), warn),
@@ -270,7 +274,8 @@ def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
 
 def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) -> list[Card]:
     out = []
-    for title, each in (("best: 95 % of positions within", ranked[0]), ("worst: 95 % of positions within", ranked[-1]))[: len(ranked)]:
+    ends = zip(("best: 95 % of positions within", "worst: 95 % of positions within"), (*ranked[:1], *ranked[1:][-1:]), strict=False)
+    for title, each in ends:
         figure = _of(each.quantiles[LEVEL], "")
         out.append(Card(title if len(ranked) > 1 else "95 % of positions within", str(figure), design_said(order, each.design)))
     largest = max((each.worst[0] for each in outcomes), key=lambda each: each.error)

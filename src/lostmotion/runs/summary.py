@@ -202,5 +202,4 @@ def _check(order: Order, design: int) -> exact.ExactCheck:
     matrix = screws(arm, q, approach=order.approach)
     counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
     found = [exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts) for row, pose in enumerate(poses)]
-    samples = sum(each.samples for each in found)
-    return exact.ExactCheck(max(each.largest for each in found), sum(each.mean * each.samples for each in found) / samples, samples)
+    return exact.join(found)

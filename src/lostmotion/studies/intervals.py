@@ -74,10 +74,12 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     The share below differs from group to group of robots and from set to set of poses; what that leaves of the share's own uncertainty is read
     back as errors (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635), so that the longer tail has the longer half. Never inside the bin that the
     value was read in; NaN for an end beyond all samples. Poses that were given or gridded are taken as they are. `largest` is the largest sample, m:
-    no quantile lies above it.
+    no quantile lies above it. Infinite, with no interval, from 16 m, where the histogram no longer tells errors apart.
     """
     hist = group_hist.sum(axis=0)
     value = quantile(hist, level)
+    if math.isinf(value):
+        return Estimate(value, math.nan, math.nan)
     if len(group_hist) < 2:  # noqa: PLR2004 - one robot says nothing of others
         return Estimate(min(value, largest), math.nan, math.nan)
     half = share_spread(group_hist, replicate_hist, value).half

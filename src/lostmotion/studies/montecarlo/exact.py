@@ -13,6 +13,8 @@ from lostmotion.spatial import exp
 from lostmotion.studies.draws import Stream, robot_draws, visit_draws
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lostmotion.spatial import Floats
@@ -21,11 +23,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExactCheck:
-    """First order against exact composition on a sample: largest and mean distance between the two (m), and how many were compared."""
+    """First order against exact composition on a sample.
+
+    largest, mean  distance between the two, m
+    samples        how many were compared
+    turn, length   the largest first-order rotation of the tool (rad) and the largest first-order error (m) among them
+    """
 
     largest: float
     mean: float
     samples: int
+    turn: float = 0.0
+    length: float = 0.0
+
+
+def join(checks: Sequence[ExactCheck]) -> ExactCheck:
+    """Give the check of several samples together."""
+    samples = sum(check.samples for check in checks)
+    mean = sum(check.mean * check.samples for check in checks) / max(samples, 1)
+    return ExactCheck(
+        max(check.largest for check in checks), mean, samples, max(check.turn for check in checks), max(check.length for check in checks)
+    )
 
 
 def draws_of(matrix: Screws, seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
@@ -77,7 +95,8 @@ def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, r
         return ExactCheck(0.0, 0.0, 0)
     row, robot, visit = (axis.ravel() for axis in np.meshgrid(rows, np.arange(robots), np.arange(visits), indexing="ij"))
     draws = draws_of(matrix, seed, first_pose + row, robot, visit).reshape(len(matrix.infos), len(rows), robots * visits).transpose(1, 0, 2)
-    linear = (matrix.tool[rows, 3:] @ draws).transpose(0, 2, 1)
+    turns, linear = np.split((matrix.tool[rows] @ draws).transpose(0, 2, 1), 2, axis=-1)
     exactly = compose(matrix, rows, draws)[..., :3, 3] - matrix.at[-1, rows, None, :3, 3]
     distances = np.linalg.norm(exactly - linear, axis=-1)
-    return ExactCheck(float(distances.max()), float(distances.mean()), distances.size)
+    turn, length = (float(np.linalg.norm(each, axis=-1).max()) for each in (turns, linear))
+    return ExactCheck(float(distances.max()), float(distances.mean()), distances.size, turn, length)

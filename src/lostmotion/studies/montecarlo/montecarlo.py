@@ -153,7 +153,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
         out["group_hist"],
         out["replicate_hist"],
         total,
-        _join(checks),
+        exact.join(checks),
     )
 
 
@@ -170,12 +170,6 @@ def _empty(plan: Plan) -> dict[str, np.ndarray]:
         "group_hist": np.zeros((plan.groups, kernel.BINS), np.int64),
         "replicate_hist": np.zeros((plan.poses.replicates, kernel.BINS), np.int64),
     }
-
-
-def _join(checks: list[exact.ExactCheck]) -> exact.ExactCheck:
-    samples = sum(check.samples for check in checks)
-    mean = sum(check.mean * check.samples for check in checks) / samples
-    return exact.ExactCheck(max(check.largest for check in checks), mean, samples)
 
 
 def _walks(plan: Plan, threads: int, tile: int) -> Iterator[_Walk]:

@@ -1,0 +1,89 @@
+"""Errors too large to be added up: the headline says so, and no interval claims more than is known."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.figures import find_row
+from lostmotion.figures.first_order import failure, share_left_out
+from lostmotion.studies.montecarlo.exact import ExactCheck, check
+from lostmotion.studies.poses import sample_poses
+from lostmotion.studies.screws import screws
+from tests.runs.conftest import ARM, SWEEP
+
+# Figures that the sum of errors makes, and their sections.
+OF_ERRORS = ("error", "iso9283", "levels", "budget")
+
+
+def arm_with(tmp_path, backlash, more=""):
+    """Give the path of a small arm whose gearboxes have this play."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM.replace("1 arcmin ± 0.3 arcmin", backlash) + more, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("backlash", ["100 rev", "2 rev", "60 deg"])
+def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
+    """Play of a hundred turns, of two, and of sixty degrees: the headline says that first order fails, and no figure of an error has an interval."""
+    sheet = lostmotion.study(lostmotion.read(arm_with(tmp_path, backlash)), 64, 40, 3, seed=1).sheet
+    assert "First-order figures fail here: errors of" in sheet.verdict
+    assert "Expect 95 %" not in sheet.verdict
+    assert "first order fails" in find_row(sheet.sections, "exact_check", "largest, of the 95 % error").note
+    intervals = [figure.interval for section in sheet.sections if section.key in OF_ERRORS for row in section.rows for figure in row.figures]
+    assert intervals
+    assert not any(intervals)
+    assert not any("…" in card.quiet for card in sheet.cards)
+
+
+def test_usual_errors_are_small_enough(tmp_path):
+    """With play of an arcminute first order is enough, and every figure keeps its interval."""
+    sheet = lostmotion.study(lostmotion.read(arm_with(tmp_path, "1 arcmin")), 64, 40, 3, seed=1).sheet
+    assert "Expect 95 %" in sheet.verdict
+    assert find_row(sheet.sections, "exact_check", "largest, of the 95 % error").note == "first order is enough"
+    assert find_row(sheet.sections, "error", "95 % below").figures[0].interval
+
+
+def test_the_turn_of_the_sample_is_that_of_its_joints(tmp_path):
+    """Two parallel axes with play of +-30 degrees each, and nothing else that turns as much: the tool turns by up to 60 degrees to first order."""
+    text = ARM.replace("1 arcmin ± 0.3 arcmin", "60 deg").replace('axis = "y"', 'axis = "z"')
+    path = tmp_path / "flat.toml"
+    path.write_text(text, encoding="utf-8")
+    arm = lostmotion.read(path)
+    found = check(screws(arm, sample_poses(arm, 8).q), 0, np.arange(8), 1, 20, 20)
+    assert math.degrees(found.turn) == pytest.approx(60, abs=0.5)
+
+
+def test_the_iso_sheet_says_it_too(tmp_path):
+    """The standard's sheet of an arm with play of sixty degrees predicts nothing, and says why."""
+    example = (Path(__file__).parents[1] / "examples" / "z-arm.toml").read_text(encoding="utf-8")
+    path = tmp_path / "loose.toml"
+    path.write_text(re.sub(r'^backlash = "[^"]*"', 'backlash = "60 deg"', example, flags=re.MULTILINE), encoding="utf-8")
+    sheet = lostmotion.iso9283(lostmotion.read(path), robots=10, cycles=5).sheet
+    assert "First-order figures fail here" in sheet.verdict
+    predicted = [section for section in sheet.sections if section.key not in {"check", "cube"}]
+    assert not any(figure.interval for section in predicted for row in section.rows for figure in row.figures)
+
+
+def test_a_sweep_names_the_designs_that_fail(tmp_path):
+    """Of designs with little play and with sixty degrees the sound ones are ranked, and the others are counted with the worst one's name."""
+    path = arm_with(tmp_path, "1 arcmin", SWEEP.replace('"0.5 arcmin"', '"60 deg"'))
+    found = lostmotion.sweep(path, poses=16, robots=20, visits=3, block=4, out=tmp_path / "run", workers=1)
+    verdict = found.sheet.verdict
+    assert verdict.startswith("In 2 designs of 4, first of all backlash 60 deg")
+    assert "Of 2 designs the most accurate is backlash 1 arcmin" in verdict
+    found.report()
+
+
+def test_failure_begins_at_a_tenth_of_the_error():
+    """A hundredth of the error left out is enough, a twentieth is said, a fifth fails; nothing is left out of errors of no size."""
+    shares = [share_left_out(ExactCheck(largest, largest, 10), 1e-3) for largest in (1e-5, 5e-5, 2e-4)]
+    assert shares == pytest.approx([0.01, 0.05, 0.2])
+    assert [bool(failure(ExactCheck(largest, largest, 10), 1e-3)) for largest in (1e-5, 5e-5, 2e-4)] == [False, False, True]
+    assert share_left_out(ExactCheck(0.0, 0.0, 10), 0.0) == 0
+    assert share_left_out(ExactCheck(1e-3, 1e-3, 10), math.inf) == math.inf
