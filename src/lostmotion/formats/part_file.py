@@ -19,7 +19,7 @@ from lostmotion.formats.bounds import cut, listed, nearest
 from lostmotion.formats.draft import Draft
 from lostmotion.formats.own_reducers import OWN_EXAMPLES
 from lostmotion.formats.reducers import KEY as CATALOGUE
-from lostmotion.formats.text import refuse
+from lostmotion.formats.text import begins_as_xml, refuse
 from lostmotion.formats.toml import read_toml
 from lostmotion.parts.joint import FixedJoint
 
@@ -61,7 +61,7 @@ def read_bearing(path: str | Path, joint: str | None = None) -> OnePart[Bearing]
 
 def _read(path: Path, joint: str | None, kind: Kind) -> OnePart[Any]:
     if path.suffix.lower() != ".toml":
-        if READERS.get(path.suffix.lower()) is None:
+        if READERS.get(path.suffix.lower()) is None and not begins_as_xml(path):
             refuse(
                 str(path), "", f"the ending '{path.suffix}'" if path.suffix else "no ending", "a .toml, or an arm file", f"{path.stem or 'part'}.toml"
             )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _MEGABYTE: Final = 1_000_000
 _NAMES_LOOKED_AT: Final = 1000
+_FIRST_BYTES: Final = 4096
 # Stands in no plain decimal number, but in others that Python reads: "1_0", "infinity", digits of other scripts.
 _FOREIGN: Final = re.compile(r"[^0-9+\-.eE \t\r\n]")
 _SAVE_AS: Final = "save the file as UTF-8 in your editor"
@@ -59,6 +60,17 @@ def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") 
         line = text.count("\n", 0, text.index("\0")) + 1
         refuse(file, f"line {line}", "a NUL character", "text in UTF-8", _SAVE_AS)
     return text
+
+
+def begins_as_xml(path: Path) -> bool:
+    """Tell a regular file whose first visible letter opens a tag; False where it cannot be read, which its reader tells."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            return False
+        with path.open("rb") as stream:
+            return stream.read(_FIRST_BYTES).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+    except (OSError, ValueError):
+        return False
 
 
 def _near_file(path: Path) -> str:

@@ -40,7 +40,11 @@ def read_toml(path: Path) -> dict[str, Any]:
             bare = _bare_at(text, where)
             if bare:
                 refuse(file, key, f"{shown(bare)[1:-1]} without quotes", "a value with its unit in quotes", f'"{shown(bare)[1:-1]}"')
-        expected = "valid TOML" + ("; a URDF is told by the ending .urdf" if text.lstrip().startswith("<") else "")
+        if text.lstrip().startswith("<"):
+            from lostmotion.formats.urdf_xml import refuse_xml
+
+            refuse_xml(text, file)
+        expected = "valid TOML"
         refuse(file, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), expected, 'key = "value"')
     if not _is_shallow(tree):
         _refuse_depth(file)

@@ -10,27 +10,33 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.arm import LONGEST_NAME, LONGEST_NOTE, MOST_JOINTS, Arm
-from lostmotion.errors import shown
-from lostmotion.formats.bounds import cut, listed, nearest, refuse_all
+import numpy as np
+
+from lostmotion.arm import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
+from lostmotion.formats.bounds import cut, listed
+from lostmotion.formats.dh import rpy_of
 from lostmotion.formats.draft import SHARED_EXAMPLES, Draft
 from lostmotion.formats.sidecar import add_sidecar, find_sidecar
-from lostmotion.formats.text import read_text, refuse
+from lostmotion.formats.text import read_text
 from lostmotion.formats.toml import read_toml
+from lostmotion.formats.urdf_chain import find_chain
+from lostmotion.formats.urdf_checks import with_doubts
 from lostmotion.formats.urdf_tree import read_tree
 from lostmotion.parts.link import Place
-from lostmotion.spatial import pose_of
+from lostmotion.spatial import pose_of, shift, turn
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from pydantic import BaseModel
 
+    from lostmotion.formats.urdf_chain import Chain
     from lostmotion.formats.urdf_tree import UrdfJoint, UrdfTree
 
 MEGABYTES: Final = 5
 _ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}}
-_NOT_SERIAL: Final = ("floating", "planar")
+_LIMITED: Final = ("revolute", "prismatic")
+_LEVEL: Final = 1e-12  # rad; less is rounding
 
 
 def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
@@ -46,79 +52,67 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
 def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
     """Which arm do this URDF and what its sidecar says describe? The tree `said` is used up; mistakes in it are told of the file `sidecar`."""
     tree = read_tree(read_text(path, MEGABYTES), str(path))
-    chain = _chain(tree, said.pop("tip", None), str(sidecar or path), path.with_suffix(".toml").name)
+    chain = find_chain(tree, said, str(sidecar or path), path.with_suffix(".toml").name)
+    _stand_as_in_the_file(tree, chain, said)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
-    draft.written.update({("joints", index): f"joints.{joint.name}" for index, joint in enumerate(chain)})
+    draft.written.update({("joints", index): f"joints.{joint.name}" for index, joint in enumerate(chain.joints)})
     add_sidecar(draft, said, tree.joints)
-    return draft.arm()
+    arm = draft.arm()
+    return with_doubts(arm, tree, chain)
 
 
-def _chain(tree: UrdfTree, tip: object, sidecar: str, sidecar_name: str) -> list[UrdfJoint]:
-    """Which joints lead from the root to the tip?"""
-    if tip is None:
-        tips = tree.moving_leaves()
-        if not tips:
-            refuse(
-                tree.file,
-                "/robot",
-                "no joint that moves",
-                "a chain with at least one revolute, continuous or prismatic joint",
-                '<joint name="A" type="revolute">',
-            )
-        if len(tips) > 1:
-            refuse(
-                tree.file,
-                "/robot",
-                f"{len(tips)} links where the arm could end: {listed(tips)}",
-                f"the one that is the tool, named in {sidecar_name}",
-                f'tip = "{tips[-1]}"',
-            )
-        tip = tips[0]
-    if not isinstance(tip, str) or tip not in tree.links:
-        near = nearest(str(tip), tree.links)
-        refuse(sidecar, "tip", shown(tip), f"the name of a link of {tree.file}", f'tip = "{near or tree.leaves()[-1]}"', near)
-    chain = tree.path_to(tip)
-    for joint in chain:
-        if joint.type in _NOT_SERIAL or joint.mimic:
-            found = "a joint that mimics another" if joint.mimic else f"a {joint.type} joint"
-            tree.refuse(joint.line, joint.path, found, "revolute, continuous, prismatic or fixed joints between root and tip", 'type="revolute"')
-    if len(chain) > MOST_JOINTS:
-        tree.refuse(chain[0].line, "/robot", f"{len(chain)} joints between root and tip", f"at most {MOST_JOINTS}", f'tip = "{chain[6].child}"')
-    if not any(joint.moves for joint in chain):
-        tree.refuse(0, "/robot", f"no joint that moves before the tip '{tip}'", "a tip behind at least one moving joint", 'tip = "tool0"')
-    if tree.mistakes:
-        refuse_all(tree.mistakes)
-    return chain
-
-
-def _arm_tree(tree: UrdfTree, chain: list[UrdfJoint], name: str) -> dict[str, Any]:
+def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
     """Give the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
-    notes = []
+    notes = [*chain.notes, *tree.notes]
     joints = []
-    for index, joint in enumerate(chain):
-        after = chain[index + 1] if index + 1 < len(chain) else None
+    for index, joint in enumerate(chain.joints):
+        after = chain.joints[index + 1] if index + 1 < len(chain.joints) else None
         link: dict[str, Any] = {"tip": Place(xyz=after.xyz) if after else Place()}
-        mass, centre, moving = _carried(tree, joint.child, after)
+        mass, centre, held = _carried(tree, joint.child, after)
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
-        if moving:
-            notes.append(cut(f"what hangs on link '{joint.child}' behind {listed(moving)} is carried at its zero position", LONGEST_NOTE))
-        entry = {"name": joint.name, "origin": Place(xyz=joint.xyz if index == 0 else (0.0, 0.0, 0.0), rpy=joint.rpy), "link": link}
+        notes += _notes_of_held(tree, joint.child, held)
+        entry = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
         joints.append(entry | _motion(joint))
         if joint.type == "continuous":
             notes.append(f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees")
+    notes = [cut(note, LONGEST_NOTE) for note in notes][:MOST_NOTES]
     return {"name": cut(tree.name or name, LONGEST_NAME) or "arm", "joints": joints, "notes": notes}
 
 
+def _origin(joint: UrdfJoint, *, first: bool) -> Place:
+    """Give the place of a joint behind the tip of the link before; a joint that cannot move stands where its limits say."""
+    xyz = joint.xyz if first else (0.0, 0.0, 0.0)
+    if not joint.locked or not joint.limits[0]:
+        return Place(xyz=xyz, rpy=joint.rpy)
+    axis = np.array(joint.axis) / math.hypot(*joint.axis)
+    seat = pose_of(xyz, joint.rpy)
+    pose = seat @ (shift(*(axis * joint.limits[0])) if joint.type == "prismatic" else turn(tuple(axis), joint.limits[0]))
+    x, y, z = pose[:3, 3].tolist()
+    return Place(xyz=(x, y, z), rpy=rpy_of(pose[:3, :3]))
+
+
 def _motion(joint: UrdfJoint) -> dict[str, Any]:
-    if joint.type == "fixed":
+    if not joint.moves:
         return {"type": "fixed"}
     low, high = (-math.pi, math.pi) if joint.type == "continuous" else joint.limits
     unit = "m" if joint.type == "prismatic" else "rad"
     return {"type": "prismatic" if joint.type == "prismatic" else "revolute", "axis": joint.axis, "limits": [f"{low!r} {unit}", f"{high!r} {unit}"]}
 
 
-def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float, tuple[float, float, float], list[str]]:
+def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, said: dict[str, Any]) -> None:
+    """Tilt a base that is not the root as the joints before it do at zero, unless the sidecar says how it is tilted."""
+    pose = pose_of()
+    for joint in chain.before:
+        pose = pose @ pose_of(joint.xyz, joint.rpy)
+    roll, pitch, _ = rpy_of(pose[:3, :3])
+    stated = said.setdefault("base", {}) if chain.before else None
+    if isinstance(stated, dict) and not {"roll", "pitch"} & stated.keys() and max(abs(roll), abs(pitch)) > _LEVEL:
+        stated |= {"roll": f"{roll!r} rad", "pitch": f"{pitch!r} rad"}
+        tree.notes.append(f"the base is tilted as in the URDF: roll {math.degrees(roll):.4g} deg, pitch {math.degrees(pitch):.4g} deg")
+
+
+def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
     """What do a link and all that hangs on it beside the chain weigh (kg), where is the common centre (m, link's frame), which joints were held?"""
     mass, moment = 0.0, [0.0, 0.0, 0.0]
     held = []
@@ -133,8 +127,31 @@ def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float,
             if joint is not after:
                 waiting.append((joint.child, pose @ pose_of(joint.xyz, joint.rpy)))
                 if joint.type != "fixed":
-                    held.append(joint.name)
+                    held.append(joint)
     if not mass:
         return 0.0, (0.0, 0.0, 0.0), held
     x, y, z = (m / mass for m in moment)
     return mass, (x, y, z), held
+
+
+def _notes_of_held(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> list[str]:
+    """Say which joints on a link are no joints of the arm, what they carry, and what is odd about them."""
+    if not held:
+        return []
+    weight = math.fsum(tree.links[name].mass for name in {name for joint in held for name in _beyond(tree, joint.child)})
+    several = f"{len(held)} joints" if len(held) > 1 else "1 joint"
+    out = [f"not taken: {listed([joint.name for joint in held])} ({several} on link '{link}', held at zero, {weight:.3g} kg carried)"]
+    odd = [joint.name for joint in held if joint.type in _LIMITED and not joint.mistakes and not joint.limits[0] <= 0 <= joint.limits[1]]
+    if odd:
+        out.append(f"held at zero, outside their limits: {listed(odd)}; their weight hangs where it cannot stand")
+    wrong = [f"{joint.name}: {joint.mistakes[0].found}" for joint in held if joint.mistakes]
+    if wrong:
+        out.append(f"wrong in the URDF, and without effect beside the chain, where they are held at zero: {listed(wrong)}")
+    return out
+
+
+def _beyond(tree: UrdfTree, link: str) -> list[str]:
+    out = [link]
+    for name in out:
+        out += [joint.child for joint in tree.children(name)]
+    return out

@@ -1,6 +1,6 @@
 """The links and joints of a URDF file as one tree, checked as a whole; meshes, materials and extensions are never looked at.
 
-The file is taken for hostile: no document type, no entities, no network, bounded depth, and no other file is ever opened.
+Mistakes that count only where a joint moves the tool (axis, limits, type) stay with the joint: beside the chain it is held at zero.
 """
 
 from __future__ import annotations
@@ -8,20 +8,22 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Final
-
-from lxml import etree
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import MOST_MISTAKES, listed, nearest, refuse_all
 from lostmotion.formats.text import numbers, refuse
-from lostmotion.parts.joint import NAME_PATTERN
+from lostmotion.formats.urdf_xml import line_of, parse_robot
 from lostmotion.units import LARGEST
+
+if TYPE_CHECKING:
+    from lxml import etree
 
 Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
-_MOVING: Final = ("revolute", "continuous", "prismatic")
-_TYPES: Final = (*_MOVING, "fixed", "floating", "planar")
+_LIMITED: Final = ("revolute", "prismatic")
+_MOVING: Final = (*_LIMITED, "continuous")
+_TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _BLANK: Final = " \t\r\n"
 _BLANKS: Final = re.compile(f"[{_BLANK}]+")
 _MOST_ELEMENTS: Final = 1000
@@ -30,16 +32,22 @@ _LONGEST_NAME: Final = 80
 
 @dataclass
 class UrdfLink:
-    """A body: its mass (kg), and the centre of it (m) in its frame."""
+    """A body: its mass (kg), and the centre of it (m) in its frame; `is_frame` where it has neither mass nor shape."""
 
     name: str
     mass: float = 0.0
     centre: Three = _ZERO
+    is_frame: bool = False
 
 
 @dataclass
 class UrdfJoint:
-    """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it stands."""
+    """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it stands.
+
+    limits    lower and upper, rad or m; zeros for types without
+    leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
+    mistakes  what is wrong with its type, axis or limits: it counts only where the joint is on the chain
+    """
 
     name: str
     type: str
@@ -47,15 +55,22 @@ class UrdfJoint:
     child: str
     xyz: Three
     rpy: Three
-    axis: Three
-    limits: tuple[float, float]
-    mimic: bool
     line: int
+    axis: Three = (1.0, 0.0, 0.0)
+    limits: tuple[float, float] = (0.0, 0.0)
+    leader: str = ""
+    coupling: str = ""
+    mistakes: list[Problem] = field(default_factory=list)
+
+    @property
+    def locked(self) -> bool:
+        """Tell a joint whose lower limit is its upper one: it stands there."""
+        return self.type in _LIMITED and not self.mistakes and self.limits[0] == self.limits[1]
 
     @property
     def moves(self) -> bool:
         """Tell a joint that turns or slides."""
-        return self.type in _MOVING
+        return self.type in _MOVING and not self.locked
 
     @property
     def path(self) -> str:
@@ -65,10 +80,11 @@ class UrdfJoint:
 
 @dataclass
 class UrdfTree:
-    """All links and joints by name, and the mistakes found so far."""
+    """All links and joints by name, the mistakes found so far, and notes on what was repaired."""
 
     file: str
     name: str = ""
+    notes: list[str] = field(default_factory=list)
     links: dict[str, UrdfLink] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
     mistakes: list[Problem] = field(default_factory=list)
@@ -89,28 +105,18 @@ class UrdfTree:
         """Which joints lead away from this link?"""
         return self._children.get(link, [])
 
-    def leaves(self) -> list[str]:
-        """Which links end the tree?"""
-        return [name for name in self.links if name not in self._children]
+    @property
+    def roots(self) -> list[str]:
+        """Give the links without a parent."""
+        return [name for name in self.links if name not in self._parent]
 
-    def moving_leaves(self) -> list[str]:
-        """Which links end a chain that moves?"""
+    def path_to(self, link: str, base: str | None = None) -> list[UrdfJoint] | None:
+        """Which joints lead from the base (left out: the root) to this link? None where the base does not lead there."""
         out = []
-        waiting = [(name, False) for name in self.links if name not in self._parent]
-        while waiting:
-            name, moves = waiting.pop()
-            if moves and not self.children(name):
-                out.append(name)
-            waiting += [(joint.child, moves or joint.moves) for joint in reversed(self.children(name))]
-        return out
-
-    def path_to(self, link: str) -> list[UrdfJoint]:
-        """Which joints lead from the root to this link?"""
-        out = []
-        while link in self._parent:
+        while link in self._parent and link != base:
             out.append(self._parent[link])
             link = out[-1].parent
-        return out[::-1]
+        return out[::-1] if base in (None, link) else None
 
     def connect(self) -> None:
         """Hang every joint between its links; note links that do not exist, second parents, several roots, loops."""
@@ -137,7 +143,7 @@ class UrdfTree:
             self._check_whole()
 
     def _check_whole(self) -> None:
-        roots = [name for name in self.links if name not in self._parent]
+        roots = self.roots
         if len(roots) > 1:
             found = f"{len(roots)} links without a parent: {listed(roots)}"
             example = f'<joint name="mount" type="fixed"><parent link="{roots[0]}"/><child link="{roots[1]}"/></joint>'
@@ -156,9 +162,13 @@ class UrdfTree:
 
 
 def read_tree(text: str, file: str) -> UrdfTree:
-    """Which links and joints does this URDF text describe? Raises InputError with every mistake, each with its line and element."""
+    """Which links and joints does this URDF text describe?
+
+    Mistakes in numbers stay in `tree.mistakes`, for the caller to raise with its own. Raises InputError where there is no tree: with every mistake,
+    each with its line and element.
+    """
     tree = UrdfTree(file)
-    robot = _parsed(text, file)
+    robot, tree.notes = parse_robot(text, file)
     tree.name = robot.get("name", "")
     reader = _Reader(tree)
     for what in ("link", "joint"):
@@ -170,43 +180,20 @@ def read_tree(text: str, file: str) -> UrdfTree:
     for element in robot.iterchildren("joint"):
         reader.joint(element)
     if not tree.links:
-        tree.refuse(_line(robot), "/robot", "no link", "links and joints", '<link name="base_link"/>')
-    if not reader.misnamed:
+        tree.refuse(line_of(robot), "/robot", "no link", "links and joints", '<link name="base_link"/>')
+    before = len(tree.mistakes)
+    if not reader.lost:
         tree.connect()
-    if tree.mistakes:
-        refuse_all(tree.mistakes)
+    if reader.lost or len(tree.mistakes) > before or not tree.links:
+        # Without a tree nobody knows which joints move the tool: all their mistakes are told.
+        every = [*tree.mistakes, *(mistake for joint in tree.joints.values() for mistake in joint.mistakes)]
+        refuse_all(sorted(every, key=lambda mistake: _line_in(mistake.file)))
     return tree
 
 
-def _parsed(text: str, file: str) -> etree._Element:
-    # Looked for in the text itself, and refused in comments too, so that no parser ever meets a document type.
-    if "<!DOCTYPE" in text:
-        line = text.count("\n", 0, text.index("<!DOCTYPE")) + 1
-        refuse(f"{file}:{line}", "", "a document type (<!DOCTYPE)", "a URDF without one", '<robot name="arm">')
-    parser = etree.XMLParser(
-        resolve_entities=False,
-        no_network=True,
-        load_dtd=False,
-        huge_tree=False,  # keeps libxml2's own bounds on depth and size
-        remove_comments=True,
-        remove_pis=True,
-        encoding="utf-8",  # whatever the file declares: it was decoded and looked through as this
-    )
-    try:
-        robot = etree.fromstring(text.encode(), parser)
-    except etree.XMLSyntaxError as error:
-        refuse(f"{file}:{error.lineno}", "", shown(error.msg or "no XML", 120)[1:-1], "well-formed XML", '<robot name="arm"> ... </robot>')
-    if robot.tag != "robot":
-        refuse(f"{file}:{_line(robot)}", "", f"the root element {shown(str(robot.tag))}", "the root element robot", '<robot name="arm">')
-    for element in robot.iter():
-        if str(element.tag).startswith("{") and "xacro" in str(element.tag).partition("}")[0]:
-            found = f"the macro {shown(str(element.tag).partition('}')[2])}"
-            refuse(f"{file}:{_line(element)}", "/robot", found, "a URDF with its macros expanded", "xacro arm.urdf.xacro > arm.urdf")
-    return robot
-
-
-def _line(element: etree._Element) -> int:
-    return element.sourceline if isinstance(element.sourceline, int) else 0
+def _line_in(place: str) -> int:
+    line = place.rpartition(":")[2]
+    return int(line) if line.isdecimal() else 0
 
 
 def _end(joint: etree._Element, end: str) -> str:
@@ -219,7 +206,7 @@ class _Reader:
 
     def __init__(self, tree: UrdfTree) -> None:
         self.tree = tree
-        self.misnamed = False  # an element is left out, and others would seem to lead nowhere
+        self.lost = False  # an element is left out, and others would seem to lead nowhere
 
     def link(self, element: etree._Element) -> None:
         name = self._name(element, "link", self.tree.links)
@@ -227,54 +214,66 @@ class _Reader:
             return
         link = self.tree.links[name] = UrdfLink(name)
         inertial = element.find("inertial")
+        link.is_frame = inertial is None and element.find("visual") is None and element.find("collision") is None
         if inertial is None:
             return
         path = f'/robot/link[@name="{name}"]/inertial'
         mass = inertial.find("mass")
         if mass is None:
-            self.tree.refuse(_line(inertial), path, "no mass", "a mass in kg", '<mass value="1.2"/>')
+            self.tree.refuse(line_of(inertial), path, "no mass", "a mass in kg", '<mass value="1.2"/>')
             return
         link.mass = self._numbers(mass, path, "value", (0.0,), '"1.2"')[0]
         if link.mass < 0:
-            self.tree.refuse(_line(mass), f"{path}/mass/@value", f"{link.mass:g}", "a mass in kg, zero or more", '<mass value="1.2"/>')
+            self.tree.refuse(line_of(mass), f"{path}/mass/@value", f"{link.mass:g}", "a mass in kg, zero or more", '<mass value="1.2"/>')
         link.centre = self._three(inertial.find("origin"), path, "xyz", _ZERO)
 
     def joint(self, element: etree._Element) -> None:
         name = self._name(element, "joint", self.tree.joints)
         if name is None:
             return
-        path, line = f'/robot/joint[@name="{name}"]', _line(element)
-        if not re.match(NAME_PATTERN, name):
-            self.tree.refuse(line, path, shown(name), "a name of letters, digits, spaces, - and _, at most 40", 'name="shoulder_pan_joint"')
-        kind = element.get("type", "")
-        if kind not in _TYPES:
-            near = nearest(kind, _TYPES)
-            self.tree.refuse(line, f"{path}/@type", shown(kind), f"one of {', '.join(_TYPES)}", f'type="{near or "revolute"}"', near)
-        origin = element.find("origin")
-        self.tree.joints[name] = UrdfJoint(
-            name,
-            kind,
-            _end(element, "parent"),
-            _end(element, "child"),
-            self._three(origin, path, "xyz", _ZERO),
-            self._three(origin, path, "rpy", _ZERO),
-            self._axis(element, path),
-            self._limits(element, path, kind),
-            mimic=element.find("mimic") is not None,
-            line=line,
-        )
+        line, origin = line_of(element), element.find("origin")
+        path = f'/robot/joint[@name="{name}"]'
+        xyz, rpy = (self._three(origin, path, what, _ZERO) for what in ("xyz", "rpy"))
+        joint = UrdfJoint(name, element.get("type", ""), _end(element, "parent"), _end(element, "child"), xyz, rpy, line)
+        self.tree.joints[name] = joint
+        if joint.type not in _TYPES:
+            near = nearest(joint.type, _TYPES)
+            words = (f"{path}/@type", shown(joint.type), f"one of {', '.join(_TYPES)}", f'type="{near or "revolute"}"', near)
+            joint.mistakes.append(Problem(self._at(element), *words))
+        elif joint.type in _MOVING:
+            self._motion(element, joint)
+
+    def _motion(self, element: etree._Element, joint: UrdfJoint) -> None:
+        """Read what only a moving joint has; on others it means nothing and nobody reads it."""
+        kept, self.tree.mistakes = self.tree.mistakes, joint.mistakes
+        joint.limits = self._limits(element, joint.path, joint.type)
+        if joint.limits != (0.0, 0.0) or not joint.locked:
+            joint.axis = self._axis(element, joint.path)
+        self.tree.mistakes = kept
+        mimic = element.find("mimic")
+        if mimic is not None:
+            joint.leader = shown(mimic.get("joint", "?"), 42)[1:-1]
+            offset = mimic.get("offset", "0")
+            factor = shown(mimic.get("multiplier", "1"), 20)[1:-1]
+            joint.coupling = f"mimic, x {factor}" + ("" if re.fullmatch(r"[-+0. ]*", offset) else f", offset {shown(offset, 20)[1:-1]}")
+
+    def _at(self, element: etree._Element) -> str:
+        line = line_of(element)
+        return f"{self.tree.file}:{line}" if line else self.tree.file
 
     def _name(self, element: etree._Element, what: str, taken: dict[str, UrdfLink] | dict[str, UrdfJoint]) -> str | None:
-        name, line = element.get("name", ""), _line(element)
+        name, line = element.get("name", ""), line_of(element)
         if not name:
+            self.lost = True
             self.tree.refuse(line, f"/robot/{what}/@name", "no name", "a name", f'<{what} name="{what}_1">')
             return None
         if not name.isprintable() or len(name) > _LONGEST_NAME:
-            self.misnamed = True
+            self.lost = True
             expected = f"a name in one line of printable text, at most {_LONGEST_NAME} characters"
             self.tree.refuse(line, f"/robot/{what}/@name", shown(name), expected, f'<{what} name="{what}_1">')
             return None
         if name in taken:
+            self.lost = True
             self.tree.refuse(
                 line, f"/robot/{what}/@name", f"the name {shown(name)} once more", f"a name of its own for every {what}", f'<{what} name="{what}_2">'
             )
@@ -283,22 +282,26 @@ class _Reader:
 
     def _axis(self, element: etree._Element, path: str) -> Three:
         axis = element.find("axis")
+        before = len(self.tree.mistakes)
         stated = self._three(axis, path, "xyz", (1.0, 0.0, 0.0))
-        if axis is not None and not 0 < math.hypot(*stated) < math.inf:
-            self.tree.refuse(_line(axis), f"{path}/axis/@xyz", shown(axis.get("xyz", "")), "a direction that is not zero", '<axis xyz="0 0 1"/>')
+        if axis is not None and len(self.tree.mistakes) == before and not 0 < math.hypot(*stated) < math.inf:
+            found = shown(axis.get("xyz", ""))
+            self.tree.refuse(line_of(axis), f"{path}/axis/@xyz", found, "a direction that is not zero: this joint moves", '<axis xyz="0 0 1"/>')
         return stated
 
     def _limits(self, element: etree._Element, path: str, kind: str) -> tuple[float, float]:
-        if kind not in ("revolute", "prismatic"):
+        if kind not in _LIMITED:
             return 0.0, 0.0
         limit, example = element.find("limit"), '<limit lower="-1.57" upper="1.57" effort="0" velocity="0"/>'
-        if limit is None:
-            self.tree.refuse(_line(element), path, "no limit", "limits in rad or m", example)
+        if limit is None or not {"lower", "upper"} & set(limit.attrib):
+            found = "no limit" if limit is None else "a limit without lower and upper"
+            expected = "lower and upper in rad or m; both default to 0 in URDF, so that the joint would not move"
+            self.tree.refuse(line_of(element if limit is None else limit), path, found, expected, example)
             return 0.0, 0.0
         low = self._numbers(limit, path, "lower", (0.0,), '"-1.57"')[0]
         high = self._numbers(limit, path, "upper", (0.0,), '"1.57"')[0]
-        if low >= high:
-            self.tree.refuse(_line(limit), f"{path}/limit", f"limits from {low:g} to {high:g}", "a lower limit below the upper one", example)
+        if low > high:
+            self.tree.refuse(line_of(limit), f"{path}/limit", f"limits from {low:g} to {high:g}", "a lower limit below the upper one", example)
         return low, high
 
     def _three(self, element: etree._Element | None, path: str, name: str, left_out: Three) -> Three:
@@ -320,5 +323,5 @@ class _Reader:
             return values
         expected = "a finite number" if len(left_out) == 1 else f"{len(left_out)} finite numbers"
         expected += " in plain decimal notation"
-        self.tree.refuse(_line(element), f"{path}/{element.tag}/@{name}", shown(stated), expected, f"{name}={example}")
+        self.tree.refuse(line_of(element), f"{path}/{element.tag}/@{name}", shown(stated), expected, f"{name}={example}")
         return left_out
