@@ -143,7 +143,7 @@ def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(told, lines, ke
         (HEAD + '[[joints]]\nname = "A"\ntype = "revolute"\n', "joints.A.limits", "a list of 2"),
         (HEAD + '[[joints]]\nname = "A"\ntype = "fixed"\n', "", "at least one revolute"),
         (HEAD + JOINT.replace("-90", "100"), "joints.A.limits", "below"),
-        (HEAD + JOINT.replace('"A"', '"A/b"'), "joints.A/b.name", "letter"),
+        (HEAD + JOINT.replace('"A"', '" A/b"'), 'joints." A/b".name', "without blanks"),
         (HEAD + JOINT + JOINT, "joints[1].name", "of its own"),
         (HEAD + 'gravity = "9.81 m"\n' + JOINT, "gravity", "acceleration"),
         (HEAD + "sections = 3\n" + JOINT, "sections", "named parts"),

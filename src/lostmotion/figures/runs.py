@@ -51,7 +51,7 @@ def short_keys(axes: Sequence[Axis]) -> list[str]:
 
     "A length" for `joints.A.link.length` beside `joints.B.link.length`; where one step more does not tell keys apart, as many last ones as do.
     """
-    paths = [axis.key.split(".") for axis in axes]
+    paths = [axis.steps for axis in axes]
     out = []
     for k, path in enumerate(paths):
         others = [other for j, other in enumerate(paths) if j != k]

@@ -16,7 +16,7 @@ from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 from lostmotion.formats.sidecar import find_sidecar
 from lostmotion.formats.sweep import EXAMPLE, Axis, changes, designs, key_said, read_axes
 from lostmotion.formats.text import beside, read_text
-from lostmotion.formats.toml import read_toml
+from lostmotion.formats.toml import key_step, key_steps, quoted, read_toml
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -62,7 +62,7 @@ def _arm(path: Path, sidecar: Path | None, tree: dict[str, Any], stated: Mapping
 
 def _place(file: str, tree: dict[str, Any], key: str, value: Any) -> Problem | None:  # noqa: ANN401 - whatever a file holds
     """Put a value where a key leads, opening tables on the way; gives what is wrong where it leads nowhere."""
-    steps = key.split(".")
+    steps = key_steps(key)
     here: Any = tree
     for k, step in enumerate(steps[:-1]):
         if k > _DEEPEST:
@@ -121,7 +121,7 @@ def _leads_nowhere(file: str, key: str, tree: dict[str, Any], steps: list[str], 
         known = [name for name in names if name]
         near = nearest(steps[1], known)
         expected = f"one of {listed(known, plain)}" if known else f"a table [{steps[0]}.NAME] in the arm file"
-        example = f'"{".".join([steps[0], near or (known or ["NAME"])[0], *key.split(".")[2:]])}"'
+        example = quoted(".".join(key_step(step) for step in (steps[0], near or (known or ["NAME"])[0], *key_steps(key)[2:])))
         return Problem(file, key, f"no '{plain(steps[1])}' under {steps[0]}", expected, example, near)
     found = here.get(steps[-1]) if isinstance(here, dict) else here
     return Problem(file, key, f"{shown(found)} at '{plain('.'.join(steps))}'", "a key that leads from table to table", EXAMPLE)
@@ -184,7 +184,7 @@ def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis,
             _arm(path, sidecar, tree, {axis.key: value})
         except InputError as error:
             for problem in error.problems:
-                found = problem.found if problem.key.endswith(axis.key.rpartition(".")[2]) else f"{problem.found} (at {problem.key})"
+                found = problem.found if problem.key.endswith(axis.steps[-1]) else f"{problem.found} (at {problem.key})"
                 if problem.found.startswith(("an unknown key", "an unknown joint", "no '")):
                     return [Problem(file, where, found, problem.expected, problem.example, problem.nearest)]
                 out.append(Problem(file, f"{where}[{k}]", found, problem.expected, problem.example, problem.nearest))

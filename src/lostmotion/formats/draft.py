@@ -19,6 +19,7 @@ from lostmotion.formats.own_reducers import OWN_EXAMPLES
 from lostmotion.formats.reducers import ALSO as IN_GEARBOXES
 from lostmotion.formats.reducers import place_reducers
 from lostmotion.formats.text import refuse
+from lostmotion.formats.toml import key_step, quoted
 from lostmotion.parts.material import Material
 from lostmotion.parts.profile import Section
 from lostmotion.parts.section import Rod
@@ -42,6 +43,7 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
 # Where drawings of gearboxes name materials, in themselves and in their first stage.
 MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material")
 _FIRST: Final = "first_stage"
+LONGEST_SHOWN: Final = 80
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
 SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'
@@ -77,7 +79,7 @@ class Draft:
         kept = next((length for length in range(len(path), 0, -1) if path[:length] in self.written), 0)
         key = self.written.get(path[:kept], "")
         for step in path[kept:]:
-            key += f"[{step}]" if isinstance(step, int) else f".{plain(step)}" if key else plain(step)
+            key += f"[{step}]" if isinstance(step, int) else f".{_step(step)}" if key else _step(step)
         return key
 
     def refuse(self, path: Path, *words: str) -> None:
@@ -119,7 +121,7 @@ class Draft:
                 if isinstance(holder, dict) and steps[-1] in holder and not self.full:
                     used.add(self.fill_in(table, stock, holder, ("joints", index, *steps)))
             idle = [name for name in stock if name not in used]
-            unused += [f"{table}.{plain(name)}" for name in idle]
+            unused += [f"{table}.{_step(name)}" for name in idle]
             for name in idle[:MOST_MISTAKES]:
                 self._check_unused(table, name, stock[name])
         if unused:
@@ -156,10 +158,10 @@ class Draft:
         known = {**materials(), **stock} if table == "materials" else stock
         if isinstance(stated, str) and stated in known:
             holder[last] = known[stated]
-            self.written[path] = f"{table}.{plain(stated)}"
+            self.written[path] = f"{table}.{_step(stated)}"
             return stated
         near = nearest(stated, known) if isinstance(stated, str) else ""
-        example = f'{last} = "{plain(near or next(iter(known)))}"' if known else f"[{table}.NAME]"
+        example = f"{last} = {quoted(near or next(iter(known)))}" if known else f"[{table}.NAME]"
         names = listed(known, plain) or "none is there"
         expected = f"a name under [{table}]: {names}" if isinstance(stated, str) else f"a table, or a name under [{table}]"
         self.refuse(path, shown(stated), expected, example, near)
@@ -184,7 +186,7 @@ class Draft:
             if len(steps) > 1:
                 holder = joint["link"] = dict(link)
             holder[steps[-1]] = part
-            trial = Draft(self.file, {"name": "unused", "joints": [joint]}, self.also, {("joints", 0, *steps): f"{table}.{plain(name)}"})
+            trial = Draft(self.file, {"name": "unused", "joints": [joint]}, self.also, {("joints", 0, *steps): f"{table}.{_step(name)}"})
             try:
                 Arm.model_validate(trial.tree, context={"text": True})
             except ValidationError as error:
@@ -195,7 +197,7 @@ class Draft:
             self.mistakes += found
 
     def _check_section(self, name: str, part: Any) -> None:  # noqa: ANN401 - whatever a file holds
-        trial = Draft(self.file, {}, self.also, {("section",): f"sections.{plain(name)}"})
+        trial = Draft(self.file, {}, self.also, {("section",): f"sections.{_step(name)}"})
         try:
             _Alone.model_validate({"section": part}, context={"text": True})
         except ValidationError as error:
@@ -229,5 +231,10 @@ class Draft:
 
 
 def plain(name: str) -> str:
-    """Show a name from a file within a key, whatever it holds."""
-    return shown(name, 42)[1:].rstrip("'\"")
+    """Show a name from a file within a sentence, whatever it holds."""
+    return cut(name, LONGEST_SHOWN)
+
+
+def _step(name: str) -> str:
+    """Show a name from a file as a step of a key."""
+    return key_step(plain(name))

@@ -157,11 +157,6 @@ def _say_count(spot: _Spot, _: Also) -> _Said:
     return _Said(spot.path, f"{len(spot.given)} {of}", f"{words(spot.trail[-1])}, {expected}", _assignment(spot.path, example(spot.trail[-1])))
 
 
-def _say_pattern(spot: _Spot, _: Also) -> _Said:
-    expected = "a letter or digit, then letters, digits, spaces, - and _, at most 40 characters in all"
-    return _Said(spot.path, shown(spot.given), expected, _assignment(spot.path, '"shoulder"'))
-
-
 _SAY: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
     "missing": _say_missing,
     "extra_forbidden": _say_unknown,
@@ -171,7 +166,6 @@ _SAY: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
     "too_long": _say_count,
     "string_too_short": _say_count,
     "string_too_long": _say_count,
-    "string_pattern_mismatch": _say_pattern,
     # raised by the parts themselves
     **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox"), _say_rule),
 }

@@ -12,7 +12,7 @@ from lostmotion.formats.bounds import listed
 from lostmotion.formats.dh import DH_EXAMPLES, place_by_rows
 from lostmotion.formats.draft import SHARED_EXAMPLES, Draft, plain
 from lostmotion.formats.text import refuse
-from lostmotion.formats.toml import read_toml
+from lostmotion.formats.toml import key_step, quoted, read_toml
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 
 if TYPE_CHECKING:
@@ -77,10 +77,13 @@ def _check_names(draft: Draft) -> None:
         if not isinstance(name, str):
             continue
         if times[name] == 1:
-            draft.written["joints", index] = f"joints.{plain(name)}"
+            draft.written["joints", index] = f"joints.{key_step(plain(name))}"
         elif name in met:
             draft.refuse(
-                ("joints", index, "name"), f"the name '{plain(name)}' once more", "a name of its own for every joint", f'name = "{plain(name)}2"'
+                ("joints", index, "name"),
+                f"the name '{plain(name)}' once more",
+                "a name of its own for every joint",
+                f"name = {quoted(f'{plain(name)[:70]}2')}",
             )
             joint["name"] = f"again {index}"
         met.add(name)

@@ -39,7 +39,9 @@ from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, ge
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.formats.bounds import listed, nearest
 from lostmotion.formats.clearances import TABLES
+from lostmotion.formats.draft import plain
 from lostmotion.formats.mistakes import problems
+from lostmotion.formats.toml import key_step
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.kinds import TurningGearbox
 from lostmotion.parts.joint import RevoluteJoint
@@ -109,7 +111,7 @@ class Offers:
         self._rows = by_model([*self.in_file, *self.own])
         self._costs = self._read_costs("costs", _COST_EXAMPLE)
         joints = {joint.name: joint for joint in self.arm.joints}
-        self._present = self._read_costs(PRESENT, _PRESENT_EXAMPLE.format(joint=next(iter(joints))))
+        self._present = self._read_costs(PRESENT, _PRESENT_EXAMPLE.format(joint=key_step(next(iter(joints)))))
         for name in self._present:
             self._known_joint(PRESENT, name, joints)
         offered: dict[tuple[str, str], Slot] = {}
@@ -151,7 +153,9 @@ class Offers:
     def _known_joint(self, table: str, name: str, joints: dict[str, Joint]) -> bool:
         if name in joints:
             return True
-        example = {"gearboxes": _GEARBOX_EXAMPLE, "bearings": _BEARING_EXAMPLE}.get(table, _PRESENT_EXAMPLE.format(joint=next(iter(joints))))
+        example = {"gearboxes": _GEARBOX_EXAMPLE, "bearings": _BEARING_EXAMPLE}.get(
+            table, _PRESENT_EXAMPLE.format(joint=key_step(next(iter(joints))))
+        )
         self._refuse(_key(table, name), "no such joint", f"one of {listed(list(joints))}", example, nearest(name, joints))
         return False
 
@@ -197,7 +201,7 @@ class Offers:
             row, ratio = find_gearbox(name, ratio, self._rows)
         except InputError as error:
             problem = error.problems[0]
-            example = f'{joint.name} = ["{problem.nearest or problem.example}"]'
+            example = f'{key_step(joint.name)} = ["{problem.nearest or problem.example}"]'
             self._refuse(key, problem.found, f"{problem.expected}; or present", example, problem.nearest)
             return None
         if ratio is None and joint.encoder is not None and joint.encoder.side == "motor" and joint.encoder.ratio is None:
@@ -262,7 +266,7 @@ class Offers:
         others = [each for each in made if each.name != PRESENT]
         with_mass = [each for each in others if not math.isnan(each.mass)]
         weighs = bool(with_mass)
-        example = _PRESENT_EXAMPLE.format(joint=joint.name)
+        example = _PRESENT_EXAMPLE.format(joint=key_step(joint.name))
         if weighs and len(with_mass) < len(others):
             silent = listed([each.name for each in others if math.isnan(each.mass)])
             found = f"the mass of some gearboxes of {joint.name}, and not of {silent}"
@@ -357,4 +361,4 @@ def _within(key: str, where: KeyPath) -> str:
 
 
 def _key(table: str, name: str) -> str:
-    return f"sizing.{table}.{shown(name, 42)[1:-1]}"
+    return f"sizing.{table}.{key_step(plain(name))}"

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 _LONGEST: Final = 2000
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
-_VALUE: Final = re.compile(rf"\s*(?P<name>[^=,]{{1,100}}?)\s*=\s*(?P<value>{_NUMBER}\s*[^\s,=]*)\s*(?:,|(?=\s)|$)")
+_VALUE: Final = rf"\s*=\s*(?P<value>{_NUMBER}\s*[^\s,=]*)\s*(?:,|(?=\s)|$)"
+_ANY: Final = re.compile(r"\s*(?P<name>[^=,]{1,100}?)" + _VALUE)
 _ENDS: Final = re.compile(rf"\s*(?P<axis>[a-zA-Z])\s+(?P<low>{_NUMBER})\s*(?P<own>[^\s.\d]+)?\s*\.\.\s*(?P<high>{_NUMBER})\s*(?P<unit>\S+)\s*")
 _ZONE: Final = "x 0.2..0.5 m, y -100..100 mm"
 _ROUNDING: Final = 1e-9
@@ -34,11 +35,13 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
     joints = {joint.name: joint for joint in arm.moving}
     example = " ".join(f"{name}={'10mm' if isinstance(joint, PrismaticJoint) else '30deg'}" for name, joint in joints.items())
     example = _given(option, example)
+    # A joint of the arm is met by its whole name, whatever letters that has.
+    known = re.compile(r"\s*(?P<name>" + "|".join(re.escape(name) for name in sorted(joints, key=len, reverse=True)) + ")" + _VALUE)
     mistakes: list[Problem] = []
     found: dict[str, float] = {}
     at = 0
     while at < len(text) <= _LONGEST and text[at:].strip():
-        match = _VALUE.match(text, at)
+        match = known.match(text, at) or _ANY.match(text, at)
         if match is None:
             mistakes.append(Problem("", option, shown(text[at:].strip()), "joint=value with its unit, for every joint, or a pose's number", example))
             break

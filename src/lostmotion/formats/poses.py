@@ -15,7 +15,7 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import listed, nearest, refuse_all
 from lostmotion.formats.text import numbers, read_text, refuse
-from lostmotion.parts.joint import PrismaticJoint
+from lostmotion.parts.joint import LONGEST_JOINT_NAME, PrismaticJoint
 from lostmotion.units import UnitError, read_quantity
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 MEGABYTES: Final = 200
 _MOST_MISTAKES: Final = 20
 _EXPECTED: Final = "a finite number in plain decimal notation"
-_HEADING: Final = re.compile(r"^\s*(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
+_HEADING: Final = re.compile(r"^\s*(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
+_LONGEST_HEADING: Final = LONGEST_JOINT_NAME + 20
 # Share of a joint's range by which a value may pass a limit: rounding in the file, not a wish.
 _ROUNDING: Final = 1e-9
 
@@ -58,7 +59,9 @@ def read_poses(path: str | Path, arm: Arm) -> Floats:
 
 
 def _example(arm: Arm) -> str:
-    return ",".join(f"{joint.name} [{'mm' if isinstance(joint, PrismaticJoint) else 'deg'}]" for joint in arm.moving)
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(f"{joint.name} [{'mm' if isinstance(joint, PrismaticJoint) else 'deg'}]" for joint in arm.moving)
+    return line.getvalue()
 
 
 def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]:
@@ -71,7 +74,7 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
         if len(mistakes) > _MOST_MISTAKES:
             break
         key = f"line 1, column {column + 1}"
-        match = _HEADING.match(heading) if len(heading) < 100 else None  # noqa: PLR2004 - longer is no name of a joint
+        match = _HEADING.match(heading) if len(heading) < _LONGEST_HEADING else None
         name = match["name"] if match else heading.strip()
         if name not in joints:
             near = nearest(name, joints)

@@ -19,6 +19,7 @@ from lostmotion.arm import MOST_NOTES
 from lostmotion.errors import shown
 from lostmotion.formats.bounds import listed, nearest
 from lostmotion.formats.text import refuse
+from lostmotion.formats.toml import key_step
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -88,7 +89,9 @@ def add_sidecar(draft: Draft, said: dict[str, Any], all_joints: Iterable[str]) -
         if name not in entries:
             near = nearest(name, entries)
             known = "a joint between root and tip" if name in all_joints else "a joint of the URDF"
-            draft.refuse(("joints", name), "an unknown joint", f"{known}: {listed(entries)}", f"[joints.{near or next(iter(entries))}]", near)
+            draft.refuse(
+                ("joints", name), "an unknown joint", f"{known}: {listed(entries)}", f"[joints.{key_step(near or next(iter(entries)))}]", near
+            )
         elif not isinstance(parts, dict):
             draft.refuse(("joints", name), shown(parts), "a table", _EXAMPLE)
         else:

@@ -34,10 +34,11 @@ from pydantic import Field, ValidationError, model_validator
 from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import listed, nearest, refuse_all
+from lostmotion.formats.draft import plain
 from lostmotion.formats.mistakes import problems
 from lostmotion.formats.offers import TABLES_OFFERED, WORTH_EXAMPLE, Offers, worth_of
 from lostmotion.formats.own_reducers import take_reducers
-from lostmotion.formats.toml import read_toml
+from lostmotion.formats.toml import key_step, read_toml
 from lostmotion.parts.family import Family, family_around
 from lostmotion.parts.material import Material
 from lostmotion.parts.section import Plain, Sized, refuse_section
@@ -219,7 +220,7 @@ def _one_for_one(mistakes: list[Problem], keys: Sequence[str]) -> list[Problem]:
 def _key(path: KeyPath) -> str:
     out = ""
     for step in path:
-        out += f"[{step}]" if isinstance(step, int) else f".{shown(step, 42)[1:-1]}" if out else shown(step, 42)[1:-1]
+        out += f"[{step}]" if isinstance(step, int) else f".{key_step(plain(step))}" if out else key_step(plain(step))
     return out
 
 

@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import MOST_MISTAKES, nearest
 from lostmotion.formats.draft import SWEEP as TABLE
-from lostmotion.formats.toml import read_toml
+from lostmotion.formats.toml import key_step, key_steps, read_toml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,6 +46,11 @@ class Axis(BaseModel):
 
     key: Annotated[str, Field(min_length=1, max_length=_LONGEST_KEY)]
     values: Annotated[tuple[Any, ...], Field(min_length=1, max_length=MOST_VALUES)]
+
+    @property
+    def steps(self) -> list[str]:
+        """Give the names that the key leads through."""
+        return key_steps(self.key)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -128,7 +133,7 @@ def _flat(stated: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
     out = []
     for key, value in stated.items():
         if isinstance(value, dict) and value and not set(_RANGE_KEYS) & value.keys():
-            out += _flat(value, f"{above}{key}.")
+            out += _flat(value, f"{above}{key_step(key) if above else key}.")
         else:
             out.append((f"{above}{key}", value))
     return out
@@ -141,7 +146,7 @@ def key_said(key: str) -> str:
 
 def _axis(file: str, key: str, value: Any, mistakes: list[Problem]) -> Axis | None:  # noqa: ANN401 - whatever a file holds
     where = f"{TABLE}.{key_said(key)}"
-    if len(key) > _LONGEST_KEY or not all(key.split(".")):
+    if len(key) > _LONGEST_KEY or not all(key_steps(key)):
         mistakes.append(Problem(file, where, "no path of keys", "names with dots between them", EXAMPLE))
         return None
     values = value

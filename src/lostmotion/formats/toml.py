@@ -19,6 +19,9 @@ _DEEPEST: Final = 16
 
 # A number and its unit without quotes, as a value or in a list.
 _BARE: Final = re.compile(r"(?<=[=\[,{])\s*(?P<value>[+\-±]?\s*\d[^,\[\]{}#\"'=]*?[^\d\s,\[\]{}#\"'=.][^,\[\]{}#\"'=]*?)\s*(?=[,\]}#]|$)")
+_ESCAPED: Final = '"\\'
+_BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
+_STEP: Final = re.compile(r'(?:"(?P<quoted>(?:[^"\\]|\\["\\])*)"|(?P<bare>[^."][^.]*)|)(?=\.|$)')
 _PLACE: Final = re.compile(r" \((at line (?P<line>\d+), column (?P<column>\d+)|at end of document)\)$")
 
 
@@ -49,6 +52,29 @@ def read_toml(path: Path) -> dict[str, Any]:
     if not _is_shallow(tree):
         _refuse_depth(file)
     return tree
+
+
+def quoted(text: str) -> str:
+    """Write a text as a TOML string; what cannot be printed, which no terminal should get, as a question mark."""
+    return '"' + "".join(f"\\{char}" if char in _ESCAPED else char if char.isprintable() else "?" for char in text) + '"'
+
+
+def key_step(name: str) -> str:
+    """Write a name as one step of a TOML key: in quotes where it is more than letters, digits, - and _."""
+    return name if _BARE_KEY.fullmatch(name) else quoted(name)
+
+
+def key_steps(key: str) -> list[str]:
+    """Take a dotted key apart; a step in quotes may hold dots. Empty steps stand for what is no key."""
+    steps = []
+    at = 0
+    while at <= len(key):
+        match = _STEP.match(key, at)
+        if match is None:
+            return [""]
+        steps.append(match["bare"] or re.sub(r"\\(.)", r"\1", match["quoted"] or ""))
+        at = match.end() + 1
+    return steps
 
 
 def _bare_at(text: str, where: re.Match[str]) -> str:

@@ -18,7 +18,7 @@ from lostmotion.formats.dh import rpy_of
 from lostmotion.formats.draft import SHARED_EXAMPLES, Draft
 from lostmotion.formats.sidecar import add_sidecar, find_sidecar
 from lostmotion.formats.text import read_text
-from lostmotion.formats.toml import read_toml
+from lostmotion.formats.toml import key_step, read_toml
 from lostmotion.formats.urdf_chain import find_chain
 from lostmotion.formats.urdf_checks import with_doubts
 from lostmotion.formats.urdf_tree import read_tree
@@ -55,7 +55,7 @@ def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
     chain = find_chain(tree, said, str(sidecar or path), path.with_suffix(".toml").name)
     _stand_as_in_the_file(tree, chain, said)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
-    draft.written.update({("joints", index): f"joints.{joint.name}" for index, joint in enumerate(chain.joints)})
+    draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
     add_sidecar(draft, said, tree.joints)
     arm = draft.arm()
     return with_doubts(arm, tree, chain)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from lostmotion.arm import MOST_JOINTS
 from lostmotion.errors import Problem, shown
 from lostmotion.formats.bounds import listed, nearest, refuse_all
+from lostmotion.formats.toml import quoted
 from lostmotion.formats.urdf_tip import Choice, choose_tip, listed_ends
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name:
     elif not isinstance(tip, str) or tip not in tree.links or tree.path_to(tip, base) is None:
         near = nearest(str(tip), [link for link in tree.links if _reads(tree, base, link)])
         expected = f"the name of a link of {tree.file}" + (f" behind the base '{base}'" if base not in tree.roots else "")
-        _refuse(tree, sidecar, "tip", shown(tip), expected, f'tip = "{near or _readable_tip(tree, base) or next(iter(tree.links))}"', near)
+        _refuse(tree, sidecar, "tip", shown(tip), expected, f"tip = {quoted(near or _readable_tip(tree, base) or next(iter(tree.links)))}", near)
     joints = tree.path_to(tip, base) or []
     _check(tree, joints, base, tip)
     if tree.mistakes:
@@ -84,7 +85,7 @@ def _base(tree: UrdfTree, said: dict[str, Any], sidecar: str) -> str:
     if not isinstance(stated, str) or stated not in tree.links:
         near = nearest(str(stated), tree.links)
         expected = f"the name of a link of {tree.file}, where the chain starts, or a table [base]"
-        _refuse(tree, sidecar, key, shown(stated), expected, f'{key.rpartition(".")[2]} = "{near or tree.roots[0]}"', near)
+        _refuse(tree, sidecar, key, shown(stated), expected, f"{key.rpartition('.')[2]} = {quoted(near or tree.roots[0])}", near)
     return stated
 
 
@@ -107,7 +108,7 @@ def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> tuple[str, list[str
         if good is not None:
             found = f"which of {len(ends)} arms? {listed(listed_ends(ends))}"
             expected = f"the one to study, named in {sidecar_name}"
-            _refuse(tree, tree.file, "/robot", found, expected, f'tip = "{good}"')
+            _refuse(tree, tree.file, "/robot", found, expected, f"tip = {quoted(good)}")
     return choice.link, [_taken(choice)]
 
 
@@ -133,10 +134,12 @@ def _faults(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> lis
             out.append(_coupled(tree, joint, base, at, moved=moved))
         moved = moved or joint.moves
     if len(joints) > MOST_JOINTS:
-        out.append(Problem(tree.file, "/robot", f"{len(joints)} joints between base and tip", f"at most {MOST_JOINTS}", f'tip = "{joints[6].child}"'))
+        out.append(
+            Problem(tree.file, "/robot", f"{len(joints)} joints between base and tip", f"at most {MOST_JOINTS}", f"tip = {quoted(joints[6].child)}")
+        )
     if not moved and not out:
         better = _readable_tip(tree, base)
-        example = f'tip = "{better}"' if better else '<joint name="A" type="revolute">'
+        example = f"tip = {quoted(better)}" if better else '<joint name="A" type="revolute">'
         out.append(Problem(tree.file, "/robot", f"no joint that moves before the tip '{tip}'", "a tip behind at least one moving joint", example))
     return out
 
@@ -146,7 +149,7 @@ def _coupled(tree: UrdfTree, joint: UrdfJoint, base: str, at: tuple[str, str], *
     before = joint.parent if moved and _reads(tree, base, joint.parent) else ""
     if before:
         expected = f"joints with drives of their own: coupled joints are not modelled yet; a tip before it, {before}, would do"
-        return Problem(*at, found, expected, f'tip = "{before}"')
+        return Problem(*at, found, expected, f"tip = {quoted(before)}")
     return Problem(*at, found, "joints with drives of their own: coupled joints are not modelled yet", "the joint without <mimic>, if it has a drive")
 
 

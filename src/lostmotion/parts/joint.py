@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from lostmotion.errors import shown
 from lostmotion.laws.chance import Normal
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
@@ -64,8 +65,22 @@ _Sliding = tuple[Annotated[float, Quantity("m", "0 mm")], Annotated[float, Quant
 TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
 SlidingLimits = Annotated[_Sliding, AfterValidator(_rising)]
 
-NAME_PATTERN: Final = r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,39}$"
-Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+LONGEST_JOINT_NAME: Final = 80
+
+
+def _is_name(text: str) -> str:
+    if not text.isprintable() or text != text.strip() or not text:
+        context = {
+            "why": shown(text),
+            "expected": f"a name in one line of printable text, without blanks at its ends, at most {LONGEST_JOINT_NAME} characters",
+            "example": '"shoulder"',
+        }
+        raise PydanticCustomError("line", "{why}", context)
+    return text
+
+
+# Any name that a URDF may have: `joint_3.0`, `r2/fixed/waist`.
+Name = Annotated[str, Field(max_length=LONGEST_JOINT_NAME), AfterValidator(_is_name)]
 
 
 class Mounting(Sourced, ErrorSource):
