@@ -198,7 +198,7 @@ def _line_in(place: str) -> int:
 
 def _end(joint: etree._Element, end: str) -> str:
     found = joint.find(end)
-    return "" if found is None else found.get("link", "").strip()
+    return "" if found is None else found.get("link", "").strip(" ")
 
 
 class _Reader:
@@ -262,7 +262,7 @@ class _Reader:
         return f"{self.tree.file}:{line}" if line else self.tree.file
 
     def _name(self, element: etree._Element, what: str, taken: dict[str, UrdfLink] | dict[str, UrdfJoint]) -> str | None:
-        name, line = element.get("name", "").strip(), line_of(element)
+        name, line = element.get("name", "").strip(" "), line_of(element)
         if not name:
             self.lost = True
             self.tree.refuse(line, f"/robot/{what}/@name", "no name", "a name", f'<{what} name="{what}_1">')
