@@ -92,6 +92,12 @@ class Arm(Part):
         return ("base", *(f"{joint.name}{end}" for joint in self.joints for end in (".seat", "", ".tip")), "tool")
 
     @functools.cached_property
+    def seats(self) -> tuple[Floats, ...]:
+        """Give every joint's seat as a pose (4, 4) seen from the tip of the link before; the first one's from the base, on which the arm stands."""
+        first, *others = (joint.origin.pose for joint in self.joints)
+        return (self.base.foot @ first, *others)
+
+    @functools.cached_property
     def limits(self) -> Floats:
         """Give the range of every moving joint (joint, 2), rad or m."""
         return np.array([joint.limits for joint in self.moving])
@@ -158,7 +164,7 @@ def frames(arm: Arm, q: Floats) -> Floats:
     out[1:, 3] = out[0, 3]
     rows, column = out[:, :3], iter(values.T)
     for k, joint in enumerate(arm.joints):
-        combined(rows[3 * k], joint.origin.pose.tolist(), out=rows[3 * k + 1])
+        combined(rows[3 * k], arm.seats[k].tolist(), out=rows[3 * k + 1])
         moved = np.eye(4).tolist() if isinstance(joint, FixedJoint) else motion(joint.twist, next(column))
         combined(rows[3 * k + 1], moved, out=rows[3 * k + 2])
         combined(rows[3 * k + 2], joint.link.tip_pose.tolist(), out=rows[3 * k + 3])
@@ -181,7 +187,7 @@ def tool_points(arm: Arm, q: Floats) -> Floats:
     values = as_poses(arm, q)
     point = np.broadcast_to(arm.tool.frame.pose[:3, 3], (len(values), 3))
     column = values.shape[1]
-    for joint in reversed(arm.joints):
+    for seat, joint in zip(reversed(arm.seats), reversed(arm.joints), strict=True):
         point = _carry(joint.link.tip_pose, point)
         if not isinstance(joint, FixedJoint):
             column -= 1
@@ -192,7 +198,7 @@ def tool_points(arm: Arm, q: Floats) -> Floats:
                 point = along + np.cos(angle) * (point - along) + np.sin(angle) * np.cross(turning, point)
             else:
                 point = point + angle * sliding
-        point = _carry(joint.origin.pose, point)
+        point = _carry(seat, point)
     return np.asarray(point)
 
 

@@ -61,6 +61,29 @@ def test_rows_multiply_as_their_convention_orders(key, modified):
         assert np.abs(frames(arm_of_rows(key, rows, kinds), q)[-1, 0] - by_hand(rows, q, kinds, modified=modified)).max() < 1e-12
 
 
+@pytest.mark.parametrize("key", ["dh", "mdh"])
+def test_fixed_joints_without_a_row_stand_beside_rows(key):
+    """A plinth, a plate between two links and a flange have origins of their own; the product of all motions is that by hand."""
+    place = {"xyz": ["10 mm", "-20 mm", "300 mm"], "rpy": ["10 deg", "20 deg", "-30 deg"]}
+    matrix = pose_of((0.01, -0.02, 0.3), np.radians([10, 20, -30]))
+    rows = standard_rows()
+    plain = arm_of_rows(key, rows)
+    joints = []
+    for k, (a, alpha, d, theta) in enumerate(rows):
+        row = {"a": f"{a!r} m", "alpha": f"{alpha!r} deg", "d": f"{d!r} m", "theta": f"{theta!r} deg"}
+        if k in {0, 3}:
+            joints.append({"name": f"plate {k}", "type": "fixed", "origin": place})
+        joints.append({"name": f"J{k}", "type": "revolute", "limits": ["-360 deg", "360 deg"], key: row})
+    joints.append({"name": "flange", "type": "fixed", "origin": place, "link": {"tip": {"xyz": ["0 mm", "0 mm", "50 mm"]}}})
+    arm = arm_of("x", {"name": "x", "joints": joints})
+    q = np.random.default_rng(8).uniform(-3, 3, (20, 6))
+    for row, pose in zip(q, frames(arm, q)[-1], strict=True):
+        first = by_hand(rows[:3], row[:3], ["revolute"] * 3, modified=key == "mdh")
+        last = by_hand(rows[3:], row[3:], ["revolute"] * 3, modified=key == "mdh")
+        assert np.abs(matrix @ first @ matrix @ last @ matrix @ shift(0, 0, 0.05) - pose).max() < 1e-12
+    assert [joint.name for joint in arm.moving] == [joint.name for joint in plain.moving]
+
+
 def test_both_conventions_describe_the_same_ur5e():
     """The modified table of an arm is its standard one with a and alpha moved on by a row; both stand alike in every joint and at the tool."""
     rows = standard_rows()

@@ -45,22 +45,25 @@ class Row(Part):
 _STAND_IN: Final = Row(a=1.0, alpha=0.0, d=1.0, theta=0.0)
 
 
-def standard(rows: Sequence[Row]) -> list[tuple[Place, Place]]:
+def standard(rows: Sequence[Row | None]) -> list[tuple[Place, Place]]:
     """Where does each joint sit in the link before, and where does its link lead? (origin, tip) per row of standard values; axes along z."""
-    return [(Place(rpy=(0.0, 0.0, row.theta)), Place(xyz=(row.a, 0.0, row.d), rpy=(row.alpha, 0.0, 0.0))) for row in rows]
+    stated = (row for row in rows if row is not None)
+    return [(Place(rpy=(0.0, 0.0, row.theta)), Place(xyz=(row.a, 0.0, row.d), rpy=(row.alpha, 0.0, 0.0))) for row in stated]
 
 
-def modified(rows: Sequence[Row]) -> list[tuple[Place, Place]]:
+def modified(rows: Sequence[Row | None]) -> list[tuple[Place, Place]]:
     """Where does each joint sit in the link before, and where does its link lead? (origin, tip) per row of modified values; axes along z.
 
-    Row i's a and alpha describe link i-1, so they go into its tip, and every link is the body between two joints; the first row's go
-    into the first joint's origin, for want of a link before it.
+    Row i's a and alpha describe link i-1, so they go into its tip, and every link is the body between two joints; the first row's, and those of
+    a row behind a joint without one (None), go into its own joint's origin, for want of a link before it that is a row's.
     """
     out = []
     for index, row in enumerate(rows):
+        if row is None:
+            continue
         after = rows[index + 1] if index + 1 < len(rows) else None
         origin = Place(rpy=(0.0, 0.0, row.theta))
-        if index == 0:
+        if index == 0 or rows[index - 1] is None:
             origin = Place(xyz=(row.a, 0.0, 0.0), rpy=rpy_of((turn((1, 0, 0), row.alpha) @ turn((0, 0, 1), row.theta))[:3, :3]))
         tip = Place(xyz=(after.a, 0.0, row.d), rpy=(after.alpha, 0.0, 0.0)) if after else Place(xyz=(0.0, 0.0, row.d))
         out.append((origin, tip))
@@ -79,25 +82,32 @@ _CONVENTIONS: Final = {"dh": standard, "mdh": modified}
 
 
 def place_by_rows(draft: Draft) -> None:
-    """Replace the rows of a draft's joints by origins and tips; note rows that are wrong, mixed, or say what other keys say too."""
+    """Replace the rows of a draft's joints by origins and tips; note rows that are wrong, mixed, or say what other keys say too.
+
+    A fixed joint may stand beside them without a row, with origin and link of its own: a flange, a plate, a sensor.
+    """
     keys = [key for key in DH_KEYS if any(key in joint for _, joint in draft.joints)]
     if not keys:
         return
     convention = keys[0]
-    rows = []
+    rows: list[Row | None] = []
     for index, joint in draft.joints:
         stated = [key for key in DH_KEYS if key in joint]
+        if not stated and joint.get("type") == "fixed":
+            rows.append(None)
+            continue
         if stated != [convention]:
             found = " and ".join(stated) or "no row"
             draft.refuse(
                 ("joints", index),
                 f"{found}, where another joint has {convention}",
-                "the same one key for all joints of an arm",
+                "the same one key for all joints of an arm that move",
                 DH_EXAMPLES[convention],
             )
         rows.append(_row(draft, index, {key: joint.pop(key) for key in stated}))
         _refuse_said_twice(draft, index, joint, convention)
-    for (_, joint), (origin, tip) in zip(draft.joints, _CONVENTIONS[convention](rows), strict=True):
+    having = [joint for (_, joint), row in zip(draft.joints, rows, strict=True) if row is not None]
+    for joint, (origin, tip) in zip(having, _CONVENTIONS[convention](rows), strict=True):
         rename_assumed(joint, {convention: "origin"})
         joint["origin"] = origin
         link = joint.setdefault("link", {})

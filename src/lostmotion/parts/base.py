@@ -15,6 +15,7 @@ from lostmotion.parts.place import Vector
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
 from lostmotion.parts.source import (
+    Angle,
     AngleDim,
     AngularStiffness,
     Condition,
@@ -68,6 +69,7 @@ class Tracks(Sourced):
 class Base(Sourced, ErrorSource):
     """The ground, chassis or table under the arm.
 
+    xyz, rpy      where the arm stands on it: the frame that the first joint's origin is seen from, as in an origin
     roll, pitch   tilt about the base's x, then y axis; the nominal turns gravity, the tolerance is what nobody measured
     tilt_varies   "robot": the arm is set down once; "visit": a mobile base stands differently every time
     angular_stiffness, linear_stiffness  of the mount about and along x, y, z; left out: rigid
@@ -78,6 +80,8 @@ class Base(Sourced, ErrorSource):
     it is the tilt times what the arm gives under its whole weight, small beside the tilt times its reach (tests/parts/test_base.py).
     """
 
+    xyz: Vector = (0.0, 0.0, 0.0)
+    rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     roll: AngleDim = Toleranced(0.0)
     pitch: AngleDim = Toleranced(0.0)
     tilt_varies: Literal["robot", "visit"] = "robot"
@@ -95,6 +99,11 @@ class Base(Sourced, ErrorSource):
         if len(stated) > 1:
             raise refuse_section(" beside ".join(stated), "one of them", 'compliance = "mount.csv"')
         return self
+
+    @functools.cached_property
+    def foot(self) -> Floats:
+        """Give the frame that the arm stands in, as a pose (4, 4) seen from the base."""
+        return pose_of(self.xyz, self.rpy)
 
     @functools.cached_property
     def tilt(self) -> Floats:

@@ -34,8 +34,8 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     """Where is the tool, `frames(arm, q)[-1]` (pose, 4, 4) to rounding, and how does each joint move it, `jacobian(arm, q)`?"""
     values = np.ascontiguousarray(as_poses(arm, q))
     fixed, way = [], np.eye(4)
-    for joint in arm.joints:
-        way = way @ joint.origin.pose
+    for seat, joint in zip(arm.seats, arm.joints, strict=True):
+        way = way @ seat
         if not isinstance(joint, FixedJoint):
             fixed.append(way)
             way = np.eye(4)
