@@ -27,6 +27,7 @@ class Figure:
 
     stated: it was given, not computed: printed as it stands, to four digits, without zeros behind it.
     bound: the true value is no larger ("upper"), or no smaller ("lower").
+    words: what stands in the cell in place of a number.
     """
 
     value: float
@@ -37,12 +38,15 @@ class Figure:
     ends: str = "95 % interval"
     stated: bool = False
     bound: Literal["", "upper", "lower"] = ""
+    words: str = ""
 
     def __str__(self) -> str:
         """Return value and unit as text, to the digits that its interval supports (see `_places`); a bound with its sign."""
         return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._said()
 
     def _said(self) -> str:
+        if self.words:
+            return self.words
         unit = "" if self.unit == "1" else self.unit
         if isinstance(self.value, Integral):  # counted, not measured
             return f"{self.value} {unit}".strip()
@@ -230,4 +234,5 @@ def _plain(name: str, figure: Figure, seed: int | None) -> dict[str, Any]:
         "samples": figure.samples,
         "seed": seed,
         **({"bound": figure.bound} if figure.bound else {}),
+        **({"words": figure.words} if figure.words else {}),
     }

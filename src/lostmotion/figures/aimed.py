@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.sizing.aimed import Aimed, Bought
     from lostmotion.studies.sizing.candidates import Candidate
 
@@ -27,20 +30,21 @@ _WORDS: Final = (
 def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
     """What is there to say about an arm whose parts were chosen for a target?"""
     counted = f"{len(found.poses)} poses x {found.counts.robots} robots x {found.counts.visits} visits, seed {found.counts.seed}"
+    known = states(found.sized)
     small = "{} poses x {} robots x {} visits".format(*found.small) + f", seed {found.counts.seed}"
     return Sheet(
         name=found.arm.name,
         subject="parts for a target on the tool",
-        verdict=_verdict(found),
+        verdict=" ".join([_verdict(found, known), *caveats(known)]),
         cards=tuple(_cards(found)),
-        sections=tuple(section for section in _sections(found, counted, small) if section.rows),
+        sections=(*(section for section in _sections(found, counted, small) if section.rows), *provenance_sections(known)),
         counts=f"search at {found.searched} poses; full study: {counted}",
         warnings=overload_warnings(overloads(found.sized)),
         notes=(*found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version and seed give the same bytes.",
         seed=found.counts.seed,
-        facts=_facts(found),
+        facts={**_facts(found), **provenance_facts(known)},
     )
 
 
@@ -87,17 +91,17 @@ def name_of(each: Bought, candidate: Candidate) -> str:
     return f"{each.slot.present.name}, as it is" if candidate.part is None else candidate.name
 
 
-def _verdict(found: Aimed) -> str:
-    target = length(found.target, stated=True)
+def _verdict(found: Aimed, known: States) -> str:
+    target, error = length(found.target, stated=True), at_least(_estimate(found.error), known)
     if not found.holds:
-        text = f"No allocation was found whose 95 % error is within {target}: the nearest has {_estimate(found.error)} ({_interval(found.error)})."
+        text = f"No allocation was found whose 95 % error is within {target}: the nearest has {error} ({_interval(found.error)})."
         gain = max(found.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
         if not found.allowed:
             text = "With these candidates no allocation is allowed: a reducer is rated below what its joint holds, or a link bends beyond its limits."
         elif gain is not None:
             text += f" Most binds {gain[0]}: halving its errors would take {_estimate(gain[1])} off the 95 % error."
         return text
-    text = f"95 % of all errors stay below {_estimate(found.error)} ({_interval(found.error)}), within the target of {target}; as stated it is"
+    text = f"95 % of all errors stay below {error} ({_interval(found.error)}), within the target of {target}; as stated it is"
     text += f" {_estimate(found.error_before)}."
     text += f" The chosen parts come to {_kg(found.mass)}, now {_kg(found.mass_before)}"
     if priced(found):

@@ -13,8 +13,10 @@ from lostmotion.figures.budget import asked_sections, by_level_sections, halved_
 from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, ideal_said, provenance_facts, provenance_sections
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.studies.montecarlo import kernel
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.montecarlo.montecarlo import Sampled
     from lostmotion.studies.poses import Poses
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.route import FoundInZone
 
 _UNKNOWN: Final = "not normal here: use Monte Carlo"
@@ -51,7 +54,7 @@ def analytic_sheet(
 
     blame: who is to blame over all poses; places: at every pose and in every zone that was asked about.
     """
-    section = analytic_section(arm, poses, found, whole)
+    section, known = analytic_section(arm, poses, found, whole), states(arm)
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
     told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
@@ -61,34 +64,49 @@ def analytic_sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
-        verdict=_verdict(told, dearest, blame),
-        cards=tuple(_cards(section, told, dearest)),
-        sections=(section, *in_zones, levels_section(blame), *by_level_sections(blame), *halved, *asked_sections(places)),
+        verdict=_verdict(told, dearest, blame, known),
+        cards=bounded_cards(_cards(section, told, dearest), known, ("95 % of", "mean", "root", "worst")),
+        sections=(
+            section,
+            *in_zones,
+            levels_section(blame),
+            *by_level_sections(blame),
+            *halved,
+            *asked_sections(places),
+            *provenance_sections(known),
+        ),
         warnings=overload_warnings(overloads(arm, poses)),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn, except to see what halving takes off",
         arrays="what was found for every pose",
-        facts={"arm": arm.name, "method": "analytic", "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates}},
+        facts={
+            "arm": arm.name,
+            "method": "analytic",
+            "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
+            **provenance_facts(known),
+        },
     )
 
 
-def _verdict(told: dict[str, Figure], dearest: Cost | None, blame: Budget) -> str:
+def _verdict(told: dict[str, Figure], dearest: Cost | None, blame: Budget, known: States) -> str:
     """Say how far off the tool is, over all poses ("") and in each zone, and which part is dearest."""
     said = []
     for zone, figure in told.items():
         where = f"In the zone {zone} expect 95 % within" if zone else "Expect 95 % of positions within"
         if math.isfinite(figure.value):
-            said.append(f"{where} {figure} ({figure.between}).")
+            ideal = "" if zone else ideal_said(known)
+            within = f"{figure} ({figure.between})"
+            said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"{where} {at_least(within, known)}.")
         else:
             here = f" in the zone {zone}" if zone else ""
             said.append(f"Without sampling the 95 % error{here} is not told, for the error is too far from normal; {_REMEDY}.")
     if not math.isfinite(told[""].value):
-        said.append(f"The root mean square over all poses is {length(blame.rms)}.")
+        said.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
     if dearest is not None:
         share = Figure(100 * dearest.share, "%")
         said.insert(1, f"The dearest part is {dearest.part.removeprefix('joints.')} with {share} of the mean-square error.")
-    return " ".join(said)
+    return " ".join([*said, *assumed_said(known)])
 
 
 def _cards(section: Section, told: dict[str, Figure], dearest: Cost | None) -> list[Card]:

@@ -10,9 +10,11 @@ from lostmotion.figures.error import described_pose, error_section, iso_section
 from lostmotion.figures.first_order import checked, judged, share_left_out
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, ideal_said, provenance_facts, provenance_sections, repeats_said
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.causes import NEXT
 from lostmotion.studies.statics.overload import overloads
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.route import FoundInZone
 
 # What the words mean, for whoever reads the report without the manual.
@@ -36,19 +39,21 @@ _WORDS: Final = (
     ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others, so that the arm would be worse without it."),
     ("first order", "errors are small and are added up. Composing a sample of them exactly shows what that leaves out."),
 )
+# Cards that are lower bounds where joints are taken as perfect.
+_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
 
 
 def sheet(answer: Answer) -> Sheet:
     """What is there to say about a study? All of it, in reading order."""
-    found = tuple(sections(answer))
+    found, known = tuple(sections(answer)), states(answer.arm)
     sampled, poses = answer.sampled, answer.poses
     said = Sheet(
         name=answer.arm.name,
         subject="predicted accuracy",
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
-        verdict=_verdict(found, answer),
-        cards=tuple(_cards(found, answer)),
-        sections=found,
+        verdict=_verdict(found, answer, known),
+        cards=bounded_cards(_cards(found, answer), known, _ERRORS),
+        sections=(*found, *provenance_sections(known)),
         warnings=overload_warnings(overloads(answer.arm, answer.poses)),
         notes=answer.arm.remarks,
         words=_WORDS,
@@ -63,6 +68,7 @@ def sheet(answer: Answer) -> Sheet:
             "visits": sampled.visits,
             "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",
             **_zone_facts(answer),
+            **provenance_facts(known),
         },
     )
     return checked(said, sampled.exact, _q95(answer))
@@ -183,25 +189,28 @@ def _check(answer: Answer) -> Section:
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _verdict(found: Sequence[Section], answer: Answer) -> str:
+def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     """Say in a sentence or three what the user asked: how far off, which part is dearest, how well it repeats."""
     error = find_row(found, "error", "95 % below")
     said = []
     if error is not None:
         figure = error.figures[0]
-        said.append(f"Expect 95 % of positions within {figure}{f' ({figure.interval})' if figure.interval else ''}.")
+        within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
+        ideal = ideal_said(known)
+        said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {within}.")
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
         said.append(f"The dearest part is {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
     repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
     if repeats is not None:
-        said.append(f"95 % of the robots built repeat within {repeats.figures[0]}.")
+        said.append(repeats_said(str(repeats.figures[0]), known))
     for zone, row in _in_zones(found, answer):
         inside = row.figures[0]
-        said.append(f"In the zone {zone.name} expect 95 % within {inside}{f' ({inside.interval})' if inside.interval else ''}.")
+        said.append(f"In the zone {zone.name} expect 95 % within {at_least(inside, known)}{f' ({inside.interval})' if inside.interval else ''}.")
     if answer.stopping is not None:
         said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
     said += [f"{sentence}." for sentence in stopped_in(answer.zones)]
+    said += assumed_said(known)
     return " ".join(said)
 
 

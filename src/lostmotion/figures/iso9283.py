@@ -10,10 +10,12 @@ import numpy as np
 from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.first_order import checked, failure, judged
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.iso9283.measured import Measured
     from lostmotion.studies.iso9283.predicted import LoadSheet, Predicted
     from lostmotion.studies.iso9283.warm_up import Drift
+    from lostmotion.studies.provenance import States
 
 _AXES: Final = ("x", "y", "z", "a", "b", "c")
 # Of an arcmin: below it seconds are read more easily.
@@ -89,12 +92,15 @@ def iso_sheet(
     verdict: list[str] = []
     facts: dict[str, Any] = {}
     counted: list[str] = []
+    about: tuple[Section, ...] = ()
     name = "Measured robot"
     if predicted is not None:
         sections += _predicted(predicted, drifted)
-        cards += _cards(predicted)
-        verdict.append(_verdict(predicted))
-        facts |= _facts(predicted)
+        cards += bounded_cards(_cards(predicted), states(predicted.arm), ("RP_l", "AP_p"))
+        known = states(predicted.arm)
+        verdict.append(_verdict(predicted, known))
+        facts |= {**_facts(predicted), **provenance_facts(known)}
+        about = provenance_sections(known)
         counted.append(f"{predicted.robots} robots x {predicted.cycles} cycles x 5 poses, seed {predicted.seed}")
         failed = failure(predicted.check, predicted.check.length)
         name, notes = (
@@ -115,7 +121,7 @@ def iso_sheet(
         subject="ISO 9283 sheet",
         verdict=" ".join(verdict),
         cards=tuple(cards),
-        sections=tuple(sections),
+        sections=(*sections, *about),
         counts="; ".join(counted),
         warnings=() if predicted is None else overload_warnings(overloads(predicted.arm)),
         notes=notes,
@@ -167,16 +173,17 @@ def _percent(load: float) -> str:
     return f"{100 * load:.0f} % of the payload"
 
 
-def _verdict(found: Predicted) -> str:
+def _verdict(found: Predicted, known: States) -> str:
     sheet = found.loads[0]
     repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
     fitted, either = over_robots(sheet.fitted.max(axis=0)).high, over_robots(sheet.from_any_side.max(axis=0)).high
-    return (
-        f"Of the arms built to this design 95 % will repeat within {of(repeat)} "
+    text = (
+        f"Of the arms built to this design 95 % will repeat within {at_least(of(repeat), known)} "
         f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {of(either)} where joints arrive from either side). "
-        f"In 95 % of them the average of an arm's visits will lie within {of(accurate)} of the commanded point "
+        f"In 95 % of them the average of an arm's visits will lie within {at_least(of(accurate), known)} of the commanded point "
         f"(AP_p at its worst pose; {of(fitted)} with best-fit frames)."
     )
+    return " ".join([text, *caveats(known)])
 
 
 def _cards(found: Predicted) -> list[Card]:

@@ -10,6 +10,17 @@ from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length
 from lostmotion.figures.budget import REMEDIES, SURE
 from lostmotion.figures.first_order import failed, failure, judged, share_left_out, unsure
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import (
+    assumed_said,
+    at_least,
+    bounded_cards,
+    caveats,
+    ideal_said,
+    provenance_facts,
+    provenance_sections,
+    repeats_said,
+)
+from lostmotion.studies.provenance import states
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,6 +31,7 @@ if TYPE_CHECKING:
     from lostmotion.runs.replay import Replay
     from lostmotion.runs.summary import Outcome, Worst
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.statics.overload import Overload
 
 LEVEL: Final = 0.95
@@ -103,20 +115,21 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     if len(outcomes) > 1:
         sections.append(_differences(order, chosen, counted))
     sections += [_parts(order, chosen), _levels(order, chosen), _extremes(order, outcomes, counted), _check(order, chosen)]
+    known = states(arm)
     each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
     return Sheet(
         name=arm.name,
         subject="a sweep of designs" if len(outcomes) > 1 else "a big run",
-        verdict=" ".join([*wrong, *([_verdict(order, sound)] if sound else [])]),
-        cards=tuple(_cards(order, sound, outcomes)),
-        sections=tuple(sections),
+        verdict=" ".join([*wrong, *([_verdict(order, sound, known)] if sound else [])]),
+        cards=bounded_cards(_cards(order, sound, outcomes), known, ("best: 95 %", "worst: 95 %", "95 % of")),
+        sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
         warnings=_overloaded(order, outcomes),
         notes=arm.remarks,
         words=_WORDS,
         source=_source(order, counted),
         seed=order.seed,
-        facts=_facts(arm, order, outcomes),
+        facts={**_facts(arm, order, outcomes), **provenance_facts(known)},
     )
 
 
@@ -260,16 +273,21 @@ def _arriving(order: Order) -> str:
     )
 
 
-def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
+def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
     best, worst = ranked[0], ranked[-1]
     best_said, worst_said = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
-        repeats = f" 95 % of the robots built repeat within {_of(best.rp[1], '')}." if best.rp is not None else ""
-        return f"Expect 95 % of positions within {best_said} ({best_said.interval or 'no interval'}).{repeats}"
-    return (
-        f"Of {several(len(ranked), 'design')} the most accurate is {design_said(order, best.design)}: 95 % of positions within {best_said}. "
-        f"The least is {design_said(order, worst.design)}: {worst_said}."
+        repeats = f" {repeats_said(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
+        within = f"{best_said} ({best_said.interval or 'no interval'})"
+        ideal = ideal_said(known)
+        text = f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {within}."
+        return " ".join([text + repeats, *assumed_said(known)])
+    text = (
+        f"Of {several(len(ranked), 'design')} the most accurate is {design_said(order, best.design)}: "
+        f"95 % of positions within {at_least(best_said, known)}. "
+        f"The least is {design_said(order, worst.design)}: {at_least(worst_said, known)}."
     )
+    return " ".join([text, *caveats(known)])
 
 
 def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) -> list[Card]:

@@ -9,14 +9,17 @@ import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.parts.family import said
 from lostmotion.parts.section import Sized
+from lostmotion.studies.provenance import states
 from lostmotion.studies.sizing.sizing import PAPER
 from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from typing import Any
 
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.sizing.sizing import LinkSize, Sizing
 
 _BINDS: Final = ("slope", "deflection")
@@ -36,19 +39,20 @@ _WORDS: Final = (
 def sizing_sheet(found: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
     """What is there to say about an arm whose links were sized?"""
     given = f", {found.given} given" if found.given else ""
+    known = states(found.sized)
     counted = f"{len(found.q)} poses: {len(found.poses)} {found.poses.law}{given}, {found.corners} corners, {_climbed(found)} climbed to"
     return Sheet(
         name=found.arm.name,
         subject="sections of its links",
-        verdict=_verdict(found),
+        verdict=_verdict(found, known),
         cards=tuple(_cards(found)),
-        sections=(_sections(found), _bending(found, counted), _loads(found), _trade(found), _afresh(found)),
+        sections=(_sections(found), _bending(found, counted), _loads(found), _trade(found), _afresh(found), *provenance_sections(known)),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {math.degrees(found.tilt):.3g}°"),
         warnings=overload_warnings(overloads(found.sized)),
         notes=(*found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version, poses, seed and limits give the same bytes.",
-        facts=_facts(found),
+        facts={**_facts(found), **provenance_facts(known)},
     )
 
 
@@ -98,13 +102,13 @@ def _missed(found: Sizing, link: LinkSize) -> str:
     return f"{link.joint}: {which}, {share:.3g} times its limit of {limit}, at {pose_said(found, link.index)}"
 
 
-def _verdict(found: Sizing) -> str:
+def _verdict(found: Sizing, known: States) -> str:
     before, after = _masses(found)
     failing = [link for link in found.links if not link.holds]
     if failing:
         return f"The limits cannot be held with the sections allowed ({_limits(found)}). {'; '.join(_missed(found, link) for link in failing)}."
     text = f"The links come to {_kg(after)}, now {_kg(before)}, with {_limits(found)} held at the worst pose of each."
-    text += f" The r.m.s. tool error goes from {length(found.rms_before)} to {length(found.rms)}."
+    text += f" The r.m.s. tool error goes from {at_least(length(found.rms_before), known)} to {at_least(length(found.rms), known)}."
     if all(link.binds == 0 for link in found.links):
         text += " Slope binds at every link."
     wide = next(trade for trade in found.trade if trade.scale == _WIDE)
@@ -112,7 +116,7 @@ def _verdict(found: Sizing) -> str:
         more = 100 * (wide.rms / found.rms - 1)
         change = f"{abs(more):.2g} % {'larger' if more > 0 else 'smaller'}"
         text += f" Limits twice as wide would take {_kg(after - wide.mass)} more off the links and make the error {change}."
-    return text
+    return " ".join([text, *caveats(known)])
 
 
 def _cards(found: Sizing) -> list[Card]:

@@ -11,6 +11,14 @@ from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Wanted, figures_of, search
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import (
+    NOT_DESCRIBED,
+    at_least,
+    caveats,
+    provenance_facts,
+    provenance_sections,
+)
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.causes import CAUSES
 from lostmotion.studies.statics.overload import overloads
 
@@ -19,6 +27,7 @@ if TYPE_CHECKING:
 
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.spatial import Floats
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.statics.statics import Asked, Node
     from lostmotion.studies.statics.survey import Survey
 
@@ -42,14 +51,15 @@ def statics_sheet(found: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
     """What is there to say about an arm that stands still? `own` are a user's reducers, which are looked through as well."""
     counted = f"{len(found.poses)} poses, {found.poses.law}"
     sections = [_torques(found, counted), _causes(found, counted), _reducers(found, own), _bearings(found, counted)]
+    known = states(found.arm)
     if found.parts:
         sections += [_map(found, counted), _ellipsoid(found), _shares(found, counted)]
     return Sheet(
         name=found.arm.name,
         subject="statics and compliance",
-        verdict=_verdict(found),
+        verdict=_verdict(found, known),
         cards=tuple(_cards(found)),
-        sections=tuple(sections),
+        sections=(*sections, *provenance_sections(known)),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {_degrees(found.tilt)}"),
         warnings=overload_warnings(overloads(found.arm, found.poses)),
         notes=(*found.arm.remarks, *_rigid(found), *_doubts(found)),
@@ -59,6 +69,7 @@ def statics_sheet(found: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
             "arm": found.arm.name,
             "poses": {"count": len(found.poses), "law": found.poses.law},
             "tilt_rad": found.tilt,
+            **provenance_facts(known),
             **({"compliance_at_softest_pose": _matrix(found)} if found.parts else {}),
         },
     )
@@ -122,7 +133,7 @@ def _stiffness(value: float, samples: str = "") -> Figure:
     return Figure(1e-6 / value if value else math.inf, "N/µm", samples=samples)
 
 
-def _verdict(found: Survey) -> str:
+def _verdict(found: Survey, known: States) -> str:
     turning = [node for node in found.nodes if node.unit == "N m"]
     said = []
     if turning:
@@ -133,12 +144,12 @@ def _verdict(found: Survey) -> str:
     if found.parts:
         part = found.parts[int(found.worst_shares.argmax())].removeprefix("joints.")
         said.append(
-            f"Where it is softest the arm gives {_micro_per_newton(float(found.softest[found.worst]))}; "
+            f"Where it is softest the arm gives {at_least(_micro_per_newton(float(found.softest[found.worst])), known)}; "
             f"{part} has {100 * found.worst_shares.max():.0f} % of it on average over directions."
         )
     if found.sag is not None and found.parts:
-        said.append(f"The payload's weight moves the tool by up to {length(float(found.sag.max()))}.")
-    return " ".join(said)
+        said.append(f"The payload's weight moves the tool by up to {at_least(length(float(found.sag.max())), known)}.")
+    return " ".join([*said, *(caveats(known) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
 
 
 def _cards(found: Survey) -> list[Card]:

@@ -10,6 +10,8 @@ import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.targets.allocation import Joint
     from lostmotion.studies.targets.items import Item, Size
     from lostmotion.studies.targets.production import Judged, Yield
@@ -53,19 +56,20 @@ def targets_sheet(found: Targets) -> Sheet:
     where = f" in {found.zone}" if found.zone else ""
     counted = f"{several(found.robots, 'robot')} x {several(found.visits, 'visit')} x {several(len(found.poses), 'pose')}{where}, seed {found.seed}"
     sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_any(found), *_together(found), _yield(found)]
+    known = states(found.arm)
     return Sheet(
         name=found.arm.name,
         subject="what a target asks of its parts",
-        verdict=_verdict(found),
+        verdict=_verdict(found, known),
         cards=tuple(_cards(found)),
-        sections=tuple(sections),
+        sections=(*sections, *provenance_sections(known)),
         counts=counted,
         warnings=overload_warnings(overloads(found.arm)),
         notes=(*found.arm.remarks, *_remarks(found)),
         words=_WORDS,
         source=f"seed {found.seed}: {counted}, {found.poses.law}. The same arm, version, seed, counts and target give the same bytes.",
         seed=found.seed,
-        facts=_facts(found),
+        facts={**_facts(found), **provenance_facts(known)},
     )
 
 
@@ -287,12 +291,12 @@ def yield_figure(one: Yield) -> Figure:
     )
 
 
-def _verdict(found: Targets) -> str:
+def _verdict(found: Targets, known: States) -> str:
     now = _of(found.now)
     said = (
-        f"{100 * found.share:g} % of positions are within {now}"
+        f"{100 * found.share:g} % of positions are within {at_least(now, known)}"
         if found.kind == "error"
-        else f"{100 * found.share:g} % of robots repeat within {now}"
+        else f"{100 * found.share:g} % of robots repeat within {at_least(now, known)}"
     )
     said += f"{f' ({now.interval})' if now.interval else ''}: the target of {_target(found)} is {'kept' if kept(found) else 'missed'}."
     if found.equal_factor is not None:
@@ -311,7 +315,7 @@ def _verdict(found: Targets) -> str:
         if kinds := ordered(found.kinds):
             said += f" One cause in all parts of a kind would do: {kinds[-1].item.name} ({now_sized(kinds[-1].item)} to {_plain(kinds[-1])})."
     first = yield_figure(found.yields[0])
-    return f"{said} {first} of the robots built keep it ({first.interval})."
+    return " ".join([f"{said} {first} of the robots built keep it ({first.interval}).", *caveats(known)])
 
 
 def _plain(each: Allowed) -> Figure:

@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.figures.zones_places import boxes_said, in_box, places_facts, places_section
 from lostmotion.figures.zones_said import (
     SAME,
@@ -25,6 +26,7 @@ from lostmotion.figures.zones_said import (
     unit_said,
     whole,
 )
+from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
 
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.spatial import Floats
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.zones.zones import Zones
 
 # Shares of the workspace for which the error that they stay within is told.
@@ -56,13 +59,16 @@ _WORDS: Final = (
 
 def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
     """What is there to say about an accuracy map, with slices through the point `at` (3,), m?"""
+    known = states(found.arm)
     return Sheet(
         name=found.arm.name,
         subject="accuracy map",
-        verdict=_verdict(found),
-        cards=tuple(_cards(found)),
+        verdict=_verdict(found, known),
+        cards=bounded_cards(_cards(found), known, (level_said(found), "most accurate", "best place")),
         sections=tuple(
-            section for section in (_map(found), _within(found), places_section(found), _budget(found), _reach(found)) if section is not None
+            section
+            for section in (_map(found), _within(found), places_section(found), _budget(found), _reach(found), *provenance_sections(known))
+            if section is not None
         ),
         counts=f"{several(int(np.isfinite(found.shown).sum()), 'cell')} of {edge_said(found)}, {per_cell_said(found)}",
         warnings=overload_warnings(overloads(found.arm)),
@@ -72,7 +78,7 @@ def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
         "The same file, version, seed and options give the same bytes.",
         arrays="the map, cell by cell",
         seed=found.seed,
-        facts=_facts(found),
+        facts={**_facts(found), **provenance_facts(known)},
     )
 
 
@@ -81,18 +87,19 @@ def _drawn(found: Zones) -> str:
     return "cells reached at their middle" if afresh is None else f"{len(afresh.points)} of {afresh.drawn} points drawn around are in reach"
 
 
-def _verdict(found: Zones) -> str:
+def _verdict(found: Zones, known: States) -> str:
     least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
     text = f"By the {by_said(found)}, {level_said(found)} of positions lie within "
     if str(least) == str(most):
-        text += f"{at_most(least)} in every cell."
+        text += f"{at_least(at_most(least), known)} in every cell."
     else:
-        text += f"{at_most(middle)} in the median cell, {at_most(least)} in the most accurate one and {at_most(most)} in the least accurate one."
+        text += f"{at_least(at_most(middle), known)} in the median cell, {at_most(least)} in the most accurate one"
+        text += f" and {at_most(most)} in the least accurate one."
     if found.within is not None:
         text += f" {_share_said(found, found.within.target)}"
     if found.boxes is not None:
         text += " " + boxes_said(found.boxes, found)
-    return text
+    return " ".join([text, *caveats(known)])
 
 
 def _over_shown(found: Zones, what: Callable[[Floats], float]) -> Figure:

@@ -1,0 +1,107 @@
+"""What is known of each joint, as a person reads it: the table of states, the assumed values, and what the headline says of both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.figures import Card, Figure, Row, Section, several
+from lostmotion.studies.provenance import KINDS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lostmotion.studies.provenance import AssumedValue, JointStates, States
+
+NOT_DESCRIBED: Final = "no error source is described, so no accuracy can be predicted"
+# Columns in a word or two, so that the table fits on a screen.
+_HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
+_MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
+
+
+def provenance_sections(known: States) -> tuple[Section, ...]:
+    """Return the table of states, one line per joint, and the assumed values where there are some."""
+    return (_states_section(known), *(_assumed_section(known.assumed) if known.assumed else ()))
+
+
+def provenance_facts(known: States) -> dict[str, Any]:
+    """Return what result.json holds of the states: of every joint by kind, of the base, and every assumed value."""
+    return {
+        "states": {
+            "described": known.described,
+            "ideal_joints": list(known.ideal_joints),
+            "joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.joints],
+            "fixed_joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.fixed],
+            "base": dict(known.base),
+            "assumed": [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in known.assumed],
+        }
+    }
+
+
+def at_least(text: object, known: States) -> str:
+    """Return a figure of the headline, as a lower bound where some joints are taken as perfect."""
+    return f"at least {text}" if known.ideal_joints else str(text)
+
+
+def repeats_said(repeats: str, known: States) -> str:
+    """Return the sentence about repeatability, as a lower bound where some joints are taken as perfect."""
+    if known.ideal_joints:
+        return f"RP is at least {repeats} for 95 % of the robots built."
+    return f"95 % of the robots built repeat within {repeats}."
+
+
+def ideal_said(known: States) -> str:
+    """Return the clause that names the joints that are taken as perfect; empty where there are none."""
+    return f"nothing is described for {', '.join(known.ideal_joints)} (taken as perfect)" if known.ideal_joints else ""
+
+
+def caveats(known: States) -> list[str]:
+    """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
+    ideal = ideal_said(known)
+    return [*([f"{ideal[0].upper()}{ideal[1:]}: errors are at least these."] if ideal else []), *assumed_said(known)]
+
+
+def assumed_said(known: States) -> list[str]:
+    """Return the sentence of the headline that counts the assumed values; none where there are none."""
+    count = len(known.assumed)
+    return [f"This rests on {several(count, 'assumed value')}, see the table."] if count else []
+
+
+def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
+    """Return cards, those whose title begins with one of `bounded` as lower bounds where some joints are taken as perfect."""
+    if not known.ideal_joints:
+        return tuple(cards)
+    return tuple(
+        replace(card, number=f"≥ {card.number.removeprefix('≥ ')}") if card.title.startswith(tuple(bounded)) and card.number[:1].isdigit() else card
+        for card in cards
+    )
+
+
+def _states_section(known: States) -> Section:
+    lines = (*known.joints, *known.fixed)
+    shown = [kind for kind in KINDS if any(each.states.get(kind, "ideal") != "ideal" for each in lines)]
+    left = [kind for kind in KINDS if kind not in shown]
+    rows = tuple(Row(each.joint, tuple(_cell(each, kind) for kind in shown)) for each in lines)
+    notes = [_MEANING]
+    if left:
+        notes.append(f"ideal for every joint: {', '.join(left)}")
+    notes.append("base: " + ", ".join(f"{kind} {state}" for kind, state in known.base.items()))
+    return Section("states", "What is known of each joint", tuple(_HEADS.get(kind, kind) for kind in shown), rows, "; ".join(notes))
+
+
+def _cell(line: JointStates, kind: str) -> Figure:
+    return Figure(math.nan, "1", words=line.states.get(kind, "-"))
+
+
+def _assumed_section(assumed: Sequence[AssumedValue]) -> tuple[Section]:
+    """Return the assumed values, those of one part with one reason in a line."""
+    together: dict[tuple[str, str, str], list[str]] = {}
+    for each in assumed:
+        together.setdefault((each.owner.removeprefix("joints."), each.reason, each.source), []).append(each.key)
+    rows = tuple(
+        Row(owner, (Figure(len(keys), "1"),), f"{', '.join(keys)}: {reason}" + (f"; {source}" if source else ""))
+        for (owner, reason, source), keys in together.items()
+    )
+    note = "a part that several joints share is listed under the first of them"
+    return (Section("assumed", "Assumed values", ("values",), rows, note),)
