@@ -113,7 +113,7 @@ def test_a_rigid_arm_has_a_sheet_without_compliance():
     arm = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0})])
     surveyed = survey(arm, lostmotion.sample_poses(arm, 16))
     sheet = statics_sheet(surveyed)
-    assert [section.key for section in sheet.sections] == ["torques", "causes", "reducers", "bearings"]
+    assert [section.key for section in sheet.sections] == ["torques", "causes", "reducers", "bearings", "states"]
     assert "rigid" in sheet.notes[-1]
     assert [plot.key for plot in statics_plots(surveyed)] == ["causes"]
 
@@ -131,7 +131,7 @@ def test_a_study_tells_bending_by_cause(found):
         np.testing.assert_allclose(np.sum(parts, axis=0), rows[joint], rtol=1e-9)
     (plot,) = [plot for plot in arm_plots(study) if plot.key == "bending"]
     np.testing.assert_allclose(np.sum([bar.x for bar in plot.figure.data], axis=0), [rows[name][0] for name in ("O", "A", "B", "roll")], rtol=1e-9)
-    rigid = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0})])
+    rigid = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0, "rigid": True})])
     study = lostmotion.study(rigid, 16, robots=2, visits=2)
     assert "bending" not in [section.key for section in sections(study)]
     assert "bending" not in [plot.key for plot in arm_plots(study)]

@@ -42,6 +42,11 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
                 screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
         if section.note:
             screen.print(Text(section.note, style="dim"))
+    _print_answer(sheet, screen)
+
+
+def _print_answer(sheet: Sheet, screen: Console) -> None:
+    """Print the notes, the warnings, the answer, and lines to copy."""
     for note in sheet.notes:
         screen.print(Text(f"note: {note}", style="yellow"))
     if sheet.verdict or sheet.warnings:
@@ -50,6 +55,9 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
         screen.print(Text(f"warning: {warning}", style="bold red"))
     if sheet.verdict:
         screen.print(Text(sheet.verdict, style="bold"))
+    if sheet.lines:
+        screen.print(Text(f"\n{sheet.lines.title}\n"))
+        screen.print(Text(sheet.lines.text.rstrip()), soft_wrap=True)  # whole lines, to be copied
 
 
 def _taken(screen: Console, table: Table) -> int:
@@ -69,6 +77,8 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     table = Table(title=Text(section.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=not plain, pad_edge=False)
     if narrow:
         table.show_edge, table.padding = False, (0, 1, 0, 0)
+        if all(figure.words for row in section.rows for figure in row.figures):  # words in columns need no gaps between them
+            table.box = None
     table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
     with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):

@@ -9,6 +9,7 @@ from lostmotion.ask.amounts import Three, amount, amounts
 from lostmotion.ask.settings import whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.provenance import refuse_undescribed
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -96,6 +97,8 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
         stated = ", ".join(f"{100 * each:g} %" for each in shares)
         raise refuse_argument("load", stated, "a measured file that it belongs to", 'measured = "visits.csv", load = "10 %"')
     _refuse_places(side, middle, path)
+    if arm is not None:
+        refuse_undescribed(arm)
     visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
     if visits is not None:
         visits = _commanded(visits, side, middle, held, predicted=arm is not None)

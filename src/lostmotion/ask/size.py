@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.provenance import refuse_undescribed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -58,6 +59,8 @@ def size(  # noqa: PLR0913 - a sizing is these
     from lostmotion.studies.poses import sample_poses
 
     arm = an_arm(arm)
+    if asked.get("target") is not None:
+        refuse_undescribed(arm)  # before what the links lack: without errors there is nothing to keep a target
     in_words = {name: _worded(name, value) for name, value in asked.items()}
     said = read_asked(None if by is None else a_path("by", by), in_words, arm, reducers)
     if said.plan.target is None:
@@ -69,6 +72,7 @@ def size(  # noqa: PLR0913 - a sizing is these
         raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace", "also left out")
     from lostmotion.studies.sizing.aimed import Counts, aim
 
+    refuse_undescribed(arm)
     found = aim(
         arm,
         said.slots,

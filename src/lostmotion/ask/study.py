@@ -21,6 +21,7 @@ from lostmotion.studies.montecarlo.blocks import Device, check_device
 from lostmotion.studies.montecarlo.stopping import MOST_POSES, MOST_ROBOTS, Tolerance
 from lostmotion.studies.places import among, poses_in_zone
 from lostmotion.studies.poses import PoseLaw, Poses, sample_poses
+from lostmotion.studies.provenance import refuse_undescribed
 from lostmotion.studies.route import METHODS, Method, Route
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     device    "gpu": the samples are formed by JAX on its graphics processor, with the same draws; the same figures but for rounding
 
     Raises InputError (a ValueError) for counts out of range, an unknown law, approach or device, a zone that no pose reaches, and for q of another
-    shape or not finite; LostmotionError for a GPU where JAX or the GPU is missing.
+    shape or not finite, and for an arm of which no error source is described; LostmotionError for a GPU where JAX or the GPU is missing.
     """
     arm, sign, seed = an_arm(arm), sign_of(approach), whole_seed(seed)
     if method not in METHODS:
@@ -143,6 +144,7 @@ def study(  # noqa: PLR0913 - a study is these numbers
     if device != "cpu" and method == "analytic":
         raise refuse_argument("device", device, '"cpu": without sampling there is nothing for a GPU to do', 'device = "cpu"')
     check_device(device)
+    refuse_undescribed(arm)
     chosen = chosen_poses(arm, poses, pose_law, seed)
     route = Route(method, robots, visits, seed, most_robots, tolerance, sign, threads or os.cpu_count() or 1, tile, device, progress)
     drawn = pose_law if isinstance(poses, Integral) and pose_law != "grid" else None

@@ -12,6 +12,7 @@ from lostmotion.ask.amounts import Three, amounts
 from lostmotion.ask.settings import an_arm, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.provenance import refuse_undescribed
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def zones(
     workers = threads or os.cpu_count() or 1
     if workers < 1:
         raise refuse_argument("threads", threads, "at least 1", "threads = 2")
+    refuse_undescribed(arm)
     return AccuracyMap(look_over(arm, wish, seed=seed, approach=sign, threads=workers, progress=progress), point)
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import logging
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
+
+if TYPE_CHECKING:
+    from lostmotion.ask.study import AnalyticStudy, Study
+    from lostmotion.ask.undescribed import Undescribed
 
 
 class PoseChoice(StrEnum):
@@ -79,6 +83,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
     from lostmotion.ask.read import read
     from lostmotion.ask.study import study
+    from lostmotion.ask.undescribed import undescribed
     from lostmotion.errors import Mistakes
     from lostmotion.formats.places import read_pose, read_zone
     from lostmotion.report.folder import refuse_existing
@@ -86,6 +91,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     from lostmotion.studies.montecarlo.stopping import Tolerance
     from lostmotion.studies.places import one_pose
     from lostmotion.studies.poses import Poses, sample_poses
+    from lostmotion.studies.provenance import states
 
     folder = out or Path(f"{file.stem}-accuracy")
     with Mistakes() as mistakes:
@@ -107,6 +113,9 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     if device is DeviceChoice.gpu:
         # JAX logs a driver that does not load with its whole traceback; one message tells how to see it.
         logging.getLogger("jax").setLevel(logging.CRITICAL)
+    if not states(arm).described:
+        _finish(undescribed(arm, chosen, pose_law.value, seed, file, sidecar), folder, force=force, quiet=quiet)
+        return
     with ProgressBar() as bar:
         answer = study(
             arm,
@@ -128,6 +137,11 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
         raise typer.Exit(STOPPED)
     for pose in at_poses:
         answer = answer.blaming(pose=pose)
+    _finish(answer, folder, force=force, quiet=quiet)
+
+
+def _finish(answer: Study | AnalyticStudy | Undescribed, folder: Path, *, force: bool, quiet: bool) -> None:
+    """Write the report and print the figures."""
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()

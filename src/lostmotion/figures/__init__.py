@@ -117,6 +117,14 @@ class Card:
     quiet: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Lines to copy: what they are for, and the text."""
+
+    title: str
+    text: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
     """All that is said about one thing, an arm or a part: the screen prints it, the report lays it out, result.json holds it.
@@ -133,6 +141,7 @@ class Sheet:
     drawing        what the DXF beside the page holds; empty where there is none
     seed           of all that was drawn, None where nothing was
     facts          what result.json tells besides, at its top
+    lines          lines for the user's file, where it lacks some
     """
 
     name: str
@@ -149,6 +158,7 @@ class Sheet:
     drawing: str = ""
     seed: int | None = None
     facts: dict[str, Any] = field(default_factory=dict)
+    lines: Lines | None = None
 
 
 def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
@@ -204,6 +214,7 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
         **sheet.facts,
         "warnings": list(sheet.warnings),
         "notes": list(sheet.notes),
+        **({"lines": {"title": sheet.lines.title, "text": sheet.lines.text}} if sheet.lines else {}),
         "sections": [
             {
                 "key": section.key,

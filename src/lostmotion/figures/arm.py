@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
-from lostmotion.figures.error import described_pose, error_section, iso_section
+from lostmotion.figures.error import error_section, iso_section, joint_values
 from lostmotion.figures.first_order import checked, judged, share_left_out
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.figures.overload import overload_warnings
@@ -21,10 +21,14 @@ from lostmotion.studies.statics.overload import overloads
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.arm import Arm
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.intervals import Estimate
+    from lostmotion.studies.poses import Poses
     from lostmotion.studies.provenance import States
     from lostmotion.studies.route import FoundInZone
+    from lostmotion.studies.statics.statics import HoldingTorque
+    from lostmotion.studies.workspace import Workspace
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (
@@ -77,7 +81,7 @@ def sheet(answer: Answer) -> Sheet:
 def sections(answer: Answer) -> list[Section]:
     """Which figures answer the user's questions? In reading order."""
     found = [
-        _workspace(answer),
+        workspace_section(answer.workspace),
         error_section(answer),
         iso_section(answer),
         *zone_sections(answer),
@@ -87,7 +91,7 @@ def sections(answer: Answer) -> list[Section]:
         *by_level_sections(answer.budget),
         *asked_sections(answer.places),
         *_bending(answer),
-        _torques(answer),
+        torques_section(answer.arm, answer.poses, answer.worst_torques),
         _check(answer),
     ]
     if answer.stopping is not None:
@@ -105,8 +109,8 @@ def _repeats(answer: Answer) -> Estimate | None:
     return pooled_mean(answer.sampled.robot_means[:, :, 2]) if answer.sampled.visits > 1 else None
 
 
-def _workspace(answer: Answer) -> Section:
-    space = answer.workspace
+def workspace_section(space: Workspace) -> Section:
+    """Lay out where the tool gets to."""
     counted = f"{several(len(space.points), 'pose')}, {space.law}"
     rows = [
         Row("reach from the base", (length(space.reach, samples=counted),), "largest of the sample; the true reach is not smaller"),
@@ -155,15 +159,16 @@ def _bending(answer: Answer) -> list[Section]:
     return [Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)]
 
 
-def _torques(answer: Answer) -> Section:
-    counted = several(len(answer.poses), "pose")
+def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> Section:
+    """Lay out what each drive holds at its worst pose."""
+    counted = several(len(poses), "pose")
     rows = tuple(
         Row(
             held.joint,
             (Figure(held.worst, held.unit, samples=counted), Figure(held.over_tilts, held.unit, samples=counted)),
-            f"{described_pose(answer, held.worst_index)}; over tilts pose {held.over_tilts_index}",
+            f"pose {held.worst_index}: {joint_values(arm, poses.q[held.worst_index])}; over tilts pose {held.over_tilts_index}",
         )
-        for held in answer.worst_torques
+        for held in worst
     )
     return Section(
         "torques",

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from lostmotion.studies.provenance import AssumedValue, JointStates, States
 
-NOT_DESCRIBED: Final = "no error source is described, so no accuracy can be predicted"
 # Columns in a word or two, so that the table fits on a screen.
 _HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
 _MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
@@ -82,12 +81,15 @@ def _states_section(known: States) -> Section:
     lines = (*known.joints, *known.fixed)
     shown = [kind for kind in KINDS if any(each.states.get(kind, "ideal") != "ideal" for each in lines)]
     left = [kind for kind in KINDS if kind not in shown]
+    heads = tuple(_HEADS.get(kind, kind) for kind in shown)
     rows = tuple(Row(each.joint, tuple(_cell(each, kind) for kind in shown)) for each in lines)
+    if not shown:
+        heads, rows = ("all kinds",), tuple(Row(each.joint, (Figure(math.nan, "1", words="ideal"),)) for each in lines)
     notes = [_MEANING]
     if left:
         notes.append(f"ideal for every joint: {', '.join(left)}")
     notes.append("base: " + ", ".join(f"{kind} {state}" for kind, state in known.base.items()))
-    return Section("states", "What is known of each joint", tuple(_HEADS.get(kind, kind) for kind in shown), rows, "; ".join(notes))
+    return Section("states", "What is known of each joint", heads, rows, "; ".join(notes))
 
 
 def _cell(line: JointStates, kind: str) -> Figure:
@@ -100,8 +102,8 @@ def _assumed_section(assumed: Sequence[AssumedValue]) -> tuple[Section]:
     for each in assumed:
         together.setdefault((each.owner.removeprefix("joints."), each.reason, each.source), []).append(each.key)
     rows = tuple(
-        Row(owner, (Figure(len(keys), "1"),), f"{', '.join(keys)}: {reason}" + (f"; {source}" if source else ""))
+        Row(owner, (Figure(math.nan, "1", words=reason),), ", ".join(keys) + (f"; {source}" if source else ""))
         for (owner, reason, source), keys in together.items()
     )
     note = "a part that several joints share is listed under the first of them"
-    return (Section("assumed", "Assumed values", ("values",), rows, note),)
+    return (Section("assumed", "Assumed values", ("reason",), rows, note),)

@@ -12,13 +12,12 @@ from lostmotion.catalogue.search import Wanted, figures_of, search
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.provenance import (
-    NOT_DESCRIBED,
     at_least,
     caveats,
     provenance_facts,
     provenance_sections,
 )
-from lostmotion.studies.provenance import states
+from lostmotion.studies.provenance import NOT_DESCRIBED, states
 from lostmotion.studies.statics.causes import CAUSES
 from lostmotion.studies.statics.overload import overloads
 

@@ -62,6 +62,7 @@ section caption{position:absolute;width:1px;height:1px;overflow:hidden;clip-path
 .pair.long{grid-template-columns:minmax(0,1fr)}
 .table:only-child table,.long table{width:min-content;min-width:calc(50% - 18px)}
 figure{margin:0;min-width:0;max-width:660px;width:100%}
+pre{overflow-x:auto;border:1px solid #ccc;border-radius:4px;padding:10px 12px;font-size:13px;max-width:100ch}
 .warn{border-left:3px solid #b23a00;padding-left:10px}
 dl.words{display:grid;grid-template-columns:max-content 1fr;gap:5px 18px;margin:0;font-size:14px;max-width:100ch}
 dl.words dt{font-weight:600}
@@ -137,7 +138,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 {warnings}
 <p class="verdict">{_unbroken(sheet.verdict)}</p>
 {notes}
-<nav aria-label="Sections">{links} <a href="#words">How to read this</a></nav>
+{_lines(sheet)}<nav aria-label="Sections">{links} <a href="#words">How to read this</a></nav>
 <dl class="cards">{"".join(_card(card) for card in sheet.cards)}</dl>
 </header>
 <main>
@@ -154,6 +155,10 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 </body>
 </html>
 """
+
+
+def _lines(sheet: Sheet) -> str:
+    return f"<p>{_text(sheet.lines.title)}</p><pre>{_text(sheet.lines.text)}</pre>\n" if sheet.lines else ""
 
 
 def _beside(sheet: Sheet) -> str:

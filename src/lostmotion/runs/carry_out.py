@@ -15,6 +15,7 @@ from lostmotion.runs.blocks import parts_of
 from lostmotion.runs.order import LARGEST_BLOCK, MOST_BLOCKS, MOST_RETURNS, Order, check_block, made_with, usual_block
 from lostmotion.runs.stream import rounded
 from lostmotion.runs.workers import on_dask, on_threads
+from lostmotion.studies.provenance import refuse_undescribed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,6 +57,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     reaches: dict[tuple[object, ...], Arm] = {}
 
     def look(each: Arm) -> None:
+        refuse_undescribed(each)
         parts.update(dict.fromkeys(parts_of(each, approach)))
         reaches.setdefault((*(joint.name for joint in each.moving), each.limits.tobytes()), each)
 

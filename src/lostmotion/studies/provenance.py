@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.arm import Payload, Tool
+from lostmotion.errors import InputError, Problem
 from lostmotion.parts.base import Base
 from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.parts.joint import Joint
 
 State = Literal["stated", "assumed", "ideal"]
+NOT_DESCRIBED: Final = "no error source is described, so no accuracy can be predicted"
 
 # The kinds of error source that a joint may have, in the order of the table.
 KINDS: Final = (
@@ -116,6 +118,18 @@ def states(arm: Arm) -> States:
         base=_of_base(arm.base),
         assumed=tuple(_assumed_in(arm)),
     )
+
+
+def refuse_undescribed(arm: Arm) -> None:
+    """Refuse to predict the accuracy of an arm of which no error source is described. Raises InputError that says what to add, and where."""
+    if not states(arm).described:
+        joint = arm.moving[0]
+        backlash = "20 µm" if joint.type == "prismatic" else "1 arcmin"
+        expected = (
+            "the gearbox, bearing, encoder or link of at least one joint; `lostmotion run FILE` prints lines to fill in for every joint, "
+            "and shows workspace and holding torques"
+        )
+        raise InputError([Problem(arm.name, f"joints.{joint.name}", NOT_DESCRIBED, expected, f'gearbox = {{ backlash = "{backlash}" }}')])
 
 
 def _of_joint(joint: Joint) -> dict[str, State]:

@@ -1,0 +1,62 @@
+"""An arm of which no error source is described: nothing can be said of its accuracy, but where it reaches and what it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.ask.settings import chosen_poses
+from lostmotion.ask.shown import Shown
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.arm import Arm
+    from lostmotion.figures import Lines, Sheet
+    from lostmotion.studies.poses import PoseLaw, Poses
+    from lostmotion.studies.statics.statics import HoldingTorque
+    from lostmotion.studies.workspace import Workspace
+
+
+@dataclass(frozen=True)
+class Undescribed(Shown):
+    """What can be said of an arm without any error source: `summary()`, `report("out/")`, `result()`."""
+
+    arm: Arm
+    poses: Poses
+    workspace: Workspace
+    worst_torques: list[HoldingTorque]
+    lines: Lines | None = None
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.figures.undescribed import undescribed_sheet
+
+        return undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all, and return the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.report.folder import refuse_existing, write_whole
+        from lostmotion.report.page import contents
+
+        refuse_existing(out, force=force)
+        return write_whole(contents(self.sheet, ()), out, force=force)
+
+
+def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file: Path | None = None, sidecar: Path | None = None) -> Undescribed:
+    """Return workspace and holding torques of an arm, with the lines that would describe it where it was read from a file."""
+    from lostmotion.figures import Lines
+    from lostmotion.formats.skeleton import skeleton
+    from lostmotion.studies.statics.statics import holding_torques
+    from lostmotion.studies.workspace import workspace
+
+    lines = None
+    if file is not None:
+        found = skeleton(arm, file, sidecar)
+        lines = Lines(f"Lines for {found.file}, to start from:", found.text)
+    visited = chosen_poses(arm, poses, pose_law, seed)
+    return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines)

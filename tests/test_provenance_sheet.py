@@ -1,0 +1,101 @@
+"""What headlines, tables and result.json say of what is known of each joint."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import pytest
+
+import lostmotion
+from lostmotion.figures import plain
+from lostmotion.figures.provenance import provenance_sections
+from lostmotion.studies.provenance import states
+from tests.formats.conftest import EXAMPLES
+from tests.test_undescribed import urdf
+
+FIVE = "joint_3, joint_4, joint_5, joint_6, joint_7"
+HALF = """
+[gearboxes.g]
+ratio = 100
+backlash = "1 arcmin ± 0.3 arcmin"
+stiffness = "20 N m/arcmin"
+stiffness_scatter = "10 %"
+transmission_error = "1 arcmin"
+[joints.joint_1]
+gearbox = "g"
+[joints.joint_2]
+gearbox = "g"
+"""
+
+
+@pytest.fixture(scope="module")
+def half(tmp_path_factory):
+    """Return an arm of which two of seven joints are described."""
+    folder = tmp_path_factory.mktemp("half")
+    (folder / "arm.urdf").write_text(urdf(), encoding="utf-8")
+    (folder / "arm.toml").write_text(HALF, encoding="utf-8")
+    return lostmotion.read(folder / "arm.urdf")
+
+
+def test_a_half_described_arm_errs_by_at_least_so_much(half):
+    """The headline of a study begins with a lower bound and names the joints that are taken as perfect; so do the figures that are shown first."""
+    sheet = lostmotion.study(half, 32, 8, 3).sheet
+    assert sheet.verdict.startswith("At least ")
+    assert f"nothing is described for {FIVE} (taken as perfect)" in sheet.verdict
+    assert "RP is at least" in sheet.verdict
+    assert [card.number[0] for card in sheet.cards if card.title.startswith("95 % of")] == ["≥"]
+    assert json.loads(json.dumps(plain(sheet, "0")))["states"]["ideal_joints"] == FIVE.split(", ")
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda arm: lostmotion.study(arm, 32, method="analytic"),
+        lambda arm: lostmotion.zones(arm, poses=4096, cell="300 mm"),
+        lambda arm: lostmotion.target(arm, error="1 mm", poses=32, robots=20, visits=2),
+    ],
+    ids=["analytic", "map", "target"],
+)
+def test_every_command_says_so(half, ask):
+    """No command gives the figures of a half-described arm as if they were all."""
+    sheet = ask(half).sheet
+    assert "t least " in sheet.verdict
+    assert FIVE in sheet.verdict
+    assert sheet.facts["states"]["ideal_joints"] == FIVE.split(", ")
+    assert "states" in [section.key for section in sheet.sections]
+
+
+@pytest.mark.parametrize("file", ["z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf", "paper/z-arm-lumped.toml"])
+def test_the_table_has_a_line_for_every_moving_joint(file):
+    """Each joint once, each cell a state; the assumed values are all there, under the part that holds them."""
+    known = states(lostmotion.read(EXAMPLES / file))
+    table, *assumed = provenance_sections(known)
+    assert [row.label for row in table.rows] == [each.joint for each in known.joints]
+    assert {str(figure) for row in table.rows for figure in row.figures} <= {"stated", "assumed", "ideal", "-"}
+    keys = [key for row in (assumed[0].rows if assumed else ()) for key in row.note.partition(";")[0].split(", ")]
+    assert sorted(keys) == sorted(each.key for each in known.assumed)
+
+
+def test_a_described_arm_is_no_lower_bound():
+    """Where every joint has an error source, nothing but the number of assumed values is added to the headline."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    verdict = lostmotion.study(arm, 32, 8, 3).sheet.verdict
+    assert verdict.startswith("Expect 95 % of positions within ")
+    assert "least" not in verdict
+    assert f"This rests on {len(states(arm).assumed)} assumed values" in verdict
+
+
+def test_a_described_arm_without_assumed_values_has_none_counted():
+    """The sentence is left out where everything is stated."""
+    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "gearbox": {"backlash": 3e-4}, "link": {"length": 0.5}}
+    verdict = lostmotion.study(lostmotion.Arm(name="x", joints=(joint,)), 32, 8, 3).sheet.verdict
+    assert "assumed" not in verdict
+    assert "least" not in verdict
+
+
+def test_states_are_plain_data_of_their_own(half):
+    """In Python an arm's states can be asked for by themselves."""
+    known = states(half)
+    assert dataclasses.asdict(known)["joints"][0]["states"]["backlash"] == "stated"
+    assert known.ideal_joints == tuple(FIVE.split(", "))
