@@ -116,7 +116,7 @@ def test_the_sheet_says_that_thirty_visits_read_low(loads):
         assert (sheet.limit > 1.02 * sheet.expected).all()
         note = next(section for section in loads.sheet.sections if section.key == f"rp{100 * sheet.load:.0f}").note
         assert "of 30 visits, which read low" in note
-        assert f"{1e6 * sheet.limit[0]:.3f} µm" in note
+        assert f"{1e6 * sheet.limit[0]:.3g} µm" in note
     assert "on the average (AP_p)" not in loads.sheet.verdict
     assert "In 95 % of them the average of an arm's visits will lie within" in loads.sheet.verdict
 

@@ -28,7 +28,8 @@ def test_values_that_a_file_assumes_carry_its_source(tmp_path):
     """What a shared table assumes is assumed once, whichever joints use it, and its source stands beside it."""
     text = ARM + 'assumed = ["backlash"]\nsource = "measured on one piece"\n' + USED + USED.replace('"A"', '"B"')
     found = states(read(written(tmp_path / "arm.toml", text)))
-    assert found.assumed == (AssumedValue("joints.A.gearbox", "backlash", "assumed", "measured on one piece"),)
+    assert found.assumed[0] == AssumedValue("joints.A.gearbox", "backlash", "assumed", "measured on one piece")
+    assert [(each.key, each.source) for each in found.assumed[1:]] == [("friction_torque", "")]
     assert [each.states["backlash"] for each in found.joints] == ["assumed", "assumed"]
     assert [each.states["stiffness"] for each in found.joints] == ["stated", "stated"]
 
@@ -78,7 +79,7 @@ def test_every_table_of_a_file_may_say_what_it_assumes(tmp_path):
     mass = "1 kg"
     assumed = ["mass", "limits"]
     source = "s5"
-    bearing = { kind = "rolling", span = "80 mm", clearance = "20 µm", assumed = ["clearance"], source = "s6" }
+    bearing = { kind = "rolling", span = "80 mm", clearance = "20 µm", closing_force = "5 N", assumed = ["clearance"], source = "s6" }
     encoder = { zero = "1 arcmin", assumed = ["zero"], source = "s7" }
     mounting = { tilt = "1 arcmin", assumed = ["tilt"], source = "s8" }
     lumped = { angle = "1 arcmin", assumed = ["angle"], source = "s9" }

@@ -116,4 +116,4 @@ def test_a_joint_may_say_that_a_whole_part_is_assumed():
     found = states(arm)
     assert found.joints[0].states["backlash"] == found.joints[0].states["lumped"] == "assumed"
     assert found.joints[0].states["stiffness"] == "ideal"
-    assert [(each.key, each.source) for each in found.assumed] == [("gearbox", "guess"), ("lumped", "guess")]
+    assert [(each.key, each.source) for each in found.assumed] == [("gearbox", "guess"), ("lumped", "guess"), ("friction_torque", "")]

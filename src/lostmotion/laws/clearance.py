@@ -22,9 +22,11 @@ def seated(load: Floats, friction: float, scale: Floats) -> Floats:
     """Which share of the half play does the load take up, with its sign, for loads (pose,)? Result in -1..1.
 
     `friction` in the load's unit, zero or more; with zero friction any load closes the play. `scale` (pose,) is the size of the whole wrench
-    that the load is a component of: below 1e-9 of it a load counts as none.
+    that the load is a component of: where friction is not above 1e-9 of it, a smaller load than that counts as none. With more friction the share is
+    continuous in the load, through zero too.
     """
-    real = np.where(np.abs(load) > _ROUNDING * scale, load, 0.0)
+    rounding = _ROUNDING * scale
+    real = np.where((np.abs(load) > rounding) | (friction > rounding), load, 0.0)
     if friction == 0:
         return np.sign(real)
     return np.clip(real, -friction, friction) / friction

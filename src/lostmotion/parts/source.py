@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict
@@ -17,7 +17,7 @@ from lostmotion.spatial import mapped
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lostmotion.spatial import Floats
 
@@ -76,12 +76,41 @@ class Part(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
+class Holding:
+    """The most that a joint holds at rest, over its workspace and every tilt of the base: what friction is measured by where none is stated.
+
+    load    along the joint's own motion: N m on a turning joint, N on a sliding one
+    force, moment  sizes (N, N m) of the whole wrench at the joint's place
+    """
+
+    load: float = 0.0
+    force: float = 0.0
+    moment: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    """The load (N m or N) below which a play does not close; `reason` says why so much where it is assumed, and is empty where it is stated."""
+
+    load: float
+    reason: str = ""
+
+
+# Friction that nobody states, as a share of what a reducer is rated for, or else of the most that the joint holds at rest.
+RATED_SHARE: Final = 0.01
+HELD_SHARE: Final = 0.02
+OF_RATED: Final = "1 % of the rated torque"
+OF_HELD: Final = "2 % of the most that it holds at rest, in any pose on any slope"
+
+
+@dataclass(frozen=True, slots=True)
 class Condition:
     """What one place feels while the arm holds a pose; the leading axis is the pose.
 
     angle (pose,) is the joint's own value, rad or m; axis (6,) its unit twist in this frame (zeros where nothing moves); wrench
     (pose, 6) the load from the outboard side in this frame, N m and N; gravity (pose, 3) in this frame, m/s^2;
-    approach (pose,) the sign of the joint's last motion, -1 or +1, 0 where it changes from visit to visit.
+    approach (pose,) the sign of the joint's last motion, -1 or +1, 0 where it changes from visit to visit. holding() is the most that the joint
+    holds at rest; asked for only by parts that state no friction.
     """
 
     angle: Floats
@@ -89,6 +118,7 @@ class Condition:
     wrench: Floats
     gravity: Floats
     approach: Floats
+    holding: Callable[[], Holding] = Holding
 
     @property
     def load(self) -> Floats:
@@ -152,6 +182,10 @@ class ErrorSource(ABC):
     @abstractmethod
     def terms(self, at: Condition) -> Sequence[Term]:
         """Which elementary errors does this part make under these conditions?"""
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:  # noqa: ARG002 - most parts have no play
+        """Which friction keeps this part's play open against a small load? None for a part without play."""
+        return None
 
 
 @runtime_checkable

@@ -227,6 +227,7 @@ def _walk(value: object, owner: str, source: str) -> Iterator[tuple[AssumedValue
     if isinstance(value, Sourced):
         source = value.source or source
         for key, reason in value.assumptions.items():
-            yield AssumedValue(owner, key, reason, source), value
+            # what the file quotes as the source of its values is none of a default's
+            yield AssumedValue(owner, key, reason, "" if reason.startswith(DEFAULT) else source), value
     for name in value_keys(type(value)):
         yield from _walk(getattr(value, name), f"{owner}.{name}", source)

@@ -12,12 +12,14 @@ from lostmotion.laws.chance import Amount, Cosine, Law, Sine, TwoSided, of_toler
 from lostmotion.laws.clearance import seated, seated_across
 from lostmotion.laws.rolling_table import Pair, ShiftTable, shift_table
 from lostmotion.parts.bearing.mounted import MountedBearing
-from lostmotion.parts.bearing.rolling import per_shift
+from lostmotion.parts.bearing.rolling import closing_friction, per_shift
 from lostmotion.parts.bearing.runout import runout_terms
-from lostmotion.parts.source import Condition, Draw, ErrorSource, ForceAmount, LengthAmount, Term
+from lostmotion.parts.source import Condition, Draw, ErrorSource, ForceAmount, Friction, Holding, LengthAmount, Term
 from lostmotion.spatial import across, cross, mapped
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lostmotion.spatial import Floats
 
 _SIDES: Final = (("inboard", -1.0), ("outboard", 1.0))
@@ -28,16 +30,24 @@ _STEP: Final = 1e-6
 class DrawnBearing(MountedBearing, ErrorSource):
     """What every bearing by its drawing has besides its mounting.
 
-    closing_force  a load below it on one bearing cannot hold its clearance closed; default 0: any load does
+    closing_force  a load below it on one bearing cannot hold its clearance closed; left out: 2 % of the most that one bearing holds at rest, in any
+                   pose on any slope
     radial_runout, axial_runout  full indicator reading over a turn
 
     Rings, shaft and housing are rigid, friction none. Loads on the elements and the shaft's stand are `laws.rolling_space`'s, for a pose read
     from `laws.rolling_table`.
     """
 
-    closing_force: ForceAmount = 0.0
+    closing_force: ForceAmount | None = None
     radial_runout: LengthAmount = 0.0
     axial_runout: LengthAmount = 0.0
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the default friction."""
+        friction = self.play_friction(Holding)
+        default = {"closing_force": f"default, {friction.reason}"} if friction is not None and friction.reason else {}
+        return {**super().assumptions, **default}
 
     @property
     @abstractmethod
@@ -83,6 +93,8 @@ class DrawnBearing(MountedBearing, ErrorSource):
         law = of_tolerance(play.law)
         spread = play.tolerance / law.bound
         scale = at.scale / min(rows.span, 1.0)
+        friction = self.play_friction(at.holding)
+        closing = 0.0 if friction is None else friction.load
         out: list[Term] = []
         left = np.ones(len(at.angle))
         streams = [f"{name} amount" if self.bearings > 1 else "amount" for name, _ in _SIDES]
@@ -90,7 +102,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
         for k, (name, side) in enumerate(_SIDES):
             way = per_shift(axis, side, rows.span)
             unit = reactions[k] / np.where(sizes[k] > 0, sizes[k], 1.0)[:, None]
-            sitting, free = seated_across(reactions[k], self.closing_force, scale)
+            sitting, free = seated_across(reactions[k], closing, scale)
             left = np.minimum(left, free)
             out.append(Term(f"{name} give", mapped(way.T, unit * (whole - edge)[:, k, None])))
             if play.nominal > 0:
@@ -99,13 +111,18 @@ class DrawnBearing(MountedBearing, ErrorSource):
             share = np.linalg.norm(sitting, axis=-1)[:, None]
             moved[streams[k]] = moved[streams[k]] + mapped(way.T, unit * share * grows[:, k, None])
         if turning and rows.axial:
-            closed, twist = seated(force, self.closing_force, at.scale), np.concatenate([np.zeros(3), axis])
+            closed, twist = seated(force, closing, at.scale), np.concatenate([np.zeros(3), axis])
             out += self._along(twist, closed, left, edge[:, 2], whole[:, 2])
             for stream in moved:
                 moved[stream] = moved[stream] + (np.abs(closed) * grows[:, 2] / len(moved))[:, None] * twist
         if spread:
             out += [Term(stream, by * spread, robot=Draw(stream, law)) for stream, by in moved.items()]
         return out + (runout_terms(at, axis, self.radial_runout, self.axial_runout) if turning else [])
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
+        """Give the closing force that is stated, or else assumed; where every bearing is preloaded there is no play to close."""
+        some_have_play = self.working.nominal + self.working.tolerance > 0
+        return closing_friction(self.closing_force, self.rows.span, holding) if some_have_play else None
 
     def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
         """Give the radial load (pose, 3) on one row: half of the force, and its part of the moment."""

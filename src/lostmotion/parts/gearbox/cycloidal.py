@@ -13,7 +13,7 @@ from lostmotion.parts.gearbox.cycloidal_behaviour import FIRST_STAGE, Behaviour,
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, TorqueAmount
+from lostmotion.parts.source import OF_RATED, RATED_SHARE, AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, TorqueAmount
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class CycloidalGearbox(CycloidalStage):
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
-        default = {} if self.friction_torque is not None else {"friction_torque": "default, 1 % of the rated torque"}
+        default = {} if self.friction_torque is not None else {"friction_torque": f"default, {OF_RATED}"}
         return {**super().assumptions, **default}
 
     @property
@@ -138,7 +138,7 @@ class CycloidalGearbox(CycloidalStage):
     @property
     def friction_at_rest(self) -> float:
         """Give the load (N m) below which the way of arriving decides on the side of the play."""
-        return self.friction_torque if self.friction_torque is not None else 0.01 * self.rated_torque
+        return self.friction_torque if self.friction_torque is not None else RATED_SHARE * self.rated_torque
 
     @functools.cached_property
     def behaviour(self) -> Behaviour:

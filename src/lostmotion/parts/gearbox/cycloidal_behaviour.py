@@ -18,13 +18,16 @@ from lostmotion.laws.chance import Normal
 from lostmotion.laws.cycloid_built import built, drawn_dimension
 from lostmotion.laws.gears import friction_loop
 from lostmotion.parts.gearbox.gearbox import backlash_terms, hysteresis_terms
-from lostmotion.parts.source import Condition, Draw, ErrorSource, Term
+from lostmotion.parts.source import OF_RATED, Condition, Draw, ErrorSource, Friction, Term
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lostmotion.laws.cycloid_built import Built
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.source import Holding
     from lostmotion.spatial import Floats
 
 GEARBOXES: Final = 256
@@ -271,10 +274,15 @@ class WindUp(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Play(ErrorSource):
-    """Free play of scattered size, which a load above `friction` (N m) closes."""
+    """Free play of scattered size, which a load above `friction` (N m) closes; `reason` where that is assumed."""
 
     play: Toleranced
     friction: float
+    reason: str = ""
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
+        """Give what the drawing states, or else what is assumed."""
+        return Friction(self.friction, self.reason)
 
     def terms(self, at: Condition) -> list[Term]:
         """Rest on the side where the load or the way of arriving leaves the output."""
@@ -332,7 +340,7 @@ def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
     if play > 0:
         # a normal law of the same mean and deviation, cut where the play would be none
         limit = min(float(found.play.std()) * Normal().bound, play)
-        out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest)
+        out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest, OF_RATED if gearbox.friction_torque is None else "")
     disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
     scatters = {"lobe contacts": (disc + ring) / 2, "disc body": disc, "ring body": ring, "ring lobes": ring, "ring pins": ring}
     for name, angle in found.wind_up.items():

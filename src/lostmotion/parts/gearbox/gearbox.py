@@ -15,11 +15,17 @@ from lostmotion.laws.clearance import seated
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
 from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced
 from lostmotion.parts.source import (
+    HELD_SHARE,
+    OF_HELD,
+    OF_RATED,
+    RATED_SHARE,
     AngleAmount,
     AngularStiffness,
     Condition,
     Draw,
     ErrorSource,
+    Friction,
+    Holding,
     Line,
     PlayDim,
     Share,
@@ -31,6 +37,8 @@ from lostmotion.parts.source import (
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from pydantic import GetJsonSchemaHandler, ValidationInfo
     from pydantic_core import CoreSchema
 
@@ -88,7 +96,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     stiffness_scatter ± share of the wind-up over gearboxes built
     hysteresis        full width of the loop that friction leaves at zero load; its side follows the way of arriving, loaded or not
     transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves
-    friction_torque   a load below it cannot hold the play closed; default 1 % of the rated torque
+    friction_torque   a load below it cannot hold the play closed; left out: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
+                      most that the joint holds at rest, in any pose on any slope
     upper_limits      keys for which the maker prints an upper limit and no value
 
     A kind adds its `kind` and its `ratio`, turns of the input per turn of the output.
@@ -114,8 +123,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         out = {**super().assumptions, **dict.fromkeys(self.upper_limits, UPPER_LIMIT)}
         if self.lost_motion is not None and "lost_motion_torque" not in self.model_fields_set:
             out["lost_motion_torque"] = "default, 3 % of the rated torque"
-        if self.play.nominal and self.friction_torque is None and self.rated_torque is not None:
-            out["friction_torque"] = "default, 1 % of the rated torque"
+        if (friction := self.play_friction(Holding)) is not None and friction.reason:
+            out["friction_torque"] = f"default, {friction.reason}"
         return out
 
     @property
@@ -174,15 +183,24 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def friction(self) -> float:
-        """Give the load below which the way of arriving decides on the side of the play."""
+        """Give the load below which the way of arriving decides on the side of the play, of the gearbox by itself: 0 where it is not known."""
+        return self._friction_in(Holding).load
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
+        """Give what is stated, or else what is assumed."""
+        return self._friction_in(holding) if self.play.nominal else None
+
+    def _friction_in(self, holding: Callable[[], Holding]) -> Friction:
         if self.friction_torque is not None:
-            return self.friction_torque
-        return 0.01 * self.rated_torque if self.rated_torque is not None else 0.0
+            return Friction(self.friction_torque)
+        if self.rated_torque is not None:
+            return Friction(RATED_SHARE * self.rated_torque, OF_RATED)
+        return Friction(HELD_SHARE * holding().load, OF_HELD)
 
     def terms(self, at: Condition) -> list[Term]:
         """Wind-up under load, play on the side the load leaves it, hysteresis, transmission error."""
         loop = [] if self.hysteresis is None else hysteresis_terms(at, np.full(len(at.angle), self.hysteresis / 2))
-        return [*self._wind_up(at), *backlash_terms(at, self.play, self.friction), *loop, *self._transmission(at)]
+        return [*self._wind_up(at), *backlash_terms(at, self.play, self._friction_in(at.holding).load), *loop, *self._transmission(at)]
 
     def _wind_up(self, at: Condition) -> list[Term]:
         if not self.zones:

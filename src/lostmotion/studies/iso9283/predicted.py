@@ -203,7 +203,7 @@ def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
 
 
 def carrying(arm: Arm, share: float) -> Arm:
-    """How is the arm with a share of its payload? Of its mass and of the process force and moment."""
+    """How is the arm with a share of its payload, of its mass and of the process force and moment? Its drives, and their friction, stay the same."""
     payload = arm.payload
     lighter = payload.model_copy(
         update={
@@ -212,7 +212,7 @@ def carrying(arm: Arm, share: float) -> Arm:
             "moment": tuple(share * x for x in payload.moment),
         }
     )
-    return arm if share == 1 else arm.model_copy(update={"payload": lighter})
+    return arm if share == 1 else arm.carrying(lighter)
 
 
 def _errors(matrix: Screws, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:

@@ -17,7 +17,7 @@ from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
-    from lostmotion.parts.source import Condition, ErrorSource
+    from lostmotion.parts.source import Condition, ErrorSource, Friction
     from lostmotion.spatial import Floats
 
 # Rows of what a part adds: the bias, and the covariance's xx, yy, zz, yz, xz, xy.
@@ -39,7 +39,7 @@ class Ledger:
         self.q = q
         self._at = frames(arm, q)
         self._along = np.ascontiguousarray(self._at.transpose(0, 2, 3, 1))
-        self._known: OrderedDict[tuple[int, int, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
+        self._known: OrderedDict[tuple[int, int, Friction | None, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
         """What does the whole arm's error sum up to? (ROWS, pose), m and m^2. `arm` has the places of the one that this was made for."""
@@ -50,7 +50,9 @@ class Ledger:
 
     def _part(self, place: int, source: ErrorSource, felt: Condition) -> Floats:
         # The source is kept with what it adds, so that no other one takes its number. One part may sit at several joints.
-        key = place, id(source), felt.wrench.tobytes()
+        # Assumed friction follows from what the joint holds at other poses too, which the wrench here does not say.
+        friction = source.play_friction(felt.holding)
+        key = place, id(source), friction, felt.wrench.tobytes()
         found = self._known.get(key)
         if found is None:
             found = self._known[key] = source, self._added(place, source, felt)
