@@ -23,7 +23,7 @@ import numpy as np
 from lostmotion.laws.chance import Normal, of_tolerance
 from lostmotion.laws.cycloid import arms, first_contact_error, gaps, gaps_from_pins, normals, pin_angles
 from lostmotion.laws.cycloid_drive import LEAST_ARM, crank_play, loaded_disc, resting_disc
-from lostmotion.laws.cycloid_preload import HALVINGS, Branches, carried, preloaded
+from lostmotion.laws.cycloid_preload import Branches, carried, preloaded
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _NONE: Final = Toleranced(0.0)
+# Halvings of the bracket in which the discs' common angle is sought: to the last bits.
+_HALVINGS: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,7 +265,7 @@ def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, star
     out = np.empty((len(torque), *gap.shape[1:3]))
     for k, whole in enumerate(wanted):
         low, high = alone[:, 0].min(axis=0), alone[:, -1].max(axis=0)
-        for _ in range(HALVINGS):
+        for _ in range(_HALVINGS):
             middle = (low + high) / 2
             short = sum(carried(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
             low, high = np.where(short, middle, low), np.where(short, high, middle)

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid_drive import Drive
     from lostmotion.spatial import Floats
 
-# Halvings of the bracket in which the discs' common angle is sought: to the last bits.
-HALVINGS: Final = 60
 # Torques of one disc at which its angle is solved: each so much larger than the one before, from this share of the smallest torque on.
 _STEP: Final = 1.25
 _LEAST: Final = 0.1
@@ -65,17 +63,22 @@ def preloaded(drive: Drive, torque: Floats, crank: Floats, gap: Floats, branches
         more = np.asarray(loads[-1] * _STEP ** np.arange(1.0, 4.0), dtype=float)
         tables.append(_table(drive, more, crank, gap, branches, threads))
         loads = np.concatenate([loads, more])
-    found = []
-    for k, whole in enumerate(wanted):
-        below, above = low, high
-        for _ in range(HALVINGS):
-            middle = (below + above) / 2
-            sum_there = sum(carried(each, torques, middle) for each in angles)
-            # the first of the two angles at rest is where the torque is no longer below zero, the second where it begins to be above
-            short = sum_there <= whole if k == 1 else sum_there < whole
-            below, above = np.where(short, middle, below), np.where(short, above, middle)
-        found.append(above)
-    return np.array(found[:2]), np.array(found[2:])
+    points = angles.reshape(-1, *angles.shape[2:])
+    sums = np.stack([sum(carried(each, torques, point) for each in angles) for point in points])
+    # of the two angles at rest the first is where the sum is no longer below zero, the second where it begins to be above
+    found = [_crossing(points, sums, sums <= 0 if k == 1 else sums < whole, whole) for k, whole in enumerate(wanted)]
+    rest, turned = np.sort(found[:2], axis=0), np.array(found[2:])
+    # where clearances leave no play the two ends differ by rounding alone, which must not look like a turn against the torque
+    return rest, np.where(torque[:, None, None] > 0, np.maximum(turned, rest[1]), np.minimum(turned, rest[0]))
+
+
+def _crossing(points: Floats, sums: Floats, below: np.ndarray, whole: float) -> Floats:
+    """Return the angle (crank, gearbox) at which a sum on straight lines between points (point, crank, gearbox) reaches the whole."""
+    last, first = (np.where(chosen, points, bound) for chosen, bound in ((below, -np.inf), (~below, np.inf)))
+    at = last.argmax(axis=0)[None], first.argmin(axis=0)[None]
+    (start, end), (low, high) = ([np.take_along_axis(each, k, axis=0)[0] for k in at] for each in (points, sums))
+    share = (whole - low) / np.where(high > low, high - low, 1.0)
+    return np.asarray(start + np.clip(share, 0.0, 1.0) * (end - start))
 
 
 def carried(alone: Floats, loads: Floats, angle: Floats) -> Floats:
