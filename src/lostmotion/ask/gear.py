@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from lostmotion.ask.amounts import Amount
     from lostmotion.figures import Sheet
+    from lostmotion.formats.part_file import OnePart
     from lostmotion.parts.source import ErrorSource
     from lostmotion.studies.gearbox.gear import GearStudy
 
@@ -24,22 +25,65 @@ DEFAULT_GEARBOXES = 1000
 _MOST = 1e9
 
 
-def gear(path: str | Path, joint: str | None = None, torque: Amount | None = None, gearboxes: int = DEFAULT_GEARBOXES, seed: int = 1) -> Gear:
-    """What does the gearbox in this file do: play, lost motion, wind-up and through what, hysteresis, transmission error?
+def gear(
+    path: str | Path,
+    joint: str | None = None,
+    torque: Amount | None = None,
+    gearboxes: int = DEFAULT_GEARBOXES,
+    seed: int = 1,
+    lost_motion_torque: Amount | None = None,
+    slope_range: tuple[Amount, Amount] | None = None,
+) -> Gear:
+    """Study the gearbox in this file: play, lost motion, stiffness and compliance by member, hysteresis, transmission error.
 
     path      a file about a gearbox, or an arm with the `joint` whose gearbox is meant
     torque    at the output, "200 N m", or "500 N" for a drive that slides; left out: the rated one
-    gearboxes how many are built of a drawing
+    gearboxes how many samples of a drawing are simulated
     seed      same seed, same bits
+    lost_motion_torque  at which lost motion is read, "4 %" of the rated torque or "12 N m"; left out: as stated, or 3 %
+    slope_range         between which torques the slope of the stiffness is taken, ("50 %", "100 %"), which is the default, or ("10 N m", "40 N m")
 
     Raises InputError with every mistake in the file, and as `studies.gearbox.gear.gear`.
     """
     from lostmotion.formats.part_file import read_gearbox
-    from lostmotion.studies.gearbox.gear import gear as look_at
 
     found = read_gearbox(a_path("path", path), joint)
-    asked = None if torque is None else amount("torque", torque, torque_of(found.part))
-    return Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
+    return look_at(found, ("torque", "lost_motion_torque", "slope_range"), torque, lost_motion_torque, slope_range, gearboxes, seed)
+
+
+def look_at(
+    found: OnePart[ErrorSource],
+    names: tuple[str, str, str],
+    torque: Amount | None,
+    lost_motion_torque: Amount | None,
+    slope_range: tuple[Amount, Amount] | None,
+    gearboxes: int,
+    seed: int,
+) -> Gear:
+    """Study a gearbox that was read; `names` are those of the three arguments for messages."""
+    from lostmotion.studies.gearbox.gear import gear as study
+
+    asked = None if torque is None else amount(names[0], torque, torque_of(found.part))
+    small = None if lost_motion_torque is None else _of_rated(names[1], lost_motion_torque, found.part)
+    slope = None
+    if slope_range is not None:
+        low, high = (_of_rated(names[2], each, found.part) for each in slope_range)
+        if low >= high:
+            raise refuse_argument(names[2], " ".join(map(str, slope_range)), "two rising torques, or shares of the rated one", f"{names[2]} 50% 100%")
+        slope = low, high
+    return Gear(found.name, found.notes, study(found.part, asked, gearboxes, seed, small, slope))
+
+
+def _of_rated(name: str, value: Amount, gearbox: ErrorSource) -> float:
+    """Return a torque stated as such, or as a share of the rated torque in per cent, N m."""
+    wanted = torque_of(gearbox)
+    if not (isinstance(value, str) and value.strip().endswith("%")):
+        return amount(name, value, wanted)
+    share = amount(name, value, Quantity("", "3 %", above=0, high=2.5))
+    rated = getattr(gearbox, "rated_torque", None)
+    if rated is None:
+        raise refuse_argument(name, value, "a torque, for this gearbox states no rated_torque to take a share of", f'{name} "{wanted.example}"')
+    return float(share * rated)
 
 
 def torque_of(gearbox: ErrorSource) -> Quantity:

@@ -17,28 +17,33 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     torque: Annotated[
         str | None, typer.Option(help="Torque at the output, '200 N m'; '500 N' for a drive that slides. Default: the rated one.")
     ] = None,
-    gearboxes: Annotated[int, typer.Option(min=2, help="How many gearboxes of a drawing are built.")] = 1000,
+    lost_motion_torque: Annotated[
+        str | None, typer.Option(help="Read lost motion at ± this torque: '4 %' of the rated one, or '12 N m'. Default: as stated, or 3 %.")
+    ] = None,
+    slope_range: Annotated[
+        tuple[str, str] | None,
+        typer.Option(help="Torques between which the stiffness is a slope. Default: '50 %' '100 %' of the rated one."),
+    ] = None,
+    gearboxes: Annotated[int, typer.Option(min=2, help="How many samples of a drawing are simulated.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same bits.")] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, result.json and profile.dxf. Default: NAME-gearbox.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder, or the file of --dxf.")] = False,  # noqa: FBT002 - a switch
     dxf: Annotated[Path | None, typer.Option(help="Write the profiles to this DXF file too (cycloidal; needs ezdxf).")] = None,
 ) -> None:
-    """Look at one gearbox: play and lost motion as built, what gives way, hysteresis, lobe loads, transmission error, profile."""
-    from lostmotion.ask.amounts import amount
-    from lostmotion.ask.gear import Gear, torque_of
+    """Look at one gearbox: play and lost motion, stiffness and compliance by member, hysteresis, lobe loads, transmission error, profile."""
+    from lostmotion.ask.gear import look_at
     from lostmotion.formats.dxf import CHORD_ERROR, can_draw
     from lostmotion.formats.part_file import read_gearbox
     from lostmotion.report.folder import refuse_existing
     from lostmotion.report.gearbox import refuse_existing_file, write_drawing
-    from lostmotion.studies.gearbox.gear import gear as look_at
 
     folder = out or Path(f"{file.stem}-gearbox")
     found = read_gearbox(file, joint)
     refuse_existing(folder, force=force)
     if dxf is not None:
         refuse_existing_file(dxf, force=force)
-    asked = None if torque is None else amount("--torque", torque, torque_of(found.part))
-    answer = Gear(found.name, found.notes, look_at(found.part, asked, gearboxes, seed))
+    names = "--torque", "--lost-motion-torque", "--slope-range"
+    answer = look_at(found, names, torque, lost_motion_torque, slope_range, gearboxes, seed)
     drawing = None if dxf is None else answer.drawing()
     written = answer.report(folder, force=force)
     if dxf is not None and drawing is not None:

@@ -1,18 +1,17 @@
-"""The figures that only the drawing of a cycloidal gearbox tells: its geometry, its lobes' loads, gearboxes as built, springs, evenness, friction."""
+"""Figures of a cycloidal gearbox by its drawing: geometry, lobe loads, manufactured samples, compliance by member, transmission error, friction."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
 from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, length
 from lostmotion.laws.cycloid import flank, play, pressure_angles, smallest_convex_radius
 from lostmotion.laws.cycloid import ratio as ratio_of
-from lostmotion.parts.gearbox.cycloidal_behaviour import GEARBOXES, LEVELS, LOST_MOTION
-from lostmotion.studies.gearbox.gear_drawn import FOLLOWED, LIGHT
-from lostmotion.studies.intervals import robots_quantile, share_interval, student
+from lostmotion.studies.gearbox.gear_drawn import LIGHT
+from lostmotion.studies.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
@@ -20,9 +19,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.gearbox.gear_drawn import Drawn
 
+Bound: TypeAlias = Literal["", "upper", "lower"]
 _DRAWING: Final = "the drawing"
 _AS_DRAWN: Final = "the stage as drawn, without tolerances"
-_LEVELS: Final = ((0.05, "5 % below"), (0.5, "50 % below"), (0.95, "95 % below"))
+_LEVELS: Final = ((0.05, "5th percentile"), (0.5, "median"), (0.95, "95th percentile"))
 _MOST_WAVES: Final = 8
 # Of the largest wave: smaller ones are not listed.
 _SMALLEST_WAVE: Final = 0.01
@@ -32,52 +32,61 @@ _NEVER_TOUCHING: Final = 1e-12
 
 
 def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> list[Section]:
-    """Which figures belong to the drawing? Geometry, loads, gearboxes built, springs, transmission error, friction where it is stated."""
+    """Return the sections of the drawing: geometry, loads, manufactured samples, compliance, transmission error, friction where it is stated."""
     friction = [] if drawn.rubbing is None else [_friction(drawn)]
-    return [_geometry(gearbox), _lobes(gearbox, drawn), _built(drawn, count), _members(gearbox, drawn), _transmission(drawn), *friction]
+    return [_geometry(gearbox), _lobes(gearbox, drawn), _built(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction]
 
 
-def verdict_of_drawing(drawn: Drawn, wound: float, said: str, count: int) -> str:
-    """What is the answer in a few sentences?"""
-    free, lost = (float(each.mean()) / ARCMIN for each in (drawn.play, drawn.lost_motion))
-    most = float(robots_quantile(drawn.lost_motion)[0]) / ARCMIN
-    out = [f"Play {free:.3g}′ and lost motion {lost:.3g}′ on average over {count} gearboxes built; lost motion below {most:.3g}′ in 95 % of them."]
+def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str, count: int) -> str:
+    """Return the answer in a few sentences."""
+    free, lost, wound = (_mean(each, "") for each in (drawn.play, drawn.lost_motion, drawn.read.wind_up))
+    most = _quantile(drawn.lost_motion, 0.95, "")
+    out = [f"Play {free} and lost motion {lost} on average over {count} simulated gearboxes; 95 % have a lost motion below {most}."]
     if drawn.members:
         name, angle = next(iter(drawn.members.items()))
-        out.append(f"Under {said} the output winds up by {wound / ARCMIN:.3g}′, {100 * angle / wound:.0f} % of it through the {name}.")
+        share = 100 * angle / float(drawn.read.wind_up.mean())
+        out.append(f"Under {said} the output winds up by {'at least ' if gearbox.rigid else ''}{wound}, {share:.0f} % of it through the {name}.")
+    if gearbox.rigid:
+        out.append(f"At most this stiff: not specified are {gearbox.rigid_said}.")
     if drawn.jammed:
         out.append(f"{100 * drawn.jammed / count:.3g} % of the gearboxes jam.")
     return " ".join(out)
 
 
-def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, wound: float, said: str) -> tuple[Card, ...]:
-    """Which figures are asked for first?"""
-    free, lost = (float(robots_quantile(each)[0]) for each in (drawn.play, drawn.lost_motion))
-    hardest = drawn.lobes[0]
-    span = drawn.transmission.peak_to_peak.mean(axis=1)
-    return (
+def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str) -> tuple[Card, ...]:
+    """Return the figures that are asked for first."""
+    read, hardest = drawn.read, drawn.lobes[0]
+    free, lost = (_quantile(each, 0.95, "") for each in (drawn.play, drawn.lost_motion))
+    span = drawn.transmission.peak_to_peak[-1]
+    at_most = "; not all members are specified" if gearbox.rigid else ""
+    cards = [
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
-        Card("play", str(_mean(drawn.play, "")), f"95 % below {free / ARCMIN:.3g} arcmin"),
-        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"at ± {100 * LOST_MOTION:.3g} %; 95 % below {lost / ARCMIN:.3g} arcmin"),
-        Card("wind-up", f"{wound / ARCMIN:.3g} arcmin", f"at {said}, play not counted"),
-        Card("hardest pressed lobe", f"{hardest.largest_peak / 1e9:.3g} GPa", f"{hardest.largest_force:.4g} N at {said}"),
-        Card("transmission error", f"{span[-1] / ARCSEC:.3g} arcsec", f"peak to peak at {said}, mean of {FOLLOWED} gearboxes"),
-    )
+        Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
+        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
+        Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {said}, play not counted"),
+        Card("peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {hardest.largest_force:.3g} N at {said}"),
+        Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {said}, mean of {len(span)} gearboxes"),
+    ]
+    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
+        low, high = read.asked.slope
+        stiff = _stiffness(read.slope, "", "upper" if gearbox.rigid else "")
+        cards.insert(4, Card("stiffness", str(stiff), f"slope from {low:.4g} to {high:.4g} N m{at_most}"))
+    return tuple(cards)
 
 
 def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
-    """What should the reader be warned of?"""
+    """Return what the reader should be warned of."""
     said = []
     if gearbox.rigid:
-        said.append(f"taken as rigid: {gearbox.rigid_said}. The drawing says nothing of them, so the wind-up leaves them out")
+        said.append(
+            f"not specified and taken as rigid: {gearbox.rigid_said}; the true gearbox winds up more, so every stiffness here is an upper limit"
+        )
     if drawn.jammed:
-        said.append("gearboxes that jam have flanks that interfere: no play is counted for them, and their lost motion is that of a preload")
+        said.append("gearboxes that jam have flanks that press on each other without torque; their wind-up counts from where they then rest")
     if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
-        said.append("friction takes more than a fifth of the torque: loads are worked out without it, so efficiency is a rough estimate")
+        said.append("friction takes more than a fifth of the torque: loads are computed without it, so efficiency is a rough estimate")
     if torque <= gearbox.friction_at_rest:
         said.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
-    if torque > LEVELS[-1] * gearbox.rated_torque:
-        said.append(f"wind-up is worked out up to {LEVELS[-1]:g} times the rated torque and goes on straight beyond")
     return tuple(said)
 
 
@@ -85,15 +94,29 @@ def _angle(value: float, samples: str) -> Figure:
     return Figure(value / ARCMIN, "arcmin", samples=samples)
 
 
-def _fine(value: float, samples: str) -> Figure:
-    return Figure(value / ARCSEC, "arcsec", samples=samples)
+def _rms(squares: Floats, samples: str) -> Figure:
+    """Return the root of the mean of squares (sample,), rad^2, with its interval."""
+    found = root_mean_square_of_samples(squares)
+    return Figure(found.value / ARCSEC, "arcsec", found.low / ARCSEC, found.high / ARCSEC, samples)
+
+
+def over_samples(values: Floats, unit: str, factor: float, samples: str, bound: Bound = "") -> Figure:
+    """Return the mean over independent samples (sample,) with Student's interval, multiplied by a factor into `unit`."""
+    mean, half = float(values.mean()), student(len(values) - 1) * float(values.std(ddof=1)) / math.sqrt(len(values))
+    return Figure(mean * factor, unit, (mean - half) * factor, (mean + half) * factor, samples, bound=bound)
 
 
 def _mean(values: Floats, samples: str, unit: str = "arcmin") -> Figure:
-    """Give the mean over gearboxes with Student's interval."""
-    one = ARCMIN if unit == "arcmin" else ARCSEC
-    mean, half = float(values.mean()), student(len(values) - 1) * float(values.std(ddof=1)) / math.sqrt(len(values))
-    return Figure(mean / one, unit, (mean - half) / one, (mean + half) / one, samples)
+    return over_samples(values, unit, 1 / (ARCMIN if unit == "arcmin" else ARCSEC), samples)
+
+
+def _stiffness(values: Floats, samples: str, bound: Bound = "") -> Figure:
+    return over_samples(values, "N m/arcmin", ARCMIN, samples, bound)
+
+
+def _quantile(values: Floats, level: float, samples: str, unit: str = "arcmin", factor: float = 1 / ARCMIN) -> Figure:
+    value, low, high = (float(end) * factor for end in robots_quantile(values, level))
+    return Figure(value, unit, low, high, samples)
 
 
 def _geometry(gearbox: CycloidalGearbox) -> Section:
@@ -173,21 +196,26 @@ def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
 
 
 def _built(drawn: Drawn, count: int) -> Section:
-    counted = f"{count} gearboxes built"
+    counted, read = f"{count} simulated gearboxes", drawn.read
+    quantities = [("play", drawn.play, "arcmin", 1 / ARCMIN, ""), ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, "")]
+    quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {read.asked.torque:.4g} N m, play not counted"))
+    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
+        low, high = read.asked.slope
+        quantities.append(("stiffness", read.slope, "N m/arcmin", ARCMIN, f"slope from {low:.4g} to {high:.4g} N m"))
     rows = []
-    for name, values in (("play", drawn.play), ("lost motion", drawn.lost_motion)):
-        rows.append(Row(f"{name}: mean", (_mean(values, counted),)))
-        for level, label in _LEVELS:
-            value, low, high = (float(end) / ARCMIN for end in robots_quantile(values, level))
-            rows.append(Row(f"{name}: {label}", (Figure(value, "arcmin", low, high, counted),)))
+    for name, values, unit, factor, note in quantities:
+        rows.append(Row(f"{name}: mean", (over_samples(values, unit, factor, counted),), note))
+        rows += [Row(f"{name}: {label}", (_quantile(values, level, counted, unit, factor),)) for level, label in _LEVELS]
     low, high = (100 * end for end in share_interval(drawn.jammed, count))
-    rows.append(Row("gearboxes that jam", (Figure(100 * drawn.jammed / count, "%", low, high, counted),), "flanks interfere all the way round"))
-    note = f"lost motion between ± {drawn.small:.4g} N m; each on average over a turn of the crank"
-    return Section("built", "Gearboxes as built", ("value",), tuple(rows), note)
+    rows.append(
+        Row("gearboxes that jam", (Figure(100 * drawn.jammed / count, "%", low, high, counted),), "flanks press on each other all the way round")
+    )
+    note = f"lost motion between ± {read.asked.small:.4g} N m; each sample on average over a turn of the crank"
+    return Section("built", "Manufactured samples", ("value",), tuple(rows), note)
 
 
-def _members(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
-    counted = f"the average of {GEARBOXES} gearboxes built"
+def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
+    counted = f"mean of {count} simulated gearboxes"
     whole = sum(drawn.members.values())
     torque = float(drawn.transmission.loads[-1])
     rows = [
@@ -202,29 +230,29 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         for name, angle in drawn.members.items()
     ]
     if whole:
-        stiffness = Figure(torque / whole * ARCMIN, "N m/arcmin", samples=counted)
-        rows.append(Row("all together", (_angle(whole, counted), Figure(100.0, "%", samples=counted), stiffness)))
-    rigid = f"taken as rigid: {gearbox.rigid_said}" if gearbox.rigid else "nothing is taken as rigid"
+        together = _mean(drawn.read.wind_up, counted), Figure(100.0, "%", samples=counted), _stiffness(drawn.read.secant, counted)
+        rows.append(Row("all together", together))
+    rigid = f"not specified and taken as rigid: {gearbox.rigid_said}" if gearbox.rigid else "every member is specified"
     note = f"under {torque:.4g} N m at the output, play not counted; stiffness: torque over wind-up; {rigid}"
-    return Section("members", "What gives way", ("wind-up", "share", "stiffness"), tuple(rows), note)
+    return Section("members", "Compliance by member", ("wind-up", "share", "stiffness"), tuple(rows), note)
 
 
 def _transmission(drawn: Drawn) -> Section:
-    counted = f"{FOLLOWED} gearboxes built"
     found = drawn.transmission
+    counted = f"{found.errors.shape[-1]} simulated gearboxes"
     rows = [
         Row("peak to peak", tuple(_mean(each, counted, "arcsec") for each in found.peak_to_peak)),
-        Row("root mean square", tuple(_fine(float(np.sqrt((each**2).mean())), counted) for each in found.errors[:, :-1])),
+        Row("root mean square", tuple(_rms(each, counted) for each in found.mean_square)),
     ]
     strongest = np.argsort(-(found.amplitude**2).sum(axis=0), kind="stable")[:_MOST_WAVES]
     rows += [
-        Row(f"{found.cycles[k]:g} per turn", tuple(_fine(float(each), counted) for each in found.amplitude[:, k]))
+        Row(f"{found.cycles[k]:g} per turn", tuple(_rms(each, counted) for each in found.power[:, k]))
         for k in sorted(strongest)
         if found.amplitude[:, k].max() > _SMALLEST_WAVE * found.amplitude.max()
     ]
     columns = tuple(f"at {load:.4g} N m" for load in found.loads)
     note = (
-        f"peak to peak: mean over gearboxes; waves per turn of the output: amplitude, root mean square over gearboxes, the largest {_MOST_WAVES}; "
+        f"peak to peak: mean over gearboxes; per turn of the output: root mean square amplitude of each of the {_MOST_WAVES} largest harmonics; "
         f"loads: {100 * LIGHT:.0f} % and all of the torque"
     )
     return Section("transmission", "Transmission error", columns, tuple(rows), note)

@@ -6,25 +6,32 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet
-from lostmotion.figures.cycloidal import cards_of_drawing, doubts_of_drawing, sections_of_drawing, verdict_of_drawing
+from lostmotion.figures.cycloidal import Bound, cards_of_drawing, doubts_of_drawing, over_samples, sections_of_drawing, verdict_of_drawing
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_behaviour import GEARBOXES
 from lostmotion.parts.gearbox.kinds import SlidingDrive
 from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
 from lostmotion.parts.gearbox.worm import WormGearbox
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lostmotion.spatial import Floats
     from lostmotion.studies.gearbox.gear import AnyGearbox, GearStudy, Loop, StatedGearbox
     from lostmotion.studies.gearbox.gear_drawn import Drawn
+    from lostmotion.studies.gearbox.readings import Readings
 
 _STATED: Final = "the values stated"
 _WORDS: Final = (
     ("play", "how far the output turns freely. A load above friction holds it on one side."),
-    ("lost motion", "how far the output turns between a small torque one way and the other: play, and what gives under that torque."),
+    ("lost motion", "how far the output turns between the middles of the loop at a small torque one way and the other: play, and elastic wind-up."),
     ("wind-up", "how far the output turns under the torque with the input held, play not counted."),
-    ("friction's loop", "with friction the output stands elsewhere when the torque rises than when it falls. Play comes on top."),
+    ("torsion", "the same from the middle of the play: half the play and the wind-up."),
+    ("secant, slope", "stiffness as torque over wind-up, and as the rise of the torque-angle curve between two torques. Makers print either."),
+    ("friction's loop", "hysteresis: with friction the output stands elsewhere when the torque rises than when it falls. Play comes on top."),
     ("transmission error", "how far the output runs ahead or behind an even ratio as it turns."),
 )
 
@@ -80,7 +87,7 @@ def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> S
 
 def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tuple[str, ...]) -> Sheet:
     units = units_of(gearbox)
-    loop = () if study.loop is None else (_loop(study.loop, study, units),)
+    loop = () if study.loop is None or study.read is None else (_loop(study.loop, study.read, study, units),)
     return Sheet(
         name=name,
         subject="gearbox",
@@ -95,20 +102,20 @@ def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tupl
 
 
 def _of_drawing(name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: Drawn, notes: tuple[str, ...]) -> Sheet:
-    units, wound = TURNING, study.wind_up or math.nan
+    units = TURNING
     said = _said(study, units)
     geometry, lobes, built, *others = sections_of_drawing(gearbox, drawn, study.count)
-    loop = () if study.loop is None else (_loop(study.loop, study, units),)
+    loop = () if study.loop is None else (_loop(study.loop, drawn.read, study, units),)
     return Sheet(
         name=name,
         subject="gearbox",
-        counts=f"{said}; {study.count} gearboxes built, seed {study.seed}",
-        verdict=verdict_of_drawing(drawn, wound, said, study.count),
-        cards=cards_of_drawing(gearbox, drawn, wound, said),
+        counts=f"{said}; {study.count} simulated gearboxes, seed {study.seed}",
+        verdict=verdict_of_drawing(gearbox, drawn, said, study.count),
+        cards=cards_of_drawing(gearbox, drawn, said),
         sections=(geometry, lobes, built, *loop, *others),
         notes=(*notes, *doubts_of_drawing(gearbox, drawn, study.torque or gearbox.rated_torque)),
         words=_WORDS,
-        source=f"seed {study.seed}, {study.count} gearboxes built; torque: {said}. The same file, version, torque and seed give the same bytes.",
+        source=f"seed {study.seed}, {study.count} simulated gearboxes; torque: {said}. The same file, version, torque and seed give the same bytes.",
         seed=study.seed,
         facts={**_facts(name, study, units), "seed": study.seed, "built": study.count, "taken_as_rigid": list(gearbox.rigid)},
     )
@@ -129,33 +136,67 @@ def _facts(name: str, study: GearStudy, units: Units) -> dict[str, Any]:
 
 
 def _doubts(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
-    if study.torque is None:
+    if study.read is None or study.torque is None:
         return (f"no rated {units.what} is stated, so nothing under load is shown: give one with --torque",)
+    said = []
     if study.loop is None and study.torque <= gearbox.friction:
-        return (f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown",)
-    return ()
+        said.append(f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown")
+    if study.read.lost_motion is None or study.read.slope is None:
+        said.append(
+            f"no rated {units.what} is stated, so no lost motion at a share of it and no slope of the stiffness are shown: state rated_torque, or "
+            f"give {units.what}s with --lost-motion-torque and --slope-range"
+        )
+    return tuple(said)
 
 
 def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
-    said = [f"A {gearbox.kind} gearbox by stated figures; what is not stated is taken as none."]
+    named = {"stiffness": gearbox.zones, "play": gearbox.play.nominal, "hysteresis": gearbox.hysteresis, "transmission error": gearbox.waves}
+    silent = ", ".join(name for name, stated in named.items() if not stated)
+    said = [f"A {gearbox.kind} gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
     if study.loop is not None:
-        play, lost = (units.of_angle(each, _STATED) for each in (study.loop.play, study.loop.lost_motion))
-        said.append(f"Play {play}, lost motion {lost} between ± {study.loop.small:.4g} {units.torque}.")
+        said.append(f"Play {_play(gearbox, units)}.")
+    if study.read is not None and study.read.lost_motion is not None:
+        said.append(f"Lost motion {_lost_motion(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
     if study.wind_up:
-        said.append(f"Under {_said(study, units)} the output winds up by {units.of_angle(study.wind_up, _STATED)}.")
+        said.append(f"Under {_said(study, units)} the output winds up by {_wound(gearbox, study.wind_up, units)}.")
     return " ".join(said)
 
 
 def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]:
-    ratio = _ratio(gearbox)
+    ratio, read = _ratio(gearbox), study.read
     cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
-    cards.append(Card("play", str(units.of_angle(gearbox.play.nominal, _STATED)), "" if gearbox.play.nominal else "none is stated"))
-    if study.loop is not None:
-        between = f"between ± {study.loop.small:.4g} {units.torque}"
-        cards.append(Card("lost motion", str(units.of_angle(study.loop.lost_motion, _STATED)), between))
-    if study.wind_up:
-        cards.append(Card("wind-up", str(units.of_angle(study.wind_up, _STATED)), f"at {study.torque:.4g} {units.torque}"))
+    cards.append(Card("play", str(_play(gearbox, units)), "" if gearbox.play.nominal else "none is stated"))
+    if read is not None and read.lost_motion is not None:
+        cards.append(Card("lost motion", str(_lost_motion(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
+    if study.wind_up and read is not None:
+        cards.append(Card("torsion", str(_torsion(gearbox, read, units)), f"from the middle of the play at {study.torque:.4g} {units.torque}"))
+        cards.append(Card("wind-up", str(_wound(gearbox, study.wind_up, units)), f"at {study.torque:.4g} {units.torque}, play not counted"))
     return cards
+
+
+def _play(gearbox: StatedGearbox, units: Units) -> Figure:
+    return _limited(gearbox.play.nominal, gearbox.play.tolerance, units)
+
+
+def _wound(gearbox: StatedGearbox, wound: float, units: Units) -> Figure:
+    """Return a wind-up with the limits that the stated scatter of the stiffness sets."""
+    return _limited(wound, gearbox.stiffness_scatter * wound, units)
+
+
+def _lost_motion(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+    """Return the lost motion with its limits: those of play and wind-up, independent of each other, by the root of their squares."""
+    value = math.nan if read.lost_motion is None else float(read.lost_motion[0])
+    return _limited(value, math.hypot(gearbox.play.tolerance, gearbox.stiffness_scatter * (value - gearbox.play.nominal)), units)
+
+
+def _torsion(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+    value = float(read.torsion[0])
+    return _limited(value, math.hypot(gearbox.play.tolerance / 2, gearbox.stiffness_scatter * float(read.wind_up[0])), units)
+
+
+def _limited(value: float, tolerance: float, units: Units) -> Figure:
+    ends = (value - tolerance, value + tolerance) if tolerance else (math.nan, math.nan)
+    return units.of_angle(value, _STATED, *ends, ends="stated limits")
 
 
 def _ratio(gearbox: AnyGearbox) -> Figure | None:
@@ -178,10 +219,9 @@ def _stated(gearbox: StatedGearbox, units: Units) -> Section:
     if gearbox.rated_torque is not None:
         rows.append(Row(f"rated {units.what}", (units.of_torque(gearbox.rated_torque, _STATED),)))
     play = gearbox.play
-    limits = (play.nominal - play.tolerance, play.nominal + play.tolerance) if play.tolerance else (math.nan, math.nan)
     from_lost_motion = "follows from the lost motion" if gearbox.lost_motion is not None else ""
     if play.nominal or gearbox.backlash is not None:
-        rows.append(Row("play", (units.of_angle(play.nominal, _STATED, *limits, ends="stated limits"),), from_lost_motion))
+        rows.append(Row("play", (_play(gearbox, units),), from_lost_motion))
     if gearbox.lost_motion is not None:
         note = f"between ± {100 * gearbox.lost_motion_torque:.3g} % of the rated {units.what}"
         rows.append(Row("lost motion", (units.of_angle(gearbox.lost_motion, _STATED),), note))
@@ -213,23 +253,85 @@ def _zones(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
     return (Section("zones", "Stiffness", ("value",), tuple(rows), note),)
 
 
-def _loop(loop: Loop, study: GearStudy, units: Units) -> Section:
-    drawn = study.drawn
-    exact = _STATED if drawn is None else f"the average of {GEARBOXES} gearboxes built, play of {study.count}"
-    most = float(loop.torque[-1])
-    rows = []
+def _loop(loop: Loop, read: Readings, study: GearStudy, units: Units) -> Section:
+    gearbox, torque = study.gearbox, study.gearbox.rated_torque
+    show = _Shown(study, units)
+    rows = [*_stiffnesses(read, study, show)]
+    assumed = "" if gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
+    crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "traversed by any load"
+    rows.append(Row("play", (show.play,), crossed))
+    rows.append(Row("friction's loop alone", (show.angle(read.friction_width),), f"width at zero {units.what}"))
+    if study.drawn is not None and study.drawn.rubbing is not None:
+        half = f"width at {read.asked.torque / 2:.4g} {units.torque}"
+        rows.append(Row("friction's loop under load", (show.angle(read.friction_under_load),), half))
+    rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width),), "play and friction"))
+    if read.lost_motion is not None and read.asked.small is not None:
+        share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
+        note = f"between the middles of the loop at ± {read.asked.small:.4g} {units.torque}{share}"
+        rows.append(Row("lost motion", (show.lost_motion(read),), note))
+    return Section(
+        "loop", "Stiffness and hysteresis", ("value",), tuple(rows), f"loading and unloading in both directions, input held; {show.samples}"
+    )
+
+
+def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
+    """Yield the rows of torsion and stiffness, each with its definition."""
+    units, torque = show.units, f"{read.asked.torque:.4g} {show.units.torque}"
     if study.wind_up:
-        rows.append(Row(f"wind-up at {most:.4g} {units.torque}", (units.of_angle(study.wind_up, exact),), "either way, play not counted"))
-        rows.append(Row("stiffness up to there", (units.of_stiffness(most / study.wind_up, exact),), f"{units.what} over wind-up"))
-    assumed = "" if study.gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
-    crossed = f"crossed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "crossed by any load"
-    rows.append(Row("play", (units.of_angle(loop.play, exact),), crossed))
-    rows.append(Row("friction's loop alone", (units.of_angle(loop.friction_width, exact),), f"width at zero {units.what}"))
-    rows.append(Row(f"whole loop at zero {units.what}", (units.of_angle(loop.width, exact),), "play and friction"))
-    note = f"between the middles of the loop at ± {loop.small:.4g} {units.torque}"
-    note += "" if study.gearbox.rated_torque is not None else f", for want of a rated {units.what} a share of the one given"
-    rows.append(Row("lost motion", (units.of_angle(loop.lost_motion, exact),), note))
-    return Section("loop", "Hysteresis", ("value",), tuple(rows), f"output under a {units.what} that goes to and fro, input held")
+        yield Row(f"torsion at {torque}", (show.torsion(read),), "from the middle of the play: half the play and the wind-up")
+        yield Row(f"wind-up at {torque}", (show.wound(read),), "either way, play not counted")
+        yield Row("stiffness, secant", (show.stiffness(read.secant),), f"{torque} over the wind-up there")
+    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
+        low, high = read.asked.slope
+        rated = study.gearbox.rated_torque
+        share = "" if rated is None else f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
+        yield Row("stiffness, slope", (show.stiffness(read.slope),), f"from {low:.4g} to {high:.4g} {units.torque}{share}, on the middle of the loop")
+
+
+class _Shown:
+    """How readings become figures: of manufactured samples their mean with its interval, of stated figures the value with its limits.
+
+    Where members are not specified, wind-up is a lower and stiffness an upper limit.
+    """
+
+    def __init__(self, study: GearStudy, units: Units) -> None:
+        self.units = units
+        self._drawn = study.drawn
+        self._stated = None if isinstance(study.gearbox, CycloidalGearbox) else study.gearbox
+        self._bounded = isinstance(study.gearbox, CycloidalGearbox) and bool(study.gearbox.rigid)
+        self.samples = _STATED if self._stated is not None else f"mean of {study.count} simulated gearboxes"
+
+    @property
+    def play(self) -> Figure:
+        if self._stated is not None:
+            return _play(self._stated, self.units)
+        return self.angle(self._drawn.play if self._drawn is not None else np.zeros(2))
+
+    def angle(self, values: Floats, bound: Bound = "") -> Figure:
+        if self._stated is not None:
+            return self.units.of_angle(float(values[0]), _STATED)
+        return over_samples(values, self.units.angle, self.units.angle_factor, self.samples, bound)
+
+    def stiffness(self, values: Floats) -> Figure:
+        factor, unit = self.units.stiffness_factor, self.units.stiffness
+        if self._stated is None:
+            return over_samples(values, unit, factor, self.samples, "upper" if self._bounded else "")
+        value, share = float(values[0]) * factor, self._stated.stiffness_scatter
+        ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
+        return Figure(value, unit, *ends, _STATED, "stated limits")
+
+    def wound(self, read: Readings) -> Figure:
+        if self._stated is not None:
+            return _wound(self._stated, float(read.wind_up[0]), self.units)
+        return self.angle(read.wind_up, "lower" if self._bounded else "")
+
+    def torsion(self, read: Readings) -> Figure:
+        return _torsion(self._stated, read, self.units) if self._stated is not None else self.angle(read.torsion, "lower" if self._bounded else "")
+
+    def lost_motion(self, read: Readings) -> Figure:
+        if self._stated is not None:
+            return _lost_motion(self._stated, read, self.units)
+        return self.angle(np.zeros(2) if read.lost_motion is None else read.lost_motion)
 
 
 def _waves(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:

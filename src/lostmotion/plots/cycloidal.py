@@ -30,7 +30,7 @@ def drawing_plots(study: GearStudy) -> list[Plot]:
     drawn = study.drawn
     if drawn is None:
         raise ValueError("a gearbox by stated figures has no drawing")
-    counted = f"{study.count} gearboxes built"
+    counted = f"{study.count} simulated gearboxes"
     out = [
         Plot("profile", "geometry", profile(study), "Discs and ring at true scale, with the pitch point and the force on each lobe as an arrow."),
         Plot("lobe-loads", "lobes", lobe_loads(drawn.lobes), "Load and peak pressure of each lobe over its angle from the line of centres."),
@@ -136,7 +136,7 @@ def error(found: Transmission) -> go.Figure:
             line={"color": _COLOURS[k], "width": 1.4},
             hovertemplate=f"gearbox {k + 1}<br>crank %{{x:.4~g}}°: %{{y:.3~g}} arcsec<extra></extra>",
         )
-        for k in range(SHOWN)
+        for k in range(min(SHOWN, found.errors.shape[-1]))
     ]
     figure = framed(f"Transmission error, {found.loads[-1]:.4g} N m", *traces, height=340)
     figure.update_xaxes(title_text="crank angle [deg]", dtick=60, range=[0, 360])

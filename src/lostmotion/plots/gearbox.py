@@ -24,10 +24,10 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
     units = units_of(study.gearbox)
     drawn = []
     if study.loop is not None:
-        words = f"How far the output turns as the {units.what} goes to and fro, with the play and the lost motion marked."
+        words = "Torque-angle hysteresis of the output, with the play and the lost motion marked."
         drawn.append(Plot("hysteresis", "loop", hysteresis(study.loop, units), words))
-        near = max(4 * study.loop.small, 6 * study.loop.rest)
-        if near < study.loop.torque[-1]:
+        near = max(4 * (study.loop.small or 0.0), 6 * study.loop.rest)
+        if 0 < near < study.loop.torque[-1]:
             drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, units, near), f"{words} Only near zero."))
     if isinstance(study.gearbox, CycloidalGearbox):
         return [*drawing_plots(study), *drawn]
@@ -38,7 +38,7 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
 
 
 def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> go.Figure:
-    """How far does the output turn as the torque goes to and fro? The whole loop, friction's alone, and where the lost motion is read.
+    """Return the plot of the output's angle under loading and unloading: the whole loop, friction's alone, and where the lost motion is read.
 
     Only torques up to `near` (N m) are shown.
     """
@@ -54,17 +54,18 @@ def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> go.Figure:
         angle = np.concatenate([rising, falling[::-1], rising[:1]])
         hover = f"{name}<br>%{{x:.4~g}} {units.torque}: %{{y:.4~g}} {units.angle}<extra></extra>"
         traces.append(go.Scatter(x=_short(there_and_back), y=_short(angle * factor), mode="lines", name=name, line=line, hovertemplate=hover))
-    ends = loop.ends * factor
-    hover = f"lost motion, read at %{{x:.4~g}} {units.torque}: %{{y:.4~g}} {units.angle}<extra></extra>"
-    name = f"lost motion {ends[1] - ends[0]:.3g} {units.angle}"
-    marker = {"color": RED, "size": 8}
-    traces.append(go.Scatter(x=[-loop.small, loop.small], y=ends, mode="markers", name=name, marker=marker, hovertemplate=hover))
+    if loop.small is not None and len(loop.ends):
+        ends = loop.ends * factor
+        hover = f"lost motion, read at %{{x:.4~g}} {units.torque}: %{{y:.4~g}} {units.angle}<extra></extra>"
+        name = f"lost motion {ends[1] - ends[0]:.3g} {units.angle}"
+        marker = {"color": RED, "size": 8}
+        traces.append(go.Scatter(x=[-loop.small, loop.small], y=ends, mode="markers", name=name, marker=marker, hovertemplate=hover))
     if loop.play:
         half = loop.play / 2 * factor
         name, hover = f"play {2 * half:.3g} {units.angle}", f"play at zero {units.what}<extra></extra>"
         traces.append(go.Scatter(x=[0, 0], y=[-half, half], mode="lines", name=name, line={"color": GREEN, "width": 5}, hovertemplate=hover))
     zoomed = math.isfinite(near)
-    figure = framed("The same near zero" if zoomed else "Output under a load that goes to and fro", *traces, height=460)
+    figure = framed("The same near zero" if zoomed else "Torque-angle hysteresis", *traces, height=460)
     figure.update_xaxes(title_text=f"{units.what} on the output [{units.torque}]")
     if zoomed:
         highest = 1.08 * float(np.interp(near, loop.torque, loop.falling)) * factor

@@ -112,9 +112,7 @@ def behaviour(gearbox: CycloidalGearbox) -> Behaviour:
     both_ways = made.wind_up[1 + small] - made.wind_up[0]
     drawn = wind_up(gearbox, torque)
     alike = plain_springs(drawn)
-    # Flanks that differ take the load one after the other: on average that winds up more than flanks as drawn.
-    uneven = made.wind_up[1:].mean(axis=1) - (sum(drawn.values()) - alike)
-    members = drawn | {"lobe contacts": drawn["lobe contacts"] + uneven}
+    members = shared_out(drawn, made.wind_up[1:].mean(axis=1))
     waves, left_out = _waves(gearbox)
     start = np.zeros(1)
     return Behaviour(
@@ -175,6 +173,18 @@ def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
     if first is not None and first.kind == "cycloidal":
         out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in cycloid_drive.members(first.drive, torque / steps).items()}
     return out | _outside(gearbox, torque)
+
+
+def shared_out(as_drawn: dict[str, Floats], found: Floats) -> dict[str, Floats]:
+    """Return the members' wind-up (torque,), rad, so that those that differ from gearbox to gearbox add up to their mean `found` (torque,), rad.
+
+    Flanks that differ take the load one after the other: what they wind up beyond flanks as drawn belongs to the lobe contacts. Flanks that press on
+    each other wind up less: then all of these members do, in proportion.
+    """
+    own = sum(as_drawn.values()) - plain_springs(as_drawn)
+    share = np.where(found < own, found / np.where(own > 0, own, 1.0), 1.0)
+    out = {name: angle if name.removeprefix(FIRST_STAGE) in _ALIKE else share * angle for name, angle in as_drawn.items()}
+    return out | {"lobe contacts": out["lobe contacts"] + np.maximum(found - own, 0.0)}
 
 
 def plain_springs(members: dict[str, Floats]) -> Floats:
@@ -328,6 +338,11 @@ class Loop(ErrorSource):
         return hysteresis_terms(at, (falling - rising) / 2)
 
 
+def material_shares() -> dict[str, tuple[float, float]]:
+    """Return by which share each member's wind-up follows the compliance of the disc's material, and of the ring's."""
+    return {"lobe contacts": (0.5, 0.5), "disc body": (1.0, 0.0), **dict.fromkeys(("ring body", "ring lobes", "ring pins"), (0.0, 1.0))}
+
+
 def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
     """Which sources of error has a gearbox of this drawing? Those that are zero are left out.
 
@@ -342,7 +357,7 @@ def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
         limit = min(float(found.play.std()) * Normal().bound, play)
         out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest, OF_RATED if gearbox.friction_torque is None else "")
     disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
-    scatters = {"lobe contacts": (disc + ring) / 2, "disc body": disc, "ring body": ring, "ring lobes": ring, "ring pins": ring}
+    scatters = {name: of_disc * disc + of_ring * ring for name, (of_disc, of_ring) in material_shares().items()}
     for name, angle in found.wind_up.items():
         if angle.any():
             scatter = found.scatter if name == "lobe contacts" else None

@@ -1,0 +1,126 @@
+"""What a gearbox's maker prints, read off the torque-angle curve: torsion, stiffness, lost motion and hysteresis, for each manufactured sample.
+
+Definitions: Nabtesco, RV series, data sheets (lost motion between the middles of the loop at ±3 % of the rated torque; torsion from the middle of the
+play); Harmonic Drive at ±4 %; slope between 50 and 100 % of the rated torque as most makers of planetary gearboxes print it. A gearbox by stated
+figures counts as one sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from lostmotion.laws.gears import friction_loop, wind_up
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.spatial import Floats
+
+
+class Curve(Protocol):
+    """The torque-angle curve of a gearbox, play not counted."""
+
+    def wound(self, torque: Floats) -> Floats:
+        """Return the wind-up (torque, sample), rad, under torques (torque,) N m of either sign, friction not counted."""
+
+    def branches(self, torque: Floats) -> tuple[Floats, Floats]:
+        """Return the angles (torque, sample), rad, at which friction leaves the output as the torque rises, and as it falls."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatedCurve:
+    """The curve of stated figures: stiffness (N m/rad) in zones up to `limits` (N m), and a loop of the full width `hysteresis` (rad)."""
+
+    stiffness: Sequence[float]
+    limits: Sequence[float]
+    hysteresis: float
+
+    def wound(self, torque: Floats) -> Floats:
+        """Return the wind-up (torque, 1), rad."""
+        return (wind_up(torque, self.stiffness, self.limits) if self.stiffness else np.zeros_like(torque))[:, None]
+
+    def branches(self, torque: Floats) -> tuple[Floats, Floats]:
+        """Return the wind-up less and plus half of the loop (torque, 1), rad."""
+        angle = self.wound(torque)
+        return angle - self.hysteresis / 2, angle + self.hysteresis / 2
+
+
+@dataclass(frozen=True, slots=True)
+class SampledCurve:
+    """The curves of manufactured samples: `angle` (level, sample) rad and `friction` (level,) N m at `torque` (level,) N m, from zero on.
+
+    Straight lines between the levels, and straight on beyond the last.
+    """
+
+    torque: Floats
+    angle: Floats
+    friction: Floats
+
+    def wound(self, torque: Floats) -> Floats:
+        """Return the wind-up (torque, sample), rad."""
+        size = np.abs(torque)
+        at = np.clip(np.searchsorted(self.torque, size, side="right"), 1, len(self.torque) - 1)
+        share = (size - self.torque[at - 1]) / (self.torque[at] - self.torque[at - 1])
+        return np.asarray(np.sign(torque)[:, None] * (self.angle[at - 1] + share[:, None] * (self.angle[at] - self.angle[at - 1])))
+
+    def branches(self, torque: Floats) -> tuple[Floats, Floats]:
+        """Return the angles (torque, sample), rad: w(T - F) as the torque rises, w(T + F) as it falls."""
+        size = np.abs(torque)
+        slope = (self.friction[-1] - self.friction[-2]) / (self.torque[-1] - self.torque[-2])
+        rubs = np.interp(size, self.torque, self.friction) + np.maximum(size - self.torque[-1], 0.0) * slope
+        return friction_loop(self.wound, torque, rubs)
+
+
+@dataclass(frozen=True, slots=True)
+class Definitions:
+    """At which torques (N m) a maker's figures are read: `torque` of the torsion, `small` of the lost motion, `slope` (two) of the stiffness."""
+
+    torque: float
+    small: float | None = None
+    slope: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """What was read off, each (sample,): angles in rad, stiffness in N m/rad (sliding drives: m and N/m), rigid: infinite.
+
+    wind_up at the torque, play not counted; torsion from the middle of the play to there; secant torque over wind-up; slope between two torques, on
+    the middle of the loop; lost_motion between the middles of the loop at ± the small torque; friction_width and width of the loop at zero torque,
+    without and with the play; friction_under_load at half the torque.
+    """
+
+    asked: Definitions
+    wind_up: Floats
+    torsion: Floats
+    secant: Floats
+    slope: Floats | None
+    lost_motion: Floats | None
+    friction_width: Floats
+    width: Floats
+    friction_under_load: Floats
+
+
+def readings(curve: Curve, play: Floats, asked: Definitions) -> Readings:
+    """Read the figures off a curve with this play (sample,), rad."""
+    wound = curve.wound(np.array([asked.torque]))[0]
+    rising, falling = curve.branches(np.array([0.0, asked.torque / 2]))
+    loop, loaded = falling - rising
+    lost = slope = None
+    if asked.small is not None:
+        lost = play + 2 * _middle(curve, asked.small)
+    if asked.slope is not None:
+        low, high = asked.slope
+        slope = _over(high - low, _middle(curve, high) - _middle(curve, low))
+    return Readings(asked, wound, play / 2 + wound, _over(asked.torque, wound), slope, lost, loop, play + loop, loaded)
+
+
+def _middle(curve: Curve, torque: float) -> Floats:
+    rising, falling = curve.branches(np.array([torque]))
+    return np.asarray((rising + falling)[0] / 2)
+
+
+def _over(torque: float, angle: Floats) -> Floats:
+    return np.asarray(np.where(angle > 0, torque / np.where(angle > 0, angle, 1.0), np.inf))
