@@ -89,7 +89,7 @@ def test_no_warning_without_need(file, text):
         ('clearance = "cn"', "bearing.clearance", "C2, CN, C3, C4"),
         ("clearance = 3", "bearing.clearance", "without a unit"),
         ('clearance = "large"', "bearing.clearance", "length"),
-        ('shaft_fit = "k7"', "bearing.shaft_fit", "k5"),
+        ('shaft_fit = "q5"', "bearing.shaft_fit", "k5"),
         ("shaft_fit = 5", "bearing.shaft_fit", "zone"),
         ('housing_fit = "h7"', "bearing.housing_fit", "H7"),
         ('shaft_fit = "k5"\nshaft_interference = "10 µm"', "bearing.shaft_fit", "one of the two"),
@@ -111,9 +111,9 @@ def test_mistakes_are_told_under_their_key(file, text, key, said):
 def test_sizes_beyond_the_tables_name_the_nearest_row(file):
     """A bore that the tables do not hold is refused with the nearest range, for the group and for the fit."""
     with pytest.raises(InputError) as refused:
-        read_bearing(file("[bearing]\n" + ROLLERS.replace('"60 mm"', '"6 mm"') + 'clearance = "CN"\nshaft_fit = "k5"\n'))
+        read_bearing(file("[bearing]\n" + ROLLERS.replace('"60 mm"', '"2 mm"') + 'clearance = "CN"\nshaft_fit = "k5"\n'))
     assert {problem.key for problem in refused.value.problems} == {"bearing.shaft_fit"}
-    assert "over 30 to 80 mm" in refused.value.problems[0].expected
+    assert "over 3 to 250 mm" in refused.value.problems[0].expected
     # no zone helps there
     assert refused.value.problems[0].example.startswith("shaft_interference = ")
     with pytest.raises(InputError, match="the nearest row is over 80 to 100 mm"):

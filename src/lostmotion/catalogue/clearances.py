@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Final, Literal, NoReturn
 
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.laws.fits import interference
+from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, limit_deviations, zone_mistake
 from lostmotion.units import Toleranced
 
 Bearing = Literal["deep-groove ball", "cylindrical roller"]
@@ -47,8 +49,17 @@ class Table:
 
 @functools.cache
 def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
-    """Which tables are known: clearances by kind of bearing, fits by kind of surface? In SI."""
-    return {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in packaged(f"{file}.toml").items()}
+    """Return the tables: clearances by kind of bearing, fits by kind of surface. In SI; of shafts and housings the common zones."""
+    of_formulas = {} if file == "clearances" else {name: _of_zones(zones) for name, zones in (("shaft", SHAFT_ZONES), ("housing", HOLE_ZONES))}
+    return of_formulas | {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in packaged(f"{file}.toml").items()}
+
+
+def _of_zones(zones: tuple[str, ...]) -> Table:
+    rows = [
+        Range(low * _MILLIMETRE, high * _MILLIMETRE, {zone: limit_deviations(zone, high * _MILLIMETRE) for zone in zones})
+        for low, high in pairwise(STEPS)
+    ]
+    return Table("ISO 286-1, formulas, rounded as its tables [M 95]", tuple(rows))
 
 
 def delivered_clearance(bearing: Bearing, bore: float, group: str = "CN") -> tuple[float, float]:
@@ -63,10 +74,20 @@ def delivered_clearance(bearing: Bearing, bore: float, group: str = "CN") -> tup
 def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[float, float]:
     """Between which deviations (m, lower and upper) from its nominal diameter (m) lies a shaft, a housing bore, or a bearing's ring?
 
-    `zone` as k5 of a shaft or J7 of a housing (ISO 286-2), "normal" of a bearing's ring (ISO 492). The tables hold what bearings of robot
-    joints sit on, shafts of 30-80 mm in housings of 50-120 mm. Raises InputError for what they do not hold, with the nearest there is.
+    `zone` as k5 of a shaft or J7 of a housing (ISO 286, zones f to s, over 3 mm to 250 mm), "normal" of a bearing's ring (ISO 492). Raises InputError
+    for what they do not hold, with the nearest there is.
     """
-    return _limits("fits", surface, diameter, zone)
+    if surface not in {"shaft", "housing"}:
+        return _limits("fits", surface, diameter, zone)
+    expected, near = zone_mistake(zone, hole=surface == "housing")
+    if expected:
+        _refuse("fits", shown(zone), expected, near, near)
+    try:
+        return limit_deviations(zone, diameter)
+    except ValueError:
+        found = f"a {surface} of {diameter / _MILLIMETRE:g} mm"
+        end = RANGES[0] + 1 if diameter < RANGES[1] * _MILLIMETRE else RANGES[-1]
+        _refuse("fits", found, f"a diameter over {RANGES[0]} to {RANGES[-1]} mm", f"{end} mm")
 
 
 def clearance_of_group(bearing: Bearing, bore: float, group: str = "CN") -> Toleranced:

@@ -164,7 +164,8 @@ def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[Gearbo
             table = tables(file)[name]
             lines = tuple(Row(str(row), (), _bands(row)) for row in table.rows)
             section = Section("bearings", f"{what.capitalize()}, µm from … to", (), lines, f"Source: {_sourced(table.source)}.")
-            return _sheet(name, [section], [{"name": name, **packaged(f"{file}.toml")[name]}])
+            known_rows = [{"over": row.over, "to": row.to, **row.limits} for row in table.rows]
+            return _sheet(name, [section], [{"name": name, **packaged(f"{file}.toml").get(name, {"source": table.source, "rows": known_rows})}])
     if kind in (None, "gearbox"):
         rows = _named(name, ratio, own, alone=kind is not None)
         if rows:
