@@ -14,7 +14,7 @@ import pytest
 import lostmotion
 from lostmotion.arm import tool_points
 from lostmotion.figures import find_row
-from lostmotion.figures.targets import in_unit, sized
+from lostmotion.figures.item_sizes import in_unit, sized
 from lostmotion.plots.targets import targets_plots
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.places import poses_in_zone
@@ -72,6 +72,27 @@ def test_yield_is_told_with_its_interval(asked):
     rows = next(section for section in asked.sheet.sections if section.key == "yield").rows
     assert rows[0].figures[0].value == pytest.approx(100 * first.share)
     assert f"{first.within} of 60 robots" in rows[0].note
+
+
+def test_items_that_do_not_limit_a_target_have_words_for_a_size():
+    """No encoder with a few counts per turn: the table says "not limiting", result.json null, and the allocated yield has its interval."""
+    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 1.0}}
+    arm = lostmotion.Arm(name="one", joints=({**joint, "encoder": {"zero": 3e-4, "resolution": 1e-6, "ratio": 100.0}},))
+    asked = lostmotion.target(arm, error="5 mm", poses=np.zeros((8, 1)), robots=100, visits=2)
+    row = find_row(asked.sheet.sections, "together", "joints.A.encoder resolution")
+    assert str(row.figures[2]) == "not limiting"
+    assert find_row(asked.sheet.sections, "single", "joints.A.encoder resolution") is None
+    assert str(find_row(asked.sheet.sections, "usual", "encoder resolution").figures[0]) == "216 arcmin"
+    said = asked.result()
+    told = said["equal_effect"]["joints.A.encoder resolution"]
+    assert (told["factor"], told["not_limiting"]) == (None, True)
+    # One count is 2 pi / 100 at the motor, a hundredth of it at the output, and uniform.
+    assert told["mean_square_m2"] == pytest.approx((2 * math.pi / 1e4) ** 2 / 12)
+    (counts,) = [each for each in said["items"] if each["cause"] == "resolution"]
+    assert (counts["verdict"], counts["allowed"]) == ("usual", None)
+    rows = next(section for section in asked.sheet.sections if section.key == "yield_allocated").rows
+    assert all(row.figures[0].low < row.figures[0].value < row.figures[0].high for row in rows if row.label.startswith("equal effect"))
+    assert "With the sizes of equal effect" in asked.sheet.verdict
 
 
 def test_a_study_can_be_asked_for_its_yield():

@@ -258,6 +258,8 @@ def test_the_changed_file_meets_the_target(tmp_path, found_z, cause, old, write,
     if each.verdict == "none":
         assert each.without.value > target
         assert each.without.low - (now.high - now.value) < now.value < each.without.high + (now.value - now.low)
+    elif each.verdict == "usual":  # the largest usual size, which is less than the target leaves
+        assert now.low < target
     else:
         assert each.verified.low < target < each.verified.high
         assert now.low - (each.verified.high - target) < target < now.high + (target - each.verified.low)
@@ -267,7 +269,7 @@ def test_the_changed_file_meets_the_target(tmp_path, found_z, cause, old, write,
 def test_shrinking_and_growing_are_told_apart(found_z):
     """A target that is kept lets sizes grow, one that is missed makes them shrink or is out of reach, and all of it is verified."""
     for each in found_z[1.4e-3].single:
-        assert each.verdict in {"any", "sized"}
+        assert each.verdict in {"any", "usual", "sized"}
         assert each.factor.value > 1
     missed = found_z[1.15e-3]
     assert {each.verdict for each in missed.single} == {"sized", "none"}
@@ -294,6 +296,63 @@ def test_all_together_meet_the_target(kind):
     np.testing.assert_allclose(found.equal_effect.parts[moves], found.equal_effect.parts.sum() / moves.sum(), rtol=1e-9)
     assert np.nanstd(found.equal_factor.factors) < 1e-12
     assert found.yields[0].target == target
+
+
+def test_an_encoder_that_does_not_matter_has_no_absurd_resolution():
+    """Beside a zero of some arcminutes a motor encoder's counts hardly move the tool: both ways of sizing say so, and the rest goes to the zero.
+
+    With the encoder at the coarsest usual count the zero alone meets the target, by the closed form of a normal and a much smaller flat error.
+    """
+    stated = {"zero": 3e-4, "resolution": 1e-6, "ratio": 100.0, "side": "motor"}
+    poses = Poses(np.zeros((8, 1)), "given")
+    found = targets(one_joint(encoder=stated), poses, "error", 5e-3, robots=400, visits=2)
+    causes = [item.cause for item in found.items]
+    counts, zero = causes.index("resolution"), causes.index("zero")
+    assert found.single[counts].verdict == "usual"
+    assert found.single[zero].verdict == "sized"
+    assert found.equal_effect.usual.tolist() == [cause == "resolution" for cause in causes]
+    assert found.items[counts].size.at(found.equal_effect.factors[counts]) == pytest.approx(2 * math.pi / 100)
+    flat = 2 * math.pi / 100 / 100 / 2  # half a count at the output, m at a lever of a metre
+    law = Normal()
+    u = (np.arange(200_000) + 0.5) / 200_000
+    zeros = 3e-4 * found.equal_effect.factors[zero] / law.bound * law.quantile(u)
+    within = np.clip((5e-3 - zeros) / flat / 2 + 0.5, 0, 1) - np.clip((-5e-3 - zeros) / flat / 2 + 0.5, 0, 1)
+    assert within.mean() == pytest.approx(0.95, abs=0.002)
+    assert found.equal_effect.verified.low < 5e-3 < found.equal_effect.verified.high
+
+
+def test_sizes_that_all_are_usual_are_no_target():
+    """Where the coarsest usual sizes of all items together meet the target, every item stands at its own, and less than the target is promised."""
+    found = targets(one_joint(encoder={"zero": 3e-4, "resolution": 1e-4}), Poses(np.zeros((8, 1)), "given"), "error", 0.5, robots=400, visits=2)
+    assert found.equal_effect.usual.all()
+    assert found.equal_effect.value.value < 0.5
+    assert {each.verdict for each in found.single} == {"usual"}
+
+
+def test_the_allocated_yield_is_that_of_an_arm_made_so():
+    """Robots that keep the target with the sizes of equal effect are those of a file with these sizes, by the study with the same seed."""
+    stated = {"zero": 3e-4, "noise": 2e-4, "side": "output"}
+    q = np.linspace(-1, 1, 16)[:, None]
+    arm = one_joint(encoder=stated, lumped={"angle": 1e-4, "varies": "robot"})
+    found = targets(arm, Poses(q, "given"), "error", 1.2e-3, robots=300, visits=10)
+    sizes = {item.cause: item.size.at(factor) for item, factor in zip(found.items, found.equal_effect.factors, strict=True)}
+    made = one_joint(
+        encoder={"zero": sizes["zero"], "noise": sizes["noise"], "side": "output"},
+        lumped={"angle": sizes["angle"], "varies": "robot"},
+    )
+    allocated = found.equal_effect.yields[0]
+    again = lostmotion.production_yield(made, 1.2e-3, poses=q, robots=300, visits=10)
+    assert (allocated.within, allocated.interval) == (again.within, again.interval)
+    assert 0.5 < allocated.share < 1
+    assert found.yields[0].share == 1
+
+
+def test_an_encoders_eccentricity_has_the_size_that_the_file_states():
+    """Eccentricity is an item of its own, in the file's words, with its size; as is every other amount that an encoder states."""
+    stated = {"zero": 3e-4, "noise": 2e-4, "resolution": 1e-4, "eccentricity": 4e-4, "side": "output"}
+    arm = one_joint(encoder=stated)
+    found = {item.cause: item.size.value for item in items(arm, screws(arm, np.zeros((1, 1))).infos)}
+    assert found == {cause: stated[cause] for cause in ("resolution", "noise", "eccentricity", "zero")}
 
 
 @pytest.mark.slow

@@ -74,7 +74,7 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
     names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
     return (
         Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations"),
-        Row("worst case, worst pose", (Figure(math.inf, "m", samples=counted),), f"no worst case: normal without limits ({names})"),
+        Row("worst case, worst pose", (Figure(math.inf, "m", samples=counted, words="none"),), f"no worst case: normal without limits ({names})"),
     )
 
 

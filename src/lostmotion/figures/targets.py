@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.figures.item_sizes import exactly, now_sized, sized, times, usual_limit
 from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.production import allocated, allocated_section, yield_facts, yield_figure, yield_section
 from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
@@ -21,27 +23,23 @@ if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.provenance import States
     from lostmotion.studies.targets.allocation import Joint
-    from lostmotion.studies.targets.items import Item, Size
-    from lostmotion.studies.targets.production import Judged, Yield
+    from lostmotion.studies.targets.items import Item
     from lostmotion.studies.targets.targets import Allowed, Targets
 
-# What a robot is judged by, in the words of a row.
-JUDGED_BY: Final[dict[Judged, str]] = {
-    "error": "{share:g} % of its positions within it",
-    "worst accuracy": "AP within it at every pose",
-    "repeatability": "RP, averaged over the poses, within it",
-    "worst repeatability": "RP within it at every pose",
-}
-_WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 # An item that takes less off, were it not there, is only counted.
 _TELLING: Final = 0.002
 _NAN: Final = math.nan
+_NOT_LIMITING: Final = "not limiting"
 _WORDS: Final = (
     ("item", "one cause in one part: the play of a gearbox, a bearing's clearance, a link's stiffness. Its ± goes along in proportion."),
     ("factor", "on the item's errors. A stiffness goes with one over it: twice the error is half the stiffness."),
     ("one at a time", "all other items stay as they are, and so do loads and masses."),
     ("equal factor", "all errors larger or smaller by the same factor."),
     ("equal effect", "sizes with which every item has the same part of the mean square: none is better made than the others deserve."),
+    (
+        "not limiting",
+        "even the coarsest usual size meets it: 60' of play, 100 counts per turn, 200 µm of clearance, 1 % of a length, a tenth of a stiffness.",
+    ),
     (
         "share",
         "of the mean square as things are, for repeatability of what differs between visits. Shares add to 100 %; a negative one cancels others.",
@@ -55,7 +53,8 @@ def targets_sheet(found: Targets) -> Sheet:
     """What is there to say about a target?"""
     where = f" in {found.zone}" if found.zone else ""
     counted = f"{several(found.robots, 'robot')} x {several(found.visits, 'visit')} x {several(len(found.poses), 'pose')}{where}, seed {found.seed}"
-    sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_any(found), *_together(found), _yield(found)]
+    yields = (yield_section(found, _target(found)), *allocated_section(found, _target(found)))
+    sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_usual(found), *_any(found), *_together(found), *yields]
     known = states(found.arm)
     return Sheet(
         name=found.arm.name,
@@ -83,41 +82,6 @@ def what(found: Targets) -> str:
     share = f"{100 * found.share:g} %"
     where = f" in {found.zone}" if found.zone else ""
     return f"error, {share} of positions{where}" if found.kind == "error" else f"RP, {share} of robots{where}"
-
-
-def in_unit(size: Size, factor: float) -> Figure:
-    """Give a size at which the errors are `factor` times as large, in the unit that people read."""
-    value = size.at(factor)
-    if size.unit == "rad":
-        return Figure(value / ARCMIN, "arcmin")
-    if size.unit == "N m/rad":
-        return Figure(value * ARCMIN, "N m/arcmin")
-    return Figure(value * 1e-6, "N/µm") if size.unit == "N/m" else length(value)
-
-
-def sized(item: Item, factor: Estimate) -> Figure:
-    """Give an item's size with its interval; of one without a size of its own, its errors or its stiffness in per cent of what they are."""
-    stiff = "stiffness" in item.cause
-    if item.size is None:
-        values = [100 / each if stiff and each else math.inf if stiff else 100 * each for each in (factor.value, factor.low, factor.high)]
-        low, high = (values[2], values[1]) if stiff else (values[1], values[2])
-        return Figure(values[0], "%", low, high)
-    one = in_unit(item.size, factor.value)
-    ends = [in_unit(item.size, each) for each in (factor.low, factor.high)]
-    # Lengths may come in three units; the value's own counts.
-    per = {"µm": 1e-6, "mm": 1e-3, "m": 1.0}
-    low, high = (each.value * per.get(each.unit, 1.0) / per.get(one.unit, 1.0) for each in (ends if not item.size.divides else ends[::-1]))
-    return Figure(one.value, one.unit, low, high)
-
-
-def now_sized(item: Item) -> Figure:
-    """Give an item's size as it is."""
-    return replace(Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0), stated=True)
-
-
-def times(factor: float) -> str:
-    """Say a factor to three digits, large ones whole."""
-    return f"{factor:.3g} times" if factor < 1000 else f"{factor:.0f} times"  # noqa: PLR2004 - no powers of ten among words
 
 
 def ordered(allowed: Iterable[Allowed]) -> list[Allowed]:
@@ -221,6 +185,22 @@ def _any(found: Targets) -> list[Section]:
     return [Section("any", "Any size meets the target", ("share",), tuple(rows), note)] if rows else []
 
 
+def _usual(found: Targets) -> list[Section]:
+    """List what meets the target at every usual size, the parts of a kind in one row."""
+    groups: dict[tuple[str, str, float], list[Allowed]] = {}
+    for each in (*found.single, *found.kinds):
+        if each.verdict == "usual":
+            limit = usual_limit(each.item).value
+            groups.setdefault((each.item.kind, each.item.cause, limit) if each in found.single else (each.item.name, "", limit), []).append(each)
+    rows = []
+    for (kind, cause, _), members in groups.items():
+        names = ", ".join(_where(each.item) for each in members) if cause else "all of them"
+        share = Figure(100 * sum(each.share for each in members), "%", samples=_exact(found))
+        rows.append(Row(f"{kind} {cause}".strip(), (usual_limit(members[0].item), share), names))
+    note = f"{_NOT_LIMITING}: any usual value will do. The largest usual size meets the target too, all else as it is"
+    return [Section("usual", "Not limiting: any usual value meets the target", ("usual up to", "share"), tuple(rows), note)] if rows else []
+
+
 def _where(item: Item) -> str:
     """Name the joint of an item, or the base."""
     return item.owner.removeprefix("joints.").rpartition(".")[0] or "base"
@@ -236,8 +216,8 @@ def _together(found: Targets) -> list[Section]:
         if np.isfinite(factor.factors[k]):
             figures = (
                 now_sized(item),
-                sized(item, _exactly(float(factor.factors[k]))),
-                Figure(_NAN, "1") if effect is None else sized(item, _exactly(float(effect.factors[k]))),
+                sized(item, exactly(float(factor.factors[k]))),
+                _of_equal_effect(item, k, effect),
             )
             share = Figure(100 * shares[item.name], "%", samples=_exact(found))
             said = "" if item.size is not None else f"of its {'stiffness' if 'stiffness' in item.cause else 'errors'} now"
@@ -247,18 +227,23 @@ def _together(found: Targets) -> list[Section]:
     return [Section("together", "All items together", ("now", "equal factor", "equal effect", "share"), tuple(rows), note)]
 
 
-def _exactly(factor: float) -> Estimate:
-    from lostmotion.studies.intervals import Estimate
-
-    return Estimate(factor, _NAN, _NAN)
+def _of_equal_effect(item: Item, k: int, effect: Joint | None) -> Figure:
+    if effect is None:
+        return Figure(_NAN, "1")
+    size = sized(item, exactly(float(effect.factors[k])))
+    return replace(size, value=_NAN, words=_NOT_LIMITING) if effect.usual[k] else size
 
 
 def _joint_note(factor: Joint, effect: Joint | None) -> str:
     said = f"equal factor: {float(np.nanmax(factor.factors)):.3g} on all errors, {_sure(factor)}"
     if effect is None:
         return f"{said}. No sizes have equal effect: items cancel each other whatever their size"
-    each = float(np.sqrt(effect.parts[np.isfinite(effect.factors)].mean()))
-    return f"{said}. Equal effect: {length(each)} r.m.s. from each, {_sure(effect)}"
+    others = np.isfinite(effect.factors) & ~effect.usual
+    if not others.any():
+        return f"{said}. Equal effect: every item may have its largest usual size"
+    each = float(np.sqrt(effect.parts[others].mean()))
+    rest = f"; {_NOT_LIMITING}: any usual value will do, counted at the largest" if effect.usual.any() else ""
+    return f"{said}. Equal effect: {length(each)} r.m.s. from each, {_sure(effect)}{rest}"
 
 
 def _sure(joint: Joint) -> str:
@@ -267,28 +252,8 @@ def _sure(joint: Joint) -> str:
     return f"sure to {100 * wide:.1g} %" if math.isfinite(wide) else "for which so few robots have no interval"
 
 
-def _yield(found: Targets) -> Section:
-    rows = []
-    for one in found.yields:
-        label = JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
-        rows.append(Row(label, (yield_figure(one),), f"{one.within} of {several(one.robots, 'robot')}"))
-    first = found.yields[0]
-    at = f"at a yield of {100 * first.share:.4g} %"
-    rows += [Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), at) for width in _WIDTHS]
-    note = "the robots of the study with this seed at these poses; an exact interval (Clopper and Pearson) that counts robots"
-    return Section("yield", f"Yield: robots that keep {_target(found)}", ("value",), tuple(rows), note)
-
-
 def _target(found: Targets) -> Figure:
     return length(found.target, stated=True)
-
-
-def yield_figure(one: Yield) -> Figure:
-    """Give the share of robots that keep the target."""
-    low, high = one.interval
-    return Figure(
-        100 * one.share, "%", 100 * low, 100 * high, f"{several(one.robots, 'robot')} x {several(one.visits, 'visit')} x {several(one.poses, 'pose')}"
-    )
 
 
 def _verdict(found: Targets, known: States) -> str:
@@ -315,7 +280,11 @@ def _verdict(found: Targets, known: States) -> str:
         if kinds := ordered(found.kinds):
             said += f" One cause in all parts of a kind would do: {kinds[-1].item.name} ({now_sized(kinds[-1].item)} to {_plain(kinds[-1])})."
     first = yield_figure(found.yields[0])
-    return " ".join([f"{said} {first} of the robots built keep it ({first.interval}).", *caveats(known)])
+    said += f" {first} of the robots built keep it ({first.interval})."
+    if found.equal_effect is not None:
+        then = yield_figure(found.equal_effect.yields[0])
+        said += f" With the sizes of equal effect {then} would ({then.interval})."
+    return " ".join([said, *caveats(known)])
 
 
 def _plain(each: Allowed) -> Figure:
@@ -337,6 +306,9 @@ def _cards(found: Targets) -> list[Card]:
     if single:
         one = single[0] if kept(found) else single[-1]
         out.append(Card("tightest item" if kept(found) else "easiest item alone", str(_plain(one)), f"{one.item.name}, now {now_sized(one.item)}"))
+    if found.equal_effect is not None:
+        figure = yield_figure(found.equal_effect.yields[0])
+        out.append(Card("robots that keep it, sizes of equal effect", str(figure), f"interval {figure.interval}"))
     for each, title in zip(found.yields, ("robots that keep it", "at every pose"), strict=True):
         figure = yield_figure(each)
         out.append(Card(title, str(figure), f"interval {figure.interval}"))
@@ -376,14 +348,19 @@ def _facts(found: Targets) -> dict[str, Any]:
             "allowed": size.at(each.factor.value) if size is not None and finite else None,
             "factor_ranges": [[low, high if math.isfinite(high) else None] for low, high in each.ranges],
             "without_m": each.without.value if each.verdict == "none" else None,
+            "largest_usual": each.item.size.at(each.item.most) if each.item.size is not None else None,
             "share_of_mean_square": each.share,
         }
 
     def all_of(joint: Joint | None) -> dict[str, Any] | None:
         if joint is None:
             return None
-        sizes = zip(found.items, joint.factors.tolist(), joint.parts.tolist(), strict=True)
-        return {item.name: {"factor": factor, "mean_square_m2": part} for item, factor, part in sizes if math.isfinite(factor)}
+        sizes = zip(found.items, joint.factors.tolist(), joint.parts.tolist(), joint.usual.tolist(), strict=True)
+        return {
+            item.name: {"factor": None if usual else factor, "mean_square_m2": part, "not_limiting": usual}
+            for item, factor, part, usual in sizes
+            if math.isfinite(factor)
+        }
 
     return {
         "arm": found.arm.name,
@@ -396,5 +373,6 @@ def _facts(found: Targets) -> dict[str, Any]:
         "kinds": [told(each) for each in found.kinds],
         "equal_factor": all_of(found.equal_factor),
         "equal_effect": all_of(found.equal_effect),
-        "yield": [{"judged_by": one.judged, "within": one.within, "robots": one.robots, "interval": list(one.interval)} for one in found.yields],
+        "yield": yield_facts(found.yields),
+        "yield_allocated": {name: yield_facts(joint.yields) for name, joint in allocated(found)},
     }

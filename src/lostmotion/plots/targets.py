@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.figures.targets import JUDGED_BY, now_sized, ordered, sized
+from lostmotion.figures.item_sizes import now_sized, sized
+from lostmotion.figures.production import JUDGED_BY
+from lostmotion.figures.targets import ordered
 from lostmotion.plots import BLUE, GREEN, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
 
 if TYPE_CHECKING:
@@ -90,7 +92,9 @@ def together(found: Targets) -> go.Figure:
     rows = list(range(len(shown)))
     values = [float(other.factors[k]) for k in shown]
     colours = [GREEN if value >= 1 else RED for value in values]
-    said = [f"{now_sized(found.items[k])}, factor {value:.4g}" for k, value in zip(shown, values, strict=True)]
+    said = [
+        f"{now_sized(found.items[k])}, {'not limiting' if other.usual[k] else f'factor {value:.3g}'}" for k, value in zip(shown, values, strict=True)
+    ]
     figure = framed(
         "All items together: now, and with equal effect",
         *_bars([1.0] * len(rows), values, colours),
@@ -101,7 +105,7 @@ def together(found: Targets) -> go.Figure:
     alike = float(np.nanmax(factor.factors))
     line = {"color": ORANGE, "width": 1.5, "dash": "dot"}
     figure.add_trace(go.Scatter(x=[alike] * 2, y=[-0.5, len(rows) - 0.5], mode="lines", name=f"equal factor {alike:.3g}", line=line))
-    names = [label(found.items[k].name.removeprefix("joints.")) for k in shown]
+    names = [label(found.items[k].name.removeprefix("joints.")) + (" (not limiting)" if other.usual[k] else "") for k in shown]
     return _dressed(figure, names, [*values, alike])
 
 

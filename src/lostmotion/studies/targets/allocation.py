@@ -19,10 +19,13 @@ from lostmotion.studies.budget import NOTHING as NOTHING_OF_RMS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from lostmotion.spatial import Floats
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.screws import Screws
     from lostmotion.studies.targets.items import Item
+    from lostmotion.studies.targets.production import Yield
 
 # An item with a smaller share of the mean square does not move the tool: the budget's rule, squared.
 NOTHING: Final = NOTHING_OF_RMS**2
@@ -36,14 +39,18 @@ _WIDEST: Final = 1e6
 class Joint:
     """All items sized together: factors (item,), NaN for those that do not move the tool, what each then has of the mean square (item,), m^2.
 
-    value     the error or RP that these sizes are meant to give, m: the target, where the route's own interval ends
+    value     the error or RP that these sizes are meant to give, m: the target, where the route's own interval ends; less where all are `usual`
     verified  the same by Monte Carlo
+    usual     (item,) items that stand at their largest usual size and still have a smaller part than the others: they do not limit the target
+    yields    robots that keep the target with these sizes, by the figures that judge them as things are
     """
 
     factors: Floats
     parts: Floats
     value: Estimate
     verified: Estimate
+    usual: NDArray[np.bool_]
+    yields: tuple[Yield, ...]
 
 
 def mean_square_form(matrix: Screws, items: Sequence[Item], *, visits_only: bool = False) -> Floats:
@@ -80,17 +87,50 @@ def moving(form: Floats) -> np.ndarray:
 def equal_effect(form: Floats) -> Floats | None:
     """Which factors (item,) give all items that move the tool the same part of the mean square, one each? NaN for the others.
 
-    Newton's method, damped as for any self-concordant function (S. Boyd, L. Vandenberghe, Convex Optimization, 2004, 9.6). None where no such factors
-    exist, because items cancel each other whatever their size.
+    None where no such factors exist, because items cancel each other whatever their size.
     """
     moves = moving(form)
     if not moves.any():
         return None
-    scale = np.sqrt(np.diag(form)[moves])
-    unit = form[np.ix_(moves, moves)] / np.outer(scale, scale)
+    found = _equal_parts(form[np.ix_(moves, moves)], np.zeros(int(moves.sum())), 1.0)
+    if found is None:
+        return None
+    out = np.full(len(form), np.nan)
+    out[moves] = found
+    return out
+
+
+def equal_effect_within(form: Floats, most: Floats, part: float) -> tuple[Floats, NDArray[np.bool_]] | None:
+    """Return factors (item,) with which every item has this part of the mean square, m^2, but none a factor above its `most`; and which stand at it.
+
+    NaN for items that do not move the tool; None as for `equal_effect`.
+    """
+    moves = moving(form)
+    fixed = np.zeros(len(form), bool)
+    while True:
+        free = moves & ~fixed
+        factors = np.where(fixed, most, np.nan)
+        if free.any():
+            found = _equal_parts(form[np.ix_(free, free)], form[np.ix_(free, fixed)] @ most[fixed], part)
+            if found is None:
+                return None
+            factors[free] = found
+        over = free & (np.where(free, factors, 0.0) > most)
+        if not over.any():
+            return factors, fixed
+        fixed |= over
+
+
+def _equal_parts(form: Floats, pull: Floats, part: float) -> Floats | None:
+    """Return the minimum of f' form f / 2 + pull . f - part sum log f, where every f_k (form f + pull)_k equals `part`.
+
+    Newton's method, damped as for any self-concordant function (S. Boyd, L. Vandenberghe, Convex Optimization, 2004, 9.6). None without a minimum.
+    """
+    scale = np.sqrt(np.diag(form))
+    unit, pull = form / np.outer(scale, scale), pull / (scale * np.sqrt(part))
     f = np.full(len(unit), 1 / np.sqrt(len(unit)))
     for _ in range(_ROUNDS):
-        slope = unit @ f - 1 / f
+        slope = unit @ f + pull - 1 / f
         step = np.linalg.solve(unit + np.diag(1 / f**2), slope)
         decrement = np.sqrt(max(float(slope @ step), 0.0))
         f = f - step / (1 + decrement)
@@ -98,11 +138,9 @@ def equal_effect(form: Floats) -> Floats | None:
             return None
         if decrement < _CLOSE:
             break
-    if np.abs(f * (unit @ f) - 1).max() > 1e-10:  # noqa: PLR2004 - parts are told to 1e-9
+    if np.abs(f * (unit @ f + pull) - 1).max() > 1e-10:  # noqa: PLR2004 - parts are told to 1e-9
         return None
-    out = np.full(len(form), np.nan)
-    out[moves] = f / scale
-    return out
+    return np.asarray(f * np.sqrt(part) / scale)
 
 
 def parts_of(form: Floats, factors: Floats) -> Floats:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint
+from lostmotion.parts.link import Link
+from lostmotion.studies.targets.usual import MOST_TIMES, largest_usual_factor
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ _CAUSES: Final = tuple(
         (r"tilt: mean roll", "roll"),
         (r"tilt: mean pitch", "pitch"),
         (r"encoder: mean noise", "noise"),
+        (r"encoder: eccentricity", "eccentricity"),
         (r"lumped: (mean )?angle", "angle"),
         (r"lumped: offset", "offset"),
     )
@@ -94,12 +97,16 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One cause in one part, or in all parts of a kind; `columns` are its terms, `size` None where no one value states it."""
+    """One cause in one part, or in all parts of a kind; `columns` are its terms, `size` None where no one value states it.
+
+    most   the factor on its errors at the largest usual size (`usual`)
+    """
 
     owner: str
     cause: str
     columns: tuple[int, ...]
     size: Size | None = None
+    most: float = MOST_TIMES
 
     @property
     def name(self) -> str:
@@ -120,7 +127,15 @@ def items(arm: Arm, infos: Sequence[TermInfo]) -> tuple[Item, ...]:
     for k, info in enumerate(infos):
         source, _ = parts.get(info.owner, unknown)
         found.setdefault((info.owner, _cause(info, source)), []).append(k)
-    return tuple(Item(owner, cause, tuple(columns), _size(owner, cause, *parts.get(owner, unknown))) for (owner, cause), columns in found.items())
+    return tuple(_item(owner, cause, tuple(columns), *parts.get(owner, unknown)) for (owner, cause), columns in found.items())
+
+
+def _item(owner: str, cause: str, columns: tuple[int, ...], source: object, sliding: bool) -> Item:  # noqa: FBT001 - handed on from `_parts`
+    size = _size(owner, cause, source, sliding)
+    if size is None or size.divides:
+        return Item(owner, cause, columns, size)
+    length = source.reach if isinstance(source, Link) else 0.0
+    return Item(owner, cause, columns, size, largest_usual_factor(_kind(owner), cause, size.value, size.unit, length))
 
 
 def alike(each: Iterable[Item]) -> tuple[Item, ...]:
@@ -133,7 +148,8 @@ def alike(each: Iterable[Item]) -> tuple[Item, ...]:
         if len(members) > 1:
             sizes = {member.size for member in members}
             columns = tuple(column for member in members for column in member.columns)
-            out.append(Item(f"every {kind},", cause, columns, members[0].size if len(sizes) == 1 else None))
+            most = min(member.most for member in members)
+            out.append(Item(f"every {kind},", cause, columns, members[0].size if len(sizes) == 1 else None, most))
     return tuple(out)
 
 

@@ -18,13 +18,15 @@ from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.montecarlo.blocks import Plan
 from lostmotion.studies.montecarlo.paired import scaled
 from lostmotion.studies.screws import screws
-from lostmotion.studies.targets.allocation import NOTHING, Joint, equal_effect, mean_square_form, moving, parts_of
+from lostmotion.studies.targets.allocation import NOTHING, Joint, equal_effect, equal_effect_within, mean_square_form, moving, parts_of
 from lostmotion.studies.targets.gauges import BySamples, ByVisits, Gauge, around, by_montecarlo, root
 from lostmotion.studies.targets.items import Item, alike, items
 from lostmotion.studies.targets.production import MOST_ROBOTS, Judged, Yield, check_share, in_blocks, robot_figures, yield_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
 
     from lostmotion.arm import Arm
     from lostmotion.spatial import Floats
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.targets.gauges import Missed
 
 Kind = Literal["error", "repeatability"]
-Verdict = Literal["sized", "any", "none"]
+Verdict = Literal["sized", "usual", "any", "none"]
 MOST_POSES: Final = 16_384
 # The screws of so many poses x terms are kept, of 100 bytes each.
 _MOST_CELLS: Final = 8_000_000
@@ -42,13 +44,16 @@ _ENOUGH_VISITS: Final = 8
 # Factors tried, in units of that at which an item alone is as large as target or error: closely where bias may cancel other bias, else a few.
 _FINE: Final = (*(k / 16 for k in range(64)), 4.0, 6.0, 12.0, 40.0, 1000.0)
 _FEW: Final = (0.0, 0.5, 2.0, 12.0, 1000.0)
+# The part of the mean square that each item has is found to this share of itself.
+_CLOSE: Final = 1e-4
 
 
 @dataclass(frozen=True)
 class Allowed:
     """How large one item may be, all else as it is.
 
-    verdict   "sized": the factor at which the target is just met; "any": it is met however large the item is; "none": not even without it
+    verdict   "sized": the factor at which the target is just met; "usual": it is met at every usual size, up to the factor; "any": it is met
+              however large the item is; "none": not even without it
     factor    on the item's size (its stiffness: one over it) with its 95 % interval; infinite, NaN
     ranges    of factors that meet the target; more than one, or one that does not begin at zero, where the item cancels others
     without   the error or RP, m, where the item is zero
@@ -170,8 +175,6 @@ class _Search:
         self.now_size = now_by_gauge.value
         together = alike(self.items)
         both = self._each((*self.items, *together))
-        figures = robot_figures(plan, in_blocks(self.matrix, plan.robots), self.share)
-        judged: tuple[Judged, Judged] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
         return Targets(
             arm=plan.arm,
             poses=plan.poses,
@@ -193,8 +196,8 @@ class _Search:
             kinds=tuple(both[len(self.items) :]),
             form=self.form,
             equal_factor=self._together(np.where(moving(self.form), 1.0, np.nan)),
-            equal_effect=self._together(equal_effect(self.form)),
-            yields=tuple(yield_of(figures, each, self.target) for each in judged),
+            equal_effect=self._equal_effect(),
+            yields=self._yields(ones),
         )
 
     def _each(self, wanted: Sequence[Item]) -> list[Allowed]:
@@ -228,6 +231,8 @@ class _Search:
         at = _nearest(ranges)
         if math.isinf(at):
             return Allowed(item, "any", Estimate(math.inf, math.nan, math.nan), ranges, no, None, share)
+        if at > item.most and any(low <= 1 and item.most <= high for low, high in ranges):
+            return Allowed(item, "usual", Estimate(item.most, math.nan, math.nan), ranges, no, None, share)
         return Allowed(item, "sized", around(missed, at), ranges, no, self._verified(self._factors(item, at)), share)
 
     def _factors(self, item: Item, factor: float) -> Floats:
@@ -240,22 +245,62 @@ class _Search:
         error, repeatability = by_montecarlo(self.checked, scaled(self.matrix, factors), self.share)
         return error if self.kind == "error" else repeatability
 
+    def _yields(self, factors: Floats) -> tuple[Yield, ...]:
+        """Count the robots that keep the target with a factor on each term (term,), by the two figures of its kind."""
+        figures = robot_figures(self.plan, in_blocks(scaled(self.matrix, factors), self.plan.robots), self.share)
+        judged: tuple[Judged, Judged] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
+        return tuple(yield_of(figures, each, self.target) for each in judged)
+
+    def _of_terms(self, factors: Floats) -> Floats:
+        """Return the factor on each term (term,) for factors on the items (item,); NaN leaves an item as it is."""
+        out = np.ones(len(self.matrix.infos))
+        for item, factor in zip(self.items, factors, strict=True):
+            out[list(item.columns)] = factor if np.isfinite(factor) else 1.0
+        return out
+
     def _together(self, factors: Floats | None) -> Joint | None:
         """Scale factors (item,) all alike until the target is met: error and RP go along in proportion."""
         if factors is None or not np.isfinite(factors).any():
             return None
-        of_terms = np.ones(len(self.matrix.infos))
-        for item, factor in zip(self.items, factors, strict=True):
-            of_terms[list(item.columns)] = factor if np.isfinite(factor) else 1.0
-        value = self.gauge.value(of_terms)
+        value = self.gauge.value(self._of_terms(factors))
         if not value.value > 0:
             return None
         scale = self.target / value.value
-        sized = factors * scale
-        for item, factor in zip(self.items, sized, strict=True):
-            of_terms[list(item.columns)] = factor if np.isfinite(factor) else 1.0
-        met = Estimate(self.target, value.low * scale, value.high * scale)
-        return Joint(sized, parts_of(self.form, sized), met, self._verified(of_terms))
+        return self._joint(factors * scale, Estimate(self.target, value.low * scale, value.high * scale), np.zeros(len(factors), bool))
+
+    def _joint(self, factors: Floats, value: Estimate, usual: NDArray[np.bool_]) -> Joint:
+        of_terms = self._of_terms(factors)
+        return Joint(factors, parts_of(self.form, factors), value, self._verified(of_terms), usual, self._yields(of_terms))
+
+    def _equal_effect(self) -> Joint | None:
+        """Give every item the same part, but none a larger size than a usual one: what such items leave free goes to the others."""
+        from scipy.optimize import brentq
+
+        factors = equal_effect(self.form)
+        if factors is None:
+            return None
+        value = self.gauge.value(self._of_terms(factors)).value
+        if not value > 0:
+            return None
+        scale = self.target / value
+        most = np.array([item.most for item in self.items])
+        if not (factors * scale > most).any():
+            return self._together(factors)
+
+        def allotted(part: float) -> tuple[Floats, NDArray[np.bool_]]:
+            found = equal_effect_within(self.form, most, part)
+            return (factors * math.sqrt(part), np.zeros(len(most), bool)) if found is None else found
+
+        def missed(log_part: float) -> float:
+            return self.gauge.value(self._of_terms(allotted(math.exp(log_part))[0])).value / self.target - 1
+
+        low = high = 2 * math.log(scale)
+        while missed(high) < 0 and not allotted(math.exp(high))[1][np.isfinite(factors)].all():
+            high += 1.0
+        while missed(low) > 0:
+            low -= 1.0
+        sized, usual = allotted(math.exp(float(brentq(missed, low, high, xtol=_CLOSE)) if missed(high) > 0 > missed(low) else high))
+        return self._joint(sized, self.gauge.value(self._of_terms(sized)), usual)
 
 
 def _ranges(missed: Callable[[float], Missed], tried: Floats, *, search: bool) -> tuple[tuple[float, float], ...]:
