@@ -105,7 +105,12 @@ class Arm(Part):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Give the notes, of which springs of its gearboxes nothing is said, and which friction is assumed: nothing is left out in silence."""
-        return (*self.notes, *self._rigid_springs(), *self._frictions_assumed())
+        return (*self.notes, *self._corrected(), *self._rigid_springs(), *self._frictions_assumed())
+
+    def _corrected(self) -> tuple[str, ...]:
+        corrected = ", ".join(joint.name for joint in self.moving if joint.corrected)
+        said = "its wind-up and backlash are taken as corrected by the controller, but for backlash that a load below the friction leaves open"
+        return (f"encoder on the output of {corrected}: {said}",) if corrected else ()
 
     def _rigid_springs(self) -> tuple[str, ...]:
         silent: dict[str, list[str]] = {}

@@ -194,9 +194,16 @@ def test_sources_carry_the_names_of_parts():
 
 
 def test_an_output_encoder_sees_what_the_gearbox_does():
-    """Then no source of it is left."""
+    """Then nothing of it is left but the play, where no load closes it."""
     joint = RevoluteJoint(name="A", limits=(-1.0, 1.0), gearbox=example("rv-like"), encoder={"side": "output"})
-    assert set(joint.sources) == {"encoder"}
+    assert set(joint.sources) == {"gearbox", "encoder"}
+    play = joint.gearbox.members["play"]
+    (left,) = joint.sources["gearbox"].terms(condition())
+    assert left.level == "robot x visit"
+    scatter = play.play.tolerance / play.play.nominal / 3.0
+    assert abs(left.screw[0, 2]) == pytest.approx(play.play.nominal / 2 / math.sqrt(3) * math.hypot(1, scatter), rel=0.01)
+    (closed,) = joint.sources["gearbox"].terms(condition((0, 0, play.friction, 0, 0, 0)))
+    assert not closed.screw.any()
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -59,14 +59,18 @@ GEARED = {"ratio": 80, "backlash": 1e-3, "stiffness": 1e4, "transmission_error":
 
 
 def test_an_encoder_on_the_output_sees_the_gearbox():
-    """With an encoder on the output the controller takes away what the gearbox does; on the motor it cannot see it."""
+    """With an encoder on the output the controller takes away what a loaded gearbox does; on the motor it cannot see it."""
     geared, measured = (
         RevoluteJoint(name="A", limits=(-1, 1), gearbox=GEARED, encoder={"side": side, "noise": 1e-5}) for side in ("motor", "output")
     )
     assert set(geared.sources) == {"gearbox", "encoder"}
-    assert set(measured.sources) == {"encoder"}
-    arm = Arm(name="arm", joints=[measured])
-    assert not [item for item, _ in at_tool(arm, [0.3]) if "gearbox" in item.owner]
+    arm = Arm(name="arm", joints=[measured.model_copy(update={"axis": "y"})], payload={"mass": 1.0, "centre_of_mass": (0.4, 0.0, 0.0)})
+    assert [(item.name, float(np.abs(twist).max())) for item, twist in at_tool(arm, [0.3]) if "gearbox" in item.owner] == [
+        ("joints.A.gearbox.backlash left open", 0.0)
+    ]
+    assert set(measured.model_copy(update={"gearbox": None}).sources) == {"encoder"}
+    exact = RevoluteJoint(name="A", limits=(-1, 1), gearbox={"stiffness": 1e4, "hysteresis": 1e-4}, encoder={"side": "output"})
+    assert set(exact.sources) == {"encoder"}
 
 
 def test_a_motor_encoder_takes_the_ratio_of_its_gearbox():

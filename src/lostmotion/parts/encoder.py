@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, Generic, Literal, Self, TypeVar
+
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.chance import Normal, Uniform, of_tolerance
 from lostmotion.parts.provenance import Sourced
@@ -17,7 +20,10 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
     """An encoder on the motor or on the output. On a sliding joint all its errors are lengths at the slide, whatever the ratio.
 
     side          "motor": on a turning joint its errors reach the output divided by the gear ratio. "output": they reach it whole,
-                  and the gearbox's own errors are seen and taken away by the controller
+                  and the gearbox's own errors are seen and taken away by the controller, but for the backlash that a load below the joint's
+                  friction leaves open
+    dead_band     on the output only: ± error that the controller leaves uncorrected. Within it, and within the backlash, a joint whose load is
+                  below its friction rests anywhere; left out: anywhere within the backlash
     resolution    one count; the position is anywhere within it
     noise         ± limit of what differs from reading to reading
     noise_law     distribution of the noise: "normal", three sigma at the limit, cut there; "normal without limits", the same not cut, so that there
@@ -36,6 +42,18 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
     zero: AmountT | None = None
     ratio: Annotated[float, Quantity("", "121", above=0)] | None = None
     lead: Lead | None = None
+    dead_band: AmountT | None = None
+
+    @model_validator(mode="after")
+    def _band_is_of_the_output(self) -> Self:
+        if self.dead_band is not None and self.side == "motor":
+            context = {
+                "why": "dead_band of an encoder on the motor",
+                "expected": "an encoder on the output: one on the motor does not see the backlash",
+                "example": 'encoder = { side = "output", dead_band = "10 arcsec" }',
+            }
+            raise PydanticCustomError("limits", "{why}", context)
+        return self
 
     def terms(self, at: Condition) -> list[Term]:
         """What the controller believes, less what is."""

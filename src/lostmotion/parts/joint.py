@@ -18,7 +18,7 @@ from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.gearbox.gearbox import AmountT
+from lostmotion.parts.gearbox.gearbox import AmountT, Loose, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
@@ -154,20 +154,31 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
-        """Give the parts that err, by name, one of several sources by each; a gearbox inside the loop of an encoder on its output errs no more."""
+        """Give the parts that err, by name, one of several sources by each; of a gearbox with an encoder on its output only open play."""
         gearbox, encoder = self.gearbox, self.encoder
         if encoder is not None and gearbox is not None:
             own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
             encoder = encoder.model_copy(update=own)
-        closed_loop = encoder is not None and encoder.side == "output"
-        found = {"gearbox": None if closed_loop else gearbox, "bearing": self.bearing, "encoder": encoder, "lumped": self.lumped}
+        in_loop = encoder is not None and encoder.side == "output"
+        found = {"gearbox": None if in_loop else gearbox, "bearing": self.bearing, "encoder": encoder, "lumped": self.lumped}
         out: dict[str, ErrorSource] = {}
         for name, source in found.items():
             if isinstance(source, Grouped):
                 out |= {f"{name} {member}": one for member, one in source.members.items()}
             elif source is not None:
                 out[name] = source
-        return out
+        return out if not in_loop or gearbox is None or encoder is None else self._left_open(gearbox, encoder.dead_band) | out
+
+    @staticmethod
+    def _left_open(gearbox: TurningGearbox | SlidingDrive, dead_band: float | None) -> dict[str, ErrorSource]:
+        """Give the play of a gearbox in the loop of an encoder on its output, where it has any, and nothing else of it."""
+        loose = gearbox.members.get("play") if isinstance(gearbox, Grouped) else gearbox
+        return {"gearbox": PlayInLoop(loose, dead_band)} if isinstance(loose, Loose) and loose.play.nominal else {}
+
+    @property
+    def corrected(self) -> bool:
+        """Tell whether an encoder on the output lets the controller correct what the gearbox does."""
+        return self.gearbox is not None and self.encoder is not None and self.encoder.side == "output"
 
 
 class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.chance import Normal, TwoSided
+from lostmotion.laws.chance import Normal, TwoSided, Uniform
 from lostmotion.laws.clearance import seated
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
 from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced
@@ -249,6 +249,55 @@ def backlash_terms(at: Condition, play: Toleranced, friction: float) -> list[Ter
     known = (closed - free * at.approach)[:, None] * at.axis * (play.nominal / 2)
     either = (free * (at.approach == 0))[:, None] * at.axis * (play.nominal / 2)
     return play_terms("backlash", play, known, [Term("backlash", either, visit=Draw("side", TwoSided()))], "amount")
+
+
+@runtime_checkable
+class Loose(Protocol):
+    """A source with a free play."""
+
+    @property
+    def play(self) -> Toleranced:
+        """Give the whole free play, rad or m."""
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
+        """Give the load below which it stays open; None without play."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlayInLoop(ErrorSource):
+    """What an encoder on the output leaves of a gearbox: the play, where the load is below friction; `dead_band` ± rad or m, None: all of the play.
+
+    Above friction the flanks are closed and the controller turns the motor until the output is in place. Below it the output is coupled to nothing
+    but friction: it rests wherever the controller left it within its dead band, or hunts to and fro from flank to flank, so that at the moment of
+    reading every place within the play, or the dead band where that is the smaller, is alike: a uniform law, where an encoder on the motor leaves it
+    at one flank or the other. Half its width is min(play / 2, dead_band) times the share that the load leaves free, as `laws.clearance` has it.
+    """
+
+    loose: Loose
+    dead_band: float | None
+
+    @property
+    def play(self) -> Toleranced:
+        """Give the whole free play."""
+        return self.loose.play
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
+        """Give that of the gearbox."""
+        return self.loose.play_friction(holding)
+
+    def terms(self, at: Condition) -> list[Term]:
+        """Rest anywhere within what is left open, another place at every visit, whichever way it came."""
+        friction, play = self.play_friction(at.holding), self.play
+        if friction is None or not play.nominal:
+            return []
+        free = 1 - np.abs(seated(at.load, friction.load, at.scale))
+        within = self.dead_band is not None and self.dead_band < play.nominal / 2
+        half = self.dead_band if within and self.dead_band is not None else play.nominal / 2
+        law = Uniform()
+        rest = Term("dead band" if within else "backlash left open", (free * half / law.bound)[:, None] * at.axis, visit=Draw("rest", law))
+        if within or not play.tolerance:  # a dead band well inside the play does not scatter with it
+            return [rest]
+        return [term for term in play_terms("backlash", play, np.zeros_like(rest.screw), [rest], "amount") if term.visit is not None]
 
 
 def hysteresis_terms(at: Condition, half: Floats) -> list[Term]:
