@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Final, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.parts.base import Base
@@ -22,7 +22,7 @@ from lostmotion.spatial import combined, cross, inverse, mapped, motion
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from lostmotion.parts.source import ErrorSource, Friction
     from lostmotion.spatial import Floats
@@ -66,6 +66,8 @@ class Arm(Part):
     gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
     notes: Annotated[tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)] = ()
 
+    _doubts: tuple[str, ...] = PrivateAttr(())
+
     @model_validator(mode="after")
     def _names_differ_and_something_moves(self) -> Self:
         twice = sorted(name for name, times in Counter(joint.name for joint in self.joints).items() if times > 1)
@@ -101,6 +103,17 @@ class Arm(Part):
     def limits(self) -> Floats:
         """Give the range of every moving joint (joint, 2), rad or m."""
         return np.array([joint.limits for joint in self.moving])
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Give what makes the arm's own description doubtful, as its reader found: shown as warnings with every figure."""
+        return self._doubts
+
+    def with_doubts(self, doubts: Iterable[str]) -> Self:
+        """Return this arm with these doubts."""
+        out = self.model_copy()
+        out._doubts = tuple(doubts)  # noqa: SLF001 - of its own kind
+        return out
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from lostmotion.ask.study import study
 from lostmotion.formats import read
 from lostmotion.parts.joint import FixedJoint
 from tests.formats.conftest import mistakes
@@ -25,8 +26,8 @@ def urdf(tmp_path):
 
 
 def noted(arm, words):
-    """Tell whether a note of the arm holds these words."""
-    return any(words in note for note in arm.notes)
+    """Tell whether a note or a warning of the arm holds these words."""
+    return any(words in note for note in (*arm.notes, *arm.doubts))
 
 
 @pytest.mark.parametrize(
@@ -188,6 +189,7 @@ def test_xacro_that_counts_is_named_with_what_to_do(urdf, left, declared):
         ('<?xml version="1.0"?><!-- <robot> --><sdf version="1.6"/>', "SDF (Gazebo)"),
         ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>', "xacro"),
         ("<!DOCTYPE html><html></html>", "a web page"),
+        ("\n<!doctype html>\n<html><br></html>", "a web page"),
     ],
 )
 def test_a_format_is_named_by_its_root_element(urdf, text, name, ending):
@@ -200,9 +202,9 @@ def test_a_format_is_named_by_its_root_element(urdf, text, name, ending):
 def test_a_urdf_is_read_whatever_its_ending(urdf):
     """The root element says what it is; only a TOML is another file's name."""
     text = robot(*arm())
-    plain = read(urdf(text))
-    assert read(urdf(text, name="r.xacro")) == plain
-    assert read(urdf(text, name="r.urdf.xml")) == plain
+    plain = read(urdf(text)).joints
+    assert read(urdf(text, name="r.xacro")).joints == plain
+    assert read(urdf(text, name="r.urdf.xml")).joints == plain
     (found,) = mistakes(urdf(text, name="r.toml"))
     assert "URDF" in found.found
 
@@ -211,10 +213,10 @@ def test_a_weightless_arm_is_warned_of_first(urdf):
     """Older packages describe shapes only: all that gravity does is missing."""
     bare = [part for part in arm() if part.startswith("<joint")] + [link(name, 0) for name in ("base", "link1", "link2", "link3")]
     path = urdf(robot(*bare))
-    assert "no link of this arm has a mass" in read(path).notes[0]
+    assert "no link of this arm has a mass" in read(path).doubts[0]
     path.with_suffix(".toml").write_text('[joints.j1]\nlink = { mass = "2 kg" }\n', encoding="utf-8")
     assert not noted(read(path), "no link of this arm has a mass")
-    assert "nothing that moves with j2, j3 alone has a mass" in read(path).notes[0]
+    assert "nothing that moves with j2, j3 alone has a mass" in read(path).doubts[0]
 
 
 @pytest.mark.parametrize(
@@ -230,14 +232,14 @@ def test_a_weightless_arm_is_warned_of_first(urdf):
 def test_masses_that_look_like_placeholders_are_warned_of(urdf, parts, note):
     """They are read: the kinematics may be right all the same."""
     joints = [part for part in arm() if part.startswith("<joint")]
-    assert note in read(urdf(robot(*joints, *parts))).notes[0]
+    assert note in read(urdf(robot(*joints, *parts))).doubts[0]
 
 
 @pytest.mark.parametrize(("origin", "length"), [("300 0 100", "949 m"), ("0.003 0 0.001", "0.00949 m")])
 def test_lengths_in_millimetres_are_warned_of(urdf, origin, length):
     """Exporters write millimetres; no arm is 15 m long, none 5 cm."""
     found = read(urdf(robot(*arm()).replace('"0.3 0 0.1"', f'"{origin}"')))
-    assert f"add up to {length}: are they in metres" in found.notes[0]
+    assert f"add up to {length}: are they in metres" in found.doubts[0]
 
 
 def test_a_range_over_two_turns_is_warned_of(urdf):
@@ -245,7 +247,7 @@ def test_a_range_over_two_turns_is_warned_of(urdf):
     found = read(urdf(robot(*arm()).replace('lower="-1" upper="1.2"', 'lower="-6.2832" upper="6.2832"', 1)))
     assert not noted(found, "more than twice around")
     found = read(urdf(robot(*arm()).replace('lower="-1" upper="1.2"', 'lower="-1e6" upper="1e6"', 1)))
-    assert "j1 may turn more than twice around" in found.notes[0]
+    assert "j1 may turn more than twice around" in found.doubts[0]
 
 
 def test_a_balancer_is_named(urdf):
@@ -294,3 +296,14 @@ def test_a_tip_must_stand_behind_the_base(urdf):
     assert found.key == "tip"
     path.with_suffix(".toml").write_text(f'base = "link3"\n{found.example}', encoding="utf-8")
     assert len(read(path).moving) == 1
+
+
+def test_a_doubt_is_a_warning_of_every_command(urdf):
+    """It stands with the verdict on the first screen, not among the notes, and outlives a change of the arm."""
+    parts = [part for part in arm() if part.startswith("<joint")] + [link(name, 0) for name in ("base", "link1", "link2", "link3")]
+    path = urdf(robot(*parts), '[joints.j1]\nlumped = { angle = "1 arcmin" }\n')
+    found = read(path)
+    assert found.model_copy(update={"gravity": 3.7}).doubts == found.doubts
+    sheets = [study(found, 8, 10, 2, 1).sheet, study(found, 8, method="analytic").sheet]
+    for sheet in sheets:
+        assert any("no link of this arm has a mass" in warning for warning in sheet.warnings)

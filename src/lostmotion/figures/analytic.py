@@ -75,7 +75,7 @@ def analytic_sheet(
             *asked_sections(places),
             *provenance_sections(known),
         ),
-        warnings=overload_warnings(overloads(arm, poses)),
+        warnings=(*arm.doubts, *overload_warnings(overloads(arm, poses))),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn, except to see what halving takes off",

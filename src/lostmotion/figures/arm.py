@@ -58,7 +58,7 @@ def sheet(answer: Answer) -> Sheet:
         verdict=_verdict(found, answer, known),
         cards=bounded_cards(_cards(found, answer), known, _ERRORS),
         sections=(*found, *provenance_sections(known)),
-        warnings=overload_warnings(overloads(answer.arm, answer.poses)),
+        warnings=(*answer.arm.doubts, *overload_warnings(overloads(answer.arm, answer.poses))),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),

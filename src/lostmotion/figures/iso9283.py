@@ -123,7 +123,7 @@ def iso_sheet(
         cards=tuple(cards),
         sections=(*sections, *about),
         counts="; ".join(counted),
-        warnings=() if predicted is None else overload_warnings(overloads(predicted.arm)),
+        warnings=() if predicted is None else (*predicted.arm.doubts, *overload_warnings(overloads(predicted.arm))),
         notes=notes,
         words=_WORDS,
         source=f"{'; '.join(counted)}. The same files, version and seed give the same bytes.",

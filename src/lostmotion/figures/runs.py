@@ -124,7 +124,7 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         cards=bounded_cards(_cards(order, sound, outcomes), known, ("best: 95 %", "worst: 95 %", "95 % of")),
         sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
-        warnings=_overloaded(order, outcomes),
+        warnings=(*arm.doubts, *_overloaded(order, outcomes)),
         notes=arm.remarks,
         words=_WORDS,
         source=_source(order, counted),

@@ -63,7 +63,7 @@ def targets_sheet(found: Targets) -> Sheet:
         cards=tuple(_cards(found)),
         sections=(*sections, *provenance_sections(known)),
         counts=counted,
-        warnings=overload_warnings(overloads(found.arm)),
+        warnings=(*found.arm.doubts, *overload_warnings(overloads(found.arm))),
         notes=(*found.arm.remarks, *_remarks(found)),
         words=_WORDS,
         source=f"seed {found.seed}: {counted}, {found.poses.law}. The same arm, version, seed, counts and target give the same bytes.",

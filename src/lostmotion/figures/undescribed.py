@@ -32,7 +32,7 @@ def undescribed_sheet(arm: Arm, poses: Poses, space: Workspace, worst: Sequence[
         "gearboxes, the play or stiffness of bearings, the errors of encoders, the sections or length tolerances of links.",
         cards=(Card("reach from the base", str(reach.rows[0].figures[0]), "largest of the sample"),),
         sections=(reach, torques_section(arm, poses, worst), *provenance_sections(known)),
-        warnings=overload_warnings(overloads(arm, poses)),
+        warnings=(*arm.doubts, *overload_warnings(overloads(arm, poses))),
         notes=arm.remarks,
         source=f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the same bytes.",
         facts={"arm": arm.name, "poses": {"count": len(poses), "law": poses.law}, **provenance_facts(known)},

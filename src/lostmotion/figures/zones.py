@@ -71,7 +71,7 @@ def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
             if section is not None
         ),
         counts=f"{several(int(np.isfinite(found.shown).sum()), 'cell')} of {edge_said(found)}, {per_cell_said(found)}",
-        warnings=overload_warnings(overloads(found.arm)),
+        warnings=(*found.arm.doubts, *overload_warnings(overloads(found.arm))),
         notes=(*found.arm.remarks, *_remarks(found), *_off_the_map(found, at)),
         words=_WORDS,
         source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "

@@ -20,13 +20,14 @@ _MOST_OTHERS: Final = 4
 
 @dataclass(frozen=True)
 class Chain:
-    """The joints from base to tool, those before the base, and what there is to say of them."""
+    """The joints from base to tool, those before the base, notes on them, and doubts that are warned of."""
 
     base: str
     tip: str
     joints: list[UrdfJoint]
     before: list[UrdfJoint]
     notes: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)
 
 
 def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name: str) -> Chain:
@@ -51,8 +52,13 @@ def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name:
     base = _base(tree, said, sidecar)
     tip = said.pop("tip", None)
     notes: list[str] = []
+    doubts: list[str] = []
     if tip is None:
-        tip, notes = _chosen(tree, base, sidecar_name)
+        choice = _chosen(tree, base, sidecar_name)
+        tip = choice.link
+        notes.append(_taken(choice))
+        if not choice.by_name:
+            doubts.append(f"the tool is a guess: link '{tip}' ends the longest chain, and no link has a tool's name; tip in {sidecar_name} sets it")
     elif not isinstance(tip, str) or tip not in tree.links or tree.path_to(tip, base) is None:
         near = nearest(str(tip), [link for link in tree.links if _reads(tree, base, link)])
         expected = f"the name of a link of {tree.file}" + (f" behind the base '{base}'" if base not in tree.roots else "")
@@ -67,7 +73,7 @@ def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name:
         notes.append(f"the chain starts at link '{base}'" + (f"; {listed(held)} before it held at zero" if held else ""))
     notes += [f"joint '{joint.name}' ({joint.type}) carries the whole arm: it is held at zero" for joint in joints if joint.type in _FREE]
     notes += [f"joint '{joint.name}' cannot move, for its lower limit is its upper one: it is fixed there" for joint in joints if joint.locked]
-    return Chain(base, tip, joints, before, notes)
+    return Chain(base, tip, joints, before, notes, doubts)
 
 
 def _base(tree: UrdfTree, said: dict[str, Any], sidecar: str) -> str:
@@ -93,8 +99,8 @@ def _refuse(tree: UrdfTree, *fields: str) -> NoReturn:
     refuse_all([*tree.mistakes, Problem(*fields)])
 
 
-def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> tuple[str, list[str]]:
-    """Return the link that is probably the tool, with a note that says so."""
+def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> Choice:
+    """Return what is probably the tool."""
     choice = choose_tip(tree, base)
     if choice is None:
         locked = [joint.name for joint in tree.joints.values() if joint.locked]
@@ -109,12 +115,12 @@ def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> tuple[str, list[str
             found = f"which of {len(ends)} arms? {listed(listed_ends(ends))}"
             expected = f"the one to study, named in {sidecar_name}"
             _refuse(tree, tree.file, "/robot", found, expected, f"tip = {quoted(good)}")
-    return choice.link, [_taken(choice)]
+    return choice
 
 
 def _taken(choice: Choice) -> str:
     """Write what was taken as the tool, and what it could be as well."""
-    how = "by its name" if choice.by_name else "a guess by the structure: please check"
+    how = "by its name" if choice.by_name else "a guess by the structure"
     others = f"others: {listed(choice.others[:_MOST_OTHERS])}; " if choice.others else ""
     joints = f"{choice.joints} joint{'s' * (choice.joints != 1)}"
     return f'tool: {choice.link}, {joints} ({how}; {others}tip = "..." changes it)'

@@ -1,6 +1,6 @@
 """What makes a URDF's numbers doubtful: no masses, the same ones everywhere, lengths in millimetres, ranges that nobody measured.
 
-Such files are read, for kinematics may be right all the same; the doubt stands first among the arm's notes.
+Such files are read, for kinematics may be right all the same; the doubt is shown as a warning.
 """
 
 from __future__ import annotations
@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.arm import LONGEST_NOTE, MOST_NOTES, Arm
+from lostmotion.arm import LONGEST_NOTE
 from lostmotion.formats.bounds import cut, listed
 from lostmotion.formats.urdf_tip import is_balancer
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 
 if TYPE_CHECKING:
+    from lostmotion.arm import Arm
     from lostmotion.formats.urdf_chain import Chain
     from lostmotion.formats.urdf_tree import UrdfTree
 
@@ -27,12 +28,9 @@ _TWO_TURNS: Final = 4 * math.pi * 1.01
 
 
 def with_doubts(arm: Arm, tree: UrdfTree, chain: Chain) -> Arm:
-    """Return the arm with a note, before its others, on everything in its URDF that looks like a placeholder."""
-    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm)]
-    if not found:
-        return arm
-    notes = tuple(cut(text, LONGEST_NOTE) for text in found)
-    return arm.model_copy(update={"notes": (*notes, *arm.notes)[:MOST_NOTES]})
+    """Return the arm with a warning for everything in its URDF that looks like a placeholder, and for a tool that is a guess."""
+    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm), *chain.doubts]
+    return arm.with_doubts(cut(text, LONGEST_NOTE) for text in found) if found else arm
 
 
 def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
@@ -52,7 +50,7 @@ def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
         out.append(f"every link weighs {bodies[0].mass:g} kg: placeholders? Weight and what it does are then no better than a guess")
     if len(bodies) >= _SEVERAL and not any(any(link.centre) for link in bodies):
         out.append("every centre of mass lies at its link's origin: placeholders? Torques and sag are then no better than a guess")
-    if any(is_balancer(name) for joint in tree.joints.values() for name in (joint.name, joint.child)):
+    if any(is_balancer(name) for joint in tree.joints.values() if joint.moves for name in (joint.name, joint.child)):
         out.append("springs and balancers are not in a URDF: shoulder torques may be overstated")
     return out
 

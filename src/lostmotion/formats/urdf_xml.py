@@ -5,6 +5,7 @@ The file is taken for hostile: no document type, no entities, no network, bounde
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import TYPE_CHECKING, Final, NoReturn
 
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
 _DECLARATION: Final = re.compile(r"<\?xml\b[^<>]{0,300}\?>")
 _ROOT: Final = re.compile(r"<robot(?=[\s>/])[^<>]{0,5000}")
 _PREFIX: Final = re.compile(r"(?:</?|\s)([A-Za-z_][A-Za-z0-9_.-]{0,40}):(?=[A-Za-z_])")
+_VERSION: Final = re.compile(r"""version\s*=\s*["']1\.""")
 _MOST_PREFIXES: Final = 30
-_MOST_INCLUDES: Final = 10
+_MOST_REPAIRS: Final = 10
+_FIRST_LETTERS: Final = 1000
 _UNDECLARED: Final = "urn:undeclared:"
 _XACRO_EXAMPLE: Final = "pip install xacro, then: xacro arm.urdf.xacro > arm.urdf"
 _XACRO_EXPECTED: Final = "a URDF with its macros and properties expanded"
@@ -64,13 +67,12 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
         For a document type, text that is not XML, macros of xacro that are not expanded, and files of another format, which are named.
 
     """
+    page = text[:_FIRST_LETTERS].lower().find("<!doctype html")
+    if page >= 0:
+        _refuse_format(file, _line_at(text, page), "html")
     # Looked for in the text itself, and refused in comments too, so that no parser ever meets a document type.
-    at = text.find("<!DOCTYPE")
-    if at >= 0:
-        line = _line_at(text, at)
-        if text[at : at + 30].lower().startswith("<!doctype html"):
-            _refuse_format(file, line, "html")
-        refuse(f"{file}:{line}", "", "a document type (<!DOCTYPE)", "a URDF without one", '<robot name="arm">')
+    if "<!DOCTYPE" in text:
+        refuse(f"{file}:{_line_at(text, text.index('<!DOCTYPE'))}", "", "a document type (<!DOCTYPE)", "a URDF without one", '<robot name="arm">')
     notes: list[str] = []
     try:
         robot = _parsed(text)
@@ -120,7 +122,7 @@ def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree.
     if text[: max(first, 0)].strip():
         notes.append(f"line {_line_at(text, len(text) - len(text.lstrip()))}: text before the first tag is passed over")
     fixed = _blank(text[: max(first, 0)]) + text[max(first, 0) :]
-    wrong = [match for match in _DECLARATION.finditer(fixed) if match.start() or 'version="1.' not in match[0].replace("'", '"')]
+    wrong = [match for match in itertools.islice(_DECLARATION.finditer(fixed), _MOST_REPAIRS) if match.start() or not _VERSION.search(match[0])]
     notes += [f"line {_line_at(fixed, match.start())}: an XML declaration that is wrong or not at the start is passed over" for match in wrong]
     fixed = _DECLARATION.sub(lambda match: _blank(match[0]), fixed)
     fixed, undeclared = _declared(fixed)
@@ -188,7 +190,7 @@ def _look_for_macros(robot: etree._Element, file: str) -> list[str]:
             for value in element.attrib.values():
                 if _LEFT_OVER.search(str(value)):
                     _refuse_xacro(file, line_of(element), shown(str(value)))
-    return included[:_MOST_INCLUDES] + ([f"{left[0]}: xacro definitions that nothing uses are passed over"] if left else [])
+    return included[:_MOST_REPAIRS] + ([f"{left[0]}: xacro definitions that nothing uses are passed over"] if left else [])
 
 
 def _read_parts(robot: etree._Element) -> Iterator[etree._Element]:
