@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 
 from lostmotion.laws.beam import box_section, give_per_length, i_section, rectangle_section, round_section
+from lostmotion.parts.compliance import doubt_of_compliance
 from lostmotion.parts.link import Link
 from tests.parts.conditions import STEEL, condition
 
@@ -343,3 +344,26 @@ def test_a_link_that_cannot_be_is_refused(fields: dict[str, object], why: str):
     with pytest.raises(ValidationError) as caught:
         Link(**{"length": LENGTH, **fields})
     assert why in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        {"kind": "tube", "outer": 0.06, "wall": 1e-19},
+        {"kind": "box", "width": 0.05, "height": 0.08, "wall": 1e-16},
+        {"kind": "I", "width": 0.05, "height": 0.08, "web": 1e-19, "flange": 0.005},
+        {"kind": "I", "width": 0.05, "height": 0.08, "web": 0.005, "flange": 1e-19},
+    ],
+)
+def test_a_wall_thinner_than_any_foil_is_refused(section):
+    """A wall of a ten-billionth of an atom is a slip of the unit: one mistake, and no stiffness that rounding alone would make."""
+    with pytest.raises(ValidationError, match="mm in a section .* mm wide"):
+        Link(length=LENGTH, section=section, material=STEEL)
+    foil = {key: 1e-6 if isinstance(value, float) and value < 1e-9 else value for key, value in section.items()}
+    assert np.isfinite(compliance(section=foil)).all()
+
+
+def test_a_matrix_of_the_smallest_entries_is_judged_without_a_warning():
+    """Two entries whose product is below every float are an extreme that is allowed: no division by zero, no warning."""
+    matrix = np.diag([1e-200, 1e-200, 3e-6, 1e-5, 1e-5, 1e-5])
+    assert doubt_of_compliance(matrix) is None

@@ -61,7 +61,7 @@ def doubt_of_compliance(matrix: Floats) -> tuple[str, str] | None:
     diagonal = np.diag(matrix)
     if diagonal.min() < 0:
         return f"a negative entry on the diagonal, {diagonal.min():g}", "a positive definite matrix: a load moves its point its own way"
-    scale = np.sqrt(np.outer(diagonal, diagonal))
+    scale = np.outer(np.sqrt(diagonal), np.sqrt(diagonal))  # roots first: the product of two small entries would be zero
     gap = np.abs(matrix - matrix.T)
     if (gap > _SYMMETRY * scale).any():
         row, column = np.unravel_index(int(np.argmax(gap - _SYMMETRY * scale)), gap.shape)

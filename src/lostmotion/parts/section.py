@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self, TypeAlias
+from typing import Annotated, Final, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -16,6 +16,17 @@ from lostmotion.units import Quantity
 def refuse_section(why: str, expected: str, example: str) -> PydanticCustomError:
     """Build the error of a link that cannot be."""
     return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
+
+
+# A wall thinner than this share of its section's width is no wall, and below about 1e-8 of it rounding alone would say how stiff it is.
+_THINNEST: Final = 1e-6
+
+
+def _refuse_foil(name: str, thin: float, wide: float, example: str) -> None:
+    """Refuse a wall, web or flange that is too thin beside its section to be one."""
+    if thin < _THINNEST * wide:
+        found = f"{name} {thin * 1e3:g} mm in a section {wide * 1e3:g} mm wide"
+        raise refuse_section(found, f"a {name} of at least {_THINNEST:g} of the width, {_THINNEST * wide * 1e3:g} mm", example)
 
 
 class Tube(Sourced):
@@ -33,6 +44,7 @@ class Tube(Sourced):
                 f"a wall of at most half the outside diameter, {self.outer * 500:g} mm",
                 'outer = "60 mm", wall = "3 mm"',
             )
+        _refuse_foil("wall", self.wall, self.outer, 'outer = "60 mm", wall = "3 mm"')
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
@@ -80,6 +92,7 @@ class Box(Sourced):
                 f"a wall below half of the smaller side, {least * 500:g} mm",
                 'width = "50 mm", height = "60 mm", wall = "3 mm"',
             )
+        _refuse_foil("wall", self.wall, max(self.width, self.height), 'width = "50 mm", height = "60 mm", wall = "3 mm"')
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
@@ -104,6 +117,8 @@ class ISection(Sourced):
                 "a web thinner than the width, flanges thinner than half the height",
                 'width = "50 mm", height = "80 mm", web = "4 mm", flange = "6 mm"',
             )
+        for name, thin in (("web", self.web), ("flange", self.flange)):
+            _refuse_foil(name, thin, max(self.width, self.height), 'width = "50 mm", height = "80 mm", web = "4 mm", flange = "6 mm"')
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
