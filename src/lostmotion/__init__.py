@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
     from lostmotion.ask.gear import Gear, gear
     from lostmotion.ask.iso9283 import Iso9283, iso9283
@@ -131,6 +133,44 @@ __all__ = [  # noqa: RUF022 - reading order
     "DidNotConvergeError",
     "__version__",
 ]
+
+
+def _let_numba_cache() -> None:
+    """Give compiled code a folder of this process's own where it can be kept neither beside the package nor in the user's home.
+
+    Numba refuses to compile at all without one. A folder that others could write to would let them run code here, so it is made anew and goes with
+    the process, which then compiles each time.
+    """
+    import os
+    from pathlib import Path
+
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    here = Path(__file__).parent
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.path.expanduser("~"), ".cache"))  # noqa: PTH111 - gives "~" back where there is no home
+    kept = [here / room / "__pycache__" for room in ("laws", "studies", "studies/montecarlo")]
+    if all(map(_can_write, kept)) or (home.is_absolute() and _can_write(home / "numba")):
+        return
+    import atexit
+    import contextlib
+    import shutil
+    import tempfile
+
+    with contextlib.suppress(OSError):  # nowhere at all: Numba then says so
+        folder = tempfile.mkdtemp(prefix="lostmotion-")
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+
+
+def _can_write(folder: Path) -> bool:
+    """May this folder, or the nearest one above it that is there, be written to?"""
+    import os
+
+    there = next((each for each in (folder, *folder.parents) if each.exists()), folder)
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
+
+_let_numba_cache()
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever stands behind the name
