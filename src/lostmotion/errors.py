@@ -9,8 +9,9 @@ LostmotionError
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ParamSpec, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Final, ParamSpec, Self, TypeVar, cast
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -43,7 +44,14 @@ class Problem:
 
 
 class LostmotionError(Exception):
-    """Anything this package refuses to do, said in one message for the user."""
+    """Anything this package refuses to do, said in one message for the user.
+
+    Names and paths may come from a stranger's file: control characters in the message are written out, so that a terminal obeys none of them.
+    """
+
+    def __init__(self, message: object = "") -> None:
+        """Keep the message."""
+        super().__init__(legible(str(message)))
 
 
 class InputError(LostmotionError, ValueError):
@@ -99,6 +107,17 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """Which known name did the writer probably mean? Empty where none is close."""
     close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
     return close[0] if close else ""
+
+
+# Categories of characters that a terminal obeys or hides: controls, formats, halves of characters, separators of lines.
+_UNSEEN: Final = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+
+
+def legible(text: str) -> str:
+    r"""Write out what a terminal would obey or not show, "\x1b" for an escape; line breaks stay."""
+    if text.isascii() and text.replace("\n", "").isprintable():
+        return text
+    return "".join(ascii(char)[1:-1] if char != "\n" and unicodedata.category(char) in _UNSEEN else char for char in text)
 
 
 def shown(value: object, limit: int = 60) -> str:

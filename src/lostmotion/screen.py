@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from typing import TYPE_CHECKING, Final, Self
+from contextlib import suppress
+from dataclasses import fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Self, TextIO, TypeVar, cast
 
 from rich import box
 from rich.console import Console
@@ -12,11 +15,14 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from lostmotion.errors import legible
+
 if TYPE_CHECKING:
     from types import TracebackType
 
     from lostmotion.figures import Section, Sheet
 
+T = TypeVar("T")
 _SECONDS_BEFORE_BAR = 1.0
 
 # A remark in a narrower column than this is no longer read easily.
@@ -26,6 +32,7 @@ _REMARK: Final = 20
 def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
     """Print every figure of a sheet, section by section, and last, where a terminal stands, the warnings and the answer in a sentence or three."""
     screen = console or Console()
+    sheet = _legible(sheet)
     screen.print()
     screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
     for section in sheet.sections:
@@ -58,6 +65,17 @@ def _print_answer(sheet: Sheet, screen: Console) -> None:
     if sheet.lines:
         screen.print(Text(f"\n{sheet.lines.title}\n"))
         screen.print(Text(sheet.lines.text.rstrip()), soft_wrap=True)  # whole lines, to be copied
+
+
+def _legible(held: T) -> T:
+    """Write out control characters in all texts of a sheet: names come from files, and a terminal must obey none of them."""
+    if isinstance(held, str):
+        return cast("T", legible(held))
+    if isinstance(held, tuple):
+        return cast("T", tuple(_legible(each) for each in held))
+    if is_dataclass(held) and not isinstance(held, type):
+        return cast("T", replace(held, **{each.name: _legible(getattr(held, each.name)) for each in fields(held) if each.name != "facts"}))
+    return held
 
 
 def _taken(screen: Console, table: Table) -> int:
@@ -98,6 +116,25 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     return table
 
 
+class _Forgiving:
+    """A stream whose failures are nobody's business: a bar that cannot be drawn, on a full disk, must not cost the results."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever a stream has
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        with suppress(OSError, ValueError):
+            return self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+
 class ProgressBar:
     """A bar that shows itself only once the work has taken a second."""
 
@@ -109,7 +146,7 @@ class ProgressBar:
             BarColumn(),
             TextColumn("{task.percentage:3.0f} %"),
             TimeRemainingColumn(),
-            console=Console(stderr=True),
+            console=Console(file=cast("TextIO", _Forgiving(sys.stderr))),
             transient=True,
         )
         self._task = self._bar.add_task("")

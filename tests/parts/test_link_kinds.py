@@ -357,7 +357,7 @@ def test_a_link_that_cannot_be_is_refused(fields: dict[str, object], why: str):
 )
 def test_a_wall_thinner_than_any_foil_is_refused(section):
     """A wall of a ten-billionth of an atom is a slip of the unit: one mistake, and no stiffness that rounding alone would make."""
-    with pytest.raises(ValidationError, match="mm in a section .* mm wide"):
+    with pytest.raises(ValidationError, match=r"mm in a section .* mm wide"):
         Link(length=LENGTH, section=section, material=STEEL)
     foil = {key: 1e-6 if isinstance(value, float) and value < 1e-9 else value for key, value in section.items()}
     assert np.isfinite(compliance(section=foil)).all()

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import signal
 import sys
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lostmotion import __version__
 from lostmotion.cli.spoken import Spoken
+from lostmotion.cli.terminal import LOST, flush, give_up, is_of_output, open_up, say
 from lostmotion.cli.typed import Typed
 from lostmotion.errors import LostmotionError
 
@@ -42,7 +45,7 @@ app = _App(
 
 def _print_version(wanted: bool) -> None:  # noqa: FBT001 - typer hands the switch over
     if wanted:
-        typer.echo(f"lostmotion {__version__}")
+        say(f"lostmotion {__version__}")
         raise typer.Exit
 
 
@@ -72,23 +75,52 @@ def amount(
 
 
 def main() -> None:
-    """Run the command line; a mistake in the input is one message and exit code 2, never a traceback."""
+    """Run the command line; whatever goes wrong is one message and an exit code, never a traceback.
+
+    0 done; 1 done, and the answer is no: nothing fits, not reproduced, or the output could not be printed; 2 refused, nothing written; 130 stopped.
+    """
     signal.signal(signal.SIGINT, _stop)
-    try:
-        app()
-    except LostmotionError as error:
-        code, message = 2, str(error)
-    except MemoryError:
-        code, message = 2, "not enough memory for that many poses, robots or visits; nothing was written"
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more when it closes the pipe
-        code, message = 1, "the output was closed before all was printed; the results are written"
-    typer.echo(f"lostmotion: {message}", err=True)
+    there = open_up()
+    code, message = _carried_out()
+    lost = flush()
+    if code == 0 and lost is not None:
+        code, message = _of_system(lost)
+    if code == 0 and not there:
+        code, message = 1, LOST
+    with suppress(OSError):
+        if message:
+            say(f"lostmotion: {message}", error=True)
+    give_up()
     sys.exit(code)
+
+
+def _carried_out() -> tuple[int, str]:
+    """Carry the command out; gives its exit code, and what is to be said of it."""
+    try:
+        os.getcwd()  # noqa: PTH109 - the same, without a class around it
+        app()
+    except SystemExit as end:
+        return (end.code, "") if isinstance(end.code, int) else (0 if end.code is None else 1, str(end.code or ""))
+    except LostmotionError as error:
+        return 2, str(error)
+    except MemoryError:
+        return 2, "not enough memory for that many poses, robots or visits; nothing was written"
+    except OSError as error:
+        return _of_system(error)
+    return 0, ""
+
+
+def _of_system(error: OSError) -> tuple[int, str]:
+    """Give exit code and message for what the system refused."""
+    if is_of_output(error):
+        return 1, LOST if error.errno == errno.EPIPE else f"the output could not be printed: {error.strerror}; the results are written"
+    if isinstance(error, FileNotFoundError) and error.filename is None:
+        return 2, "the folder you stand in no longer exists\n  change to another one, for example: cd ~"
+    return 2, f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
 
 
 def _stop(_signal: int, _frame: FrameType | None) -> None:
     """Remember that the user wants to stop: compiled code may swallow the exception and go on with half a result."""
     stopped.append(True)
-    typer.echo("\nlostmotion: stopped", err=True)
+    say("\nlostmotion: stopped", error=True)
     raise KeyboardInterrupt

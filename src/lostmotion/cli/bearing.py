@@ -8,6 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from lostmotion.cli.app import amount, app
+from lostmotion.cli.terminal import say
 
 # N or N m: no bearing of a robot carries more.
 _MOST: Final = 1e9
@@ -51,4 +52,4 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     sheet = bearing_sheet(found.name, found.part, load, examined, notes)
     written = write_bearing(sheet, examined, folder, force=force)
     print_sheet(sheet)
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")

@@ -10,6 +10,7 @@ import typer
 
 from lostmotion import __version__
 from lostmotion.cli.app import amount, app
+from lostmotion.cli.terminal import say_json
 
 
 class CatalogueKind(StrEnum):
@@ -49,9 +50,7 @@ def catalog(  # noqa: PLR0913, PLR0917 - options of a command line
         own = mistakes.of(read_reducers, file) if file else ()
     sheet = catalogue_sheet(wanted, kind.value if kind else None, name, own)
     if as_json:
-        import json
-
-        typer.echo(json.dumps({"lostmotion": __version__, **sheet.facts}, indent=2, ensure_ascii=False))
+        say_json({"lostmotion": __version__, **sheet.facts})
     else:
         from lostmotion.screen import print_sheet
 

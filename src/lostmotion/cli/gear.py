@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from lostmotion.cli.app import app
+from lostmotion.cli.terminal import say
 
 
 @app.command()
@@ -49,7 +50,7 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     if dxf is not None and drawing is not None:
         write_drawing(drawing, dxf, force=force)
     answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")
     if answer.study.drawn is not None:
         drawn = f"{dxf or written / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
-        typer.echo(f"Drawing: {drawn}" if can_draw() else "Drawing: none, for want of ezdxf: pip install 'lostmotion[dxf]'")
+        say(f"Drawing: {drawn}" if can_draw() else "Drawing: none, for want of ezdxf: pip install 'lostmotion[dxf]'")

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from lostmotion.cli.app import STOPPED, amount, app, stopped
+from lostmotion.cli.terminal import say
 
 
 @app.command()
@@ -95,7 +96,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
         raise typer.Exit(STOPPED)
     written = answer.report(folder, force=force)
     answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")
 
 
 def _ends(text: str) -> tuple[str, str]:

@@ -10,6 +10,7 @@ import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
 from lostmotion.cli.run import Approach
+from lostmotion.cli.terminal import say
 
 
 class By(StrEnum):
@@ -76,8 +77,8 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
         raise typer.Exit(STOPPED)
     written = answer.report(folder, force=force)
     answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")
     boxes = answer.found.boxes
     if boxes is not None and not boxes.found:
-        typer.echo(f"lostmotion: {boxes_said(boxes, answer.found)}", err=True)
+        say(f"lostmotion: {boxes_said(boxes, answer.found)}", error=True)
         raise typer.Exit(1)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
+from lostmotion.cli.terminal import say, say_json
 
 
 @app.command()
@@ -26,14 +27,12 @@ def replay(
     if stopped:
         raise typer.Exit(STOPPED)
     if as_json:
-        import json
-
-        typer.echo(json.dumps([each.result() for each in found], indent=2, ensure_ascii=False, allow_nan=False))
+        say_json([each.result() for each in found])
     else:
         for each in found:
             each.summary()
     other = sum(not each.found.reproduced for each in found)
     if other:
         said = f"{other} of {len(found)} errors are not reproduced: the store holds other figures than its order makes"
-        typer.echo(f"lostmotion: {said}\n  run the same `lostmotion sweep` in another folder", err=True)
+        say(f"lostmotion: {said}\n  run the same `lostmotion sweep` in another folder", error=True)
         raise typer.Exit(1)

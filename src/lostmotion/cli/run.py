@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
+from lostmotion.cli.terminal import say
 
 if TYPE_CHECKING:
     from lostmotion.ask.study import AnalyticStudy, Study
@@ -145,4 +146,4 @@ def _finish(answer: Study | AnalyticStudy | Undescribed, folder: Path, *, force:
     written = answer.report(folder, force=force)  # before anything is printed: a closed pipe must not cost the results
     if not quiet:
         answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
+from lostmotion.cli.terminal import say
 
 
 @app.command()
@@ -70,9 +71,9 @@ def size(  # noqa: PLR0913, PLR0917 - options of a command line
         raise typer.Exit(STOPPED)
     written = answer.report(folder, file, sidecar, force=force)
     answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")
     if not answer.found.holds:
-        typer.echo(f"lostmotion: {answer.sheet.verdict}", err=True)
+        say(f"lostmotion: {answer.sheet.verdict}", error=True)
         raise typer.Exit(1)
     doubt = reads_back(file, written / "sized.toml", answer.found)
-    typer.echo(f"Sized arm: {written / 'sized.toml'}" + (f"; {doubt}" if doubt else ""))
+    say(f"Sized arm: {written / 'sized.toml'}" + (f"; {doubt}" if doubt else ""))

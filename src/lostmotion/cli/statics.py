@@ -10,6 +10,7 @@ import typer
 
 from lostmotion import __version__
 from lostmotion.cli.app import amount, app
+from lostmotion.cli.terminal import say, say_json
 
 
 @app.command()
@@ -41,15 +42,13 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     found = survey(arm, sample_poses(arm, poses, seed=seed), leaning)
     sheet = statics_sheet(found, read_reducers(file) if file.suffix == ".toml" else ())
     if as_json:
-        import json
-
         from lostmotion.figures import plain
 
-        typer.echo(json.dumps(plain(sheet, __version__), indent=2, ensure_ascii=False, allow_nan=False))
+        say_json(plain(sheet, __version__))
         return
     from lostmotion.report.statics import write_statics
     from lostmotion.screen import print_sheet
 
     written = write_statics(sheet, found, folder, force=force)
     print_sheet(sheet)
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")

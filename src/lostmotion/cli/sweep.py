@@ -9,6 +9,7 @@ import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
 from lostmotion.cli.run import Approach, PoseChoice
+from lostmotion.cli.terminal import say
 
 
 @app.command()
@@ -56,12 +57,12 @@ def sweep(  # noqa: PLR0913, PLR0917 - options of a command line
                 progress=bar,
             )
     except KeyboardInterrupt:
-        typer.echo(f"lostmotion: {kept}", err=True)
+        say(f"lostmotion: {kept}", error=True)
         raise typer.Exit(STOPPED) from None
     if stopped:
-        typer.echo(f"lostmotion: {kept}", err=True)
+        say(f"lostmotion: {kept}", error=True)
         raise typer.Exit(STOPPED)
     written = answer.report()
     if not quiet:
         answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lostmotion.cli.app import STOPPED, app, stopped
+from lostmotion.cli.terminal import say
 
 if TYPE_CHECKING:
     from lostmotion.studies.poses import Poses
@@ -78,4 +79,4 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
         raise typer.Exit(STOPPED)
     written = answer.report(folder, force=force)
     answer.summary()
-    typer.echo(f"\nReport: {written / 'report.html'}")
+    say(f"\nReport: {written / 'report.html'}")

@@ -1,0 +1,104 @@
+"""What goes to the terminal, whatever the terminal is: closed, full, a pipe that ends, or one that knows ASCII alone."""
+
+from __future__ import annotations
+
+import codecs
+import contextlib
+import errno
+import json
+import os
+import sys
+from typing import TYPE_CHECKING, Any, Final, TextIO
+
+import typer
+
+from lostmotion.errors import legible
+
+if TYPE_CHECKING:
+    from io import TextIOWrapper
+
+LOST: Final = "the output was closed before all was printed; the results are written"
+_HANDLER: Final = "lostmotion.plain"
+# How a terminal without these characters shows them; any other becomes "?".
+_PLAIN: Final = str.maketrans(
+    {"µ": "u", "μ": "u", "°": " deg", "±": "+/-", "′": "'", "″": '"', "–": "-", "—": "-", "…": "..."}
+    | {"≤": "<=", "≥": ">=", "≈": "~", "²": "^2", "³": "^3"}
+)
+# What writing says of a full disk, a closed pipe, a closed file and a broken device.
+_OUTPUT_ERRORS: Final = frozenset({errno.ENOSPC, errno.EPIPE, errno.EBADF, errno.EIO, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC})
+
+
+def say(text: str, *, error: bool = False) -> None:
+    """Print a line; control characters in it are written out."""
+    typer.echo(legible(text), err=error)
+
+
+def say_json(data: Any) -> None:  # noqa: ANN401 - whatever JSON can hold
+    """Print data for machines: JSON that holds the same on a terminal of any encoding, without a character that one would obey."""
+    text = json.dumps(data, indent=2, ensure_ascii=not _knows_unicode(sys.stdout), allow_nan=False)
+    typer.echo("".join(char if char == "\n" or legible(char) == char else json.dumps(char)[1:-1] for char in text))
+
+
+def _knows_unicode(stream: TextIO | None) -> bool:
+    return (getattr(stream, "encoding", None) or "utf-8").lower().replace("-", "").replace("_", "").startswith("utf")
+
+
+def open_up() -> bool:
+    """Make both streams fit to be written to; gives whether standard output is there at all.
+
+    Characters that an encoding lacks are replaced instead of raising. In the place of closed streams a null device is opened, or the next file
+    that is opened would take their numbers, and a stray word would end in a report.
+    """
+    codecs.register_error(_HANDLER, _plainly)
+    there = sys.stdout is not None
+    if not there or sys.stderr is None or sys.stdin is None:
+        while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:  # noqa: PLR2004 - the three standard streams
+            pass
+        os.close(handle)
+        sys.stdout, sys.stderr = sys.stdout or _nowhere(), sys.stderr or _nowhere()
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors=_HANDLER)
+    return there
+
+
+def _nowhere() -> TextIOWrapper:
+    return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123 - a stream for the rest of the process
+
+
+def _plainly(error: UnicodeError) -> tuple[str | bytes, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lost = error.object[error.start : error.end].translate(_PLAIN)
+    return lost.encode("ascii", "replace").decode("ascii"), error.end
+
+
+def flush() -> OSError | None:
+    """Write what still waits to be printed; gives what went wrong."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        return error
+    return None
+
+
+def is_of_output(error: OSError) -> bool:
+    """Tell an error of a stream from one of a file, which names it."""
+    return error.filename is None and error.errno in _OUTPUT_ERRORS
+
+
+def give_up() -> None:
+    """Send what cannot be printed nowhere, or Python complains once more when it closes the streams."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            if stream is sys.stdout or _is_broken(stream):
+                os.dup2(nowhere, stream.fileno())
+
+
+def _is_broken(stream: TextIO) -> bool:
+    try:
+        stream.flush()
+    except OSError:
+        return True
+    return False

@@ -1,0 +1,142 @@
+"""Streams that are closed, full or know ASCII alone, folders that are gone, and names that a terminal would obey."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from lostmotion.errors import LostmotionError, legible
+from lostmotion.screen import print_sheet
+from tests.runs.conftest import ARM
+
+QUICK = ("--poses", "8", "--robots", "4", "--visits", "2")
+POSIX = pytest.mark.skipif(os.name != "posix", reason="needs the streams of a POSIX shell")
+SRC = Path(__file__).parents[1] / "src"
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """Give the path of a small arm."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(ARM, encoding="utf-8")
+    return path
+
+
+def shell(words, cwd, **environment):
+    """Run the command by a shell, with what the shell does to its streams behind it."""
+    command = f"{sys.executable} -m lostmotion {words}"
+    return subprocess.run(["sh", "-c", command], cwd=cwd, capture_output=True, check=False, env={**os.environ, **environment})
+
+
+@POSIX
+@pytest.mark.parametrize("stream", [">&-", "> /dev/full", ">&- 2>&-", "> /dev/full 2> /dev/full", ">&- <&-"])
+def test_an_output_that_takes_nothing_costs_no_results(arm, tmp_path, stream):
+    """Standard output closed or full: exit code 1, at most one message, and the results are written."""
+    if "full" in stream and not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    done = shell(f"statics {arm.name} --poses 8 --out out {stream}", tmp_path)
+    assert done.returncode == 1
+    assert b"Traceback" not in done.stderr
+    assert b"Exception ignored" not in done.stderr
+    assert done.stderr.count(b"lostmotion:") == (0 if "2>" in stream else 1)
+    said = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    assert said["arm"] == "tiny"
+    assert (tmp_path / "out" / "report.html").read_text(encoding="utf-8").startswith("<!")
+
+
+@POSIX
+def test_an_encoding_without_our_letters_gets_others(arm, tmp_path):
+    """On a terminal of ASCII alone every figure is printed, "um" for micrometres; JSON holds the same data as on any other."""
+    done = shell(f"statics {arm.name} --poses 8 --out out", tmp_path, PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, done.stderr
+    assert re.search(rb"\d um", done.stdout)
+    assert done.stdout.isascii()
+    plain, full = (shell(f"catalog --json {words}", tmp_path, PYTHONIOENCODING=words_) for words, words_ in (("", "ascii"), ("", "utf-8")))
+    assert plain.returncode == full.returncode == 0
+    assert plain.stdout.isascii()
+    assert json.loads(plain.stdout) == json.loads(full.stdout.decode("utf-8"))
+
+
+@POSIX
+def test_a_working_folder_that_is_gone_is_one_message(arm, tmp_path):
+    """Somebody removed the folder that the user stands in: exit code 2 and a word of what to do."""
+    (tmp_path / "gone").mkdir()
+    done = subprocess.run(
+        ["sh", "-c", f"cd gone; rmdir ../gone; {sys.executable} -m lostmotion run {arm}"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "no longer exists" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil"
+
+
+def test_no_control_character_of_a_file_reaches_a_terminal(arm, tmp_path):
+    """Escape sequences in an arm's name, a joint's, a file's path and a CSV's header are written out, in messages, sheets and JSON."""
+    name = "".join(f"\\u{ord(char):04x}" if legible(char) != char else char for char in HOSTILE)
+    arm.write_text(ARM.replace('name = "tiny"', f'name = "{name}"').replace('"A"', '"A\\u001b[31m"'), encoding="utf-8")
+    (tmp_path / "poses.csv").write_text(f"{HOSTILE} [deg],B [deg]\n1,2\n", encoding="utf-8")
+    words = [f"run {arm.name} {' '.join(QUICK)} --out out", f"statics {arm.name} --json --poses 8", f"run {arm.name} --poses-file poses.csv"]
+    words.append(f"run '{HOSTILE}.toml'")
+    for each in words:
+        done = shell(each, tmp_path)
+        text = (done.stdout + done.stderr).decode("utf-8")
+        assert legible(text) == text, ascii(text)
+        assert "Traceback" not in text
+    done = shell(words[1], tmp_path)
+    if done.returncode == 0:
+        assert json.loads(done.stdout)["arm"] == HOSTILE
+
+
+def test_messages_write_control_characters_out():
+    """A message that names a stranger's file holds no escape, and keeps its line breaks and letters; a sheet likewise."""
+    assert str(LostmotionError(f"'{HOSTILE}'\n  expected µm ± 1°")).splitlines()[1] == "  expected µm ± 1°"
+    assert legible(HOSTILE) == "\\x1b]0;owned\\x07\\x1b[2J\\x9b31m\\u202eevil"
+    assert legible("\ud800") == "\\ud800"
+
+
+def test_a_sheet_writes_control_characters_out(capsys):
+    """Whatever a sheet says, name, notes, labels or verdict, is printed without a character that a terminal obeys."""
+    from lostmotion.figures import Figure, Row, Section, Sheet
+
+    row = Row(HOSTILE, (Figure(1.0, "mm"),), HOSTILE)
+    section = Section("key", HOSTILE, (HOSTILE,), (row,), HOSTILE)
+    print_sheet(Sheet(name=HOSTILE, subject="", verdict=HOSTILE, cards=(), sections=(section,), source="", notes=(HOSTILE,), counts=HOSTILE))
+    said = capsys.readouterr().out
+    assert legible(said) == said
+    assert "owned" in said
+
+
+READ_ONLY = """
+import os, pathlib, sys, tempfile
+import lostmotion
+from lostmotion.studies.montecarlo.kernel import bin_edges, mix
+import numpy as np
+print(mix(np.uint64(5)) == mix.py_func(np.uint64(5)), os.environ["NUMBA_CACHE_DIR"])
+"""
+
+
+@POSIX
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0 or shutil.which("setpriv") is None, reason="needs a user who may not write: run as root")
+def test_a_package_that_cannot_be_written_to_compiles_elsewhere(tmp_path):
+    """Installed read-only, by a user without a home: compiled code goes into a folder of its own, which is gone when the process ends."""
+    place = tmp_path / "site"
+    shutil.copytree(SRC / "lostmotion", place / "lostmotion", ignore=shutil.ignore_patterns("__pycache__"))
+    for path in (*tmp_path.parents, tmp_path):
+        if path != Path("/") and path.is_relative_to("/tmp") and path != Path("/tmp"):  # noqa: S108 - where pytest puts it
+            path.chmod(0o755)
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(place), "HOME": "/nonexistent", "PYTHONWARNINGS": "ignore::RuntimeWarning"}
+    words = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", sys.executable, "-c", READ_ONLY]
+    done = subprocess.run(words, cwd="/", capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    same, folder = done.stdout.split()
+    assert same == "True"
+    assert not Path(folder).exists()
