@@ -133,7 +133,7 @@ def potential(arm: Arm, q: np.ndarray, payload: Payload) -> float:
     down = arm.gravity_in_base
     for joint in arm.joints:
         for mass, frame, centre in (
-            (joint.mass, f"{joint.name}.seat", joint.centre_of_mass),
+            (joint.mass or 0.0, f"{joint.name}.seat", joint.centre_of_mass),
             (joint.link.total_mass, joint.name, joint.link.mass_centre),
         ):
             energy -= mass * (at[frame] @ [*centre, 1])[:3] @ down

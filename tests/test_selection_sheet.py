@@ -240,7 +240,45 @@ A = "catalogue"
     assert "RV-40E-121" in names
     assert all(each.part.rated_torque > 40 for each in slot.candidates)
     assert any("were left out, for no cost of them is stated" in note for note in said.notes)
-    assert any("no masses are stated" in note for note in said.notes)
+    assert any("mass of the present one" in note and "not stated: the joint weighs what it does now" in note for note in said.notes)
+
+
+CATALOGUE_ARM = """name = "x"
+[[joints]]
+name = "A"
+type = "revolute"
+limits = ["-90 deg", "90 deg"]
+gearbox = "RV-20E-121"
+link = { length = "500 mm ± 50 µm", mass = "2 kg" }
+"""
+
+
+@pytest.mark.parametrize(("stated", "exchanged"), [("", 9.3), ('mass = "6 kg"\n', 6 - 4.7 + 9.3)])
+def test_exchanging_a_reducer_changes_the_mass_by_the_difference_of_the_catalogues(tmp_path, stated, exchanged):
+    """An RV-40E of 9.3 kg in the place of an RV-20E of 4.7 kg, whether the joint's mass is stated or is its reducer's; no cost is asked for."""
+    path = tmp_path / "arm.toml"
+    path.write_text(CATALOGUE_ARM.replace("gearbox", stated + "gearbox"), encoding="utf-8")
+    arm = lostmotion.read(path)
+    text = '[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["present", "RV-40E", "RV-80E"]\n'
+    (slot,) = asked(tmp_path, text, arm).slots
+    assert [(each.name, each.mass) for each in slot.candidates] == [("present", 4.7), ("RV-40E-121", 9.3), ("RV-80E-121", 13.1)]
+    assert slot.present.mass == 4.7
+    assert slot.put(arm.joints[0], slot.candidates[0]).total_mass == arm.joints[0].total_mass
+    assert slot.put(arm.joints[0], slot.candidates[1]).total_mass == pytest.approx(exchanged)
+
+
+def test_a_candidate_of_unknown_mass_counts_as_none_and_is_named(tmp_path):
+    """Where only the price is to be small, a row without a mass is weighed as nothing, and the result says so."""
+    path = tmp_path / "arm.toml"
+    path.write_text(CATALOGUE_ARM, encoding="utf-8")
+    arm = lostmotion.read(path)
+    text = (
+        '[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = ["RV-40E", "X-9"]\n'
+        '[sizing.costs]\n"*" = { price = 1 }\n' + OFFER[OFFER.index("[[reducers]]") :]
+    )
+    said = asked(tmp_path, text, arm)
+    assert [each.mass for each in said.slots[0].candidates] == [9.3, 0.0]
+    assert any("mass of X-9-121 not stated: counted as none" in note for note in said.notes)
 
 
 def test_rows_of_the_arm_file_may_be_offered(tmp_path):
@@ -329,7 +367,8 @@ _HEAVY = '[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["RV-4
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["RV-40E"]', "no mass of RV-40E-121"),
+        ('[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["RV-40E"]', "sizing.present.A"),
+        ('[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["X-9"]\n' + OFFER[OFFER.index("[[reducers]]") :], "no mass of X-9-121"),
         ('[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = ["RV-40E"]', "no price of RV-40E-121"),
         ('[sizing]\ntarget = "1 mm"\nminimise = "price"', "price_per_kg"),
         ('[sizing]\n[sizing.gearboxes]\nA = ["RV-40E"]', "no target"),

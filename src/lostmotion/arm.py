@@ -117,8 +117,8 @@ class Arm(Part):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Give the notes, of which springs of its gearboxes nothing is said, and which friction is assumed: nothing is left out in silence."""
-        return (*self.notes, *self._corrected(), *self._rigid_springs(), *self._frictions_assumed())
+        """Return the notes, and what is not stated: springs of drawn gearboxes, friction, masses of gearboxes."""
+        return (*self.notes, *self._corrected(), *self._rigid_springs(), *self._frictions_assumed(), *self._masses_of_gearboxes())
 
     def _corrected(self) -> tuple[str, ...]:
         corrected = ", ".join(joint.name for joint in self.moving if joint.corrected)
@@ -174,6 +174,30 @@ class Arm(Part):
         other.__dict__["_holdings"] = self._holdings
         return other
 
+    def _masses_of_gearboxes(self) -> list[str]:
+        stated = [joint for joint in self.moving if joint.gearbox is not None and joint.gearbox.mass]
+        own = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is None and joint.gearbox is not None]
+        within = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is not None and joint.gearbox is not None]
+        notes = []
+        if own:
+            notes.append(f"gearbox masses that weigh at their joints, for which no mass is stated: {', '.join(own)}")
+        if within:
+            notes.append(f"gearbox masses that the stated mass of the joint or link includes, so that they are not added: {', '.join(within)}")
+        if self.unweighed:
+            notes.append(f"mass of {', '.join(self.unweighed)} not stated: counted as none")
+        return notes
+
+    @property
+    def mass(self) -> float:
+        """Return the mass (kg) of joints, gearboxes, links and tool as far as it is stated; the payload is not part of it."""
+        return sum(joint.total_mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
+
+    @property
+    def unweighed(self) -> tuple[str, ...]:
+        """Return the models of gearboxes whose mass nobody states, neither of the gearbox nor of its joint: they weigh nothing."""
+        found = [joint.gearbox for joint in self.moving if joint.gearbox is not None and joint.mass is None and joint.gearbox.mass is None]
+        return tuple(dict.fromkeys(gearbox.model for gearbox in found if gearbox.model))
+
     @property
     def gravity_in_base(self) -> Floats:
         """Give the acceleration of free fall (3,) in the base's axes, its nominal tilt included."""
@@ -182,7 +206,7 @@ class Arm(Part):
     def __repr__(self) -> str:
         """Tell the arm in a line."""
         kinds = "".join("F" if isinstance(j, FixedJoint) else "P" if isinstance(j, PrismaticJoint) else "R" for j in self.joints)
-        weighs = sum(joint.mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
+        weighs = self.mass
         return f"<Arm '{self.name}': {kinds}, {weighs:.3g} kg, payload {self.payload.mass:g} kg>"
 
     __str__ = __repr__
@@ -269,10 +293,10 @@ def _carry(pose: Floats, point: Floats) -> Floats:
 def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:
     """What does everything outboard of a place put on it? Wrenches (place, pose, 6) in the place's own frame, N m and N.
 
-    Static: weights of links, joints, tool and payload, and the payload's process force. A joint's own mass sits on its seat, so it loads the
-    link before and not its own bearing. `payload` left out: the arm's own; `gravity` (3,) in the base's axes, m/s^2, left out:
-    the arm's, turned by the base's tilt. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's static torques
-    (tests/validation).
+    Static: weights of links, joints, tool and payload, and the payload's process force. A joint's own mass, or its gearbox's where none is stated,
+    sits on its seat with the housing, so it loads the link before and not its own bearing. `payload` left out: the arm's own; `gravity` (3,) in the
+    base's axes, m/s^2, left out: the arm's, turned by the base's tilt. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's
+    static torques (tests/validation).
     """
     values = as_poses(arm, q)
     return _wrenches(arm, frames(arm, values), payload or arm.payload, arm.gravity_in_base if gravity is None else np.asarray(gravity, dtype=float))
@@ -296,7 +320,7 @@ class _Carried:
 
 
 def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats:
-    masses = [payload.mass, arm.tool.mass, *(mass for joint in arm.joints for mass in (joint.mass, joint.link.total_mass))]
+    masses = [payload.mass, arm.tool.mass, *(mass for joint in arm.joints for mass in (joint.total_mass, joint.link.total_mass))]
     if not (any(masses) or any(payload.force) or any(payload.moment)):  # an arm of lumped errors
         return np.zeros((len(at), 6, at.shape[1])).transpose(0, 2, 1)
     carried = _Carried(at.shape[1], gravity)
@@ -318,7 +342,7 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
         carried.weigh(at[3 * k + 2], joint.link.total_mass, joint.link.mass_centre)
         note(3 * k + 2)
         note(3 * k + 1)
-        carried.weigh(at[3 * k + 1], joint.mass, np.array(joint.centre_of_mass))
+        carried.weigh(at[3 * k + 1], joint.total_mass, np.array(joint.centre_of_mass))
     note(0)
     return _seen_from(at, forces, moments)
 
@@ -395,8 +419,8 @@ def _holdings(arm: Arm) -> tuple[Holding, ...]:
             for weight, more in zip((hung, np.linalg.norm(lever, axis=-1), np.full(len(lever), mass)), asked, strict=True)
         )
         out.append(Holding(max(load, least * (reach if turning else 1.0)), max(force, least), max(moment, least * reach)))
-        mass += joint.mass
-        moved = moved + joint.mass * (seat[:, :3, 3] + _out_of(seat, np.array(joint.centre_of_mass)))
+        mass += joint.total_mass
+        moved = moved + joint.total_mass * (seat[:, :3, 3] + _out_of(seat, np.array(joint.centre_of_mass)))
     return tuple(reversed(out))
 
 

@@ -192,6 +192,7 @@ _SPOKEN: Final = {
     "m^4": "second moment of area (mm^4)",
     "rad": "angle (arcmin, arcsec, deg, mrad)",
     "kg": "mass (kg, g)",
+    "kg m^2": "moment of inertia (kg m^2, kg cm^2)",
     "s": "time (s, min, h)",
     "N": "force (N, kN)",
     "N m": "torque (N m)",

@@ -76,7 +76,7 @@ def by_direct_stiffness(arm: Arm, q: np.ndarray) -> np.ndarray:
         stiff[rows, rows] += turn.T @ element(link.reach, values) @ turn
         weight = here @ link.beam_axes(axis)
         load[rows] += turn.T @ spread_load(link.reach, weight.T @ arm.gravity_in_base * values.area * DENSITY)
-        load[6 * k : 6 * k + 3] += joint.mass * arm.gravity_in_base
+        load[6 * k : 6 * k + 3] += (joint.mass or 0.0) * arm.gravity_in_base
     tool = at[-1][:3, :3]
     load[-6:-3] += arm.payload.mass * arm.gravity_in_base + tool @ np.array(arm.payload.force)
     load[-3:] += tool @ np.array(arm.payload.moment)

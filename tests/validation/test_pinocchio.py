@@ -64,6 +64,14 @@ def point_mass(mass: float, centre: np.ndarray | tuple[float, ...]) -> pin.Inert
     return pin.Inertia(mass, np.array(centre, dtype=float), np.zeros((3, 3)))
 
 
+def weight_at(joint: RevoluteJoint | PrismaticJoint | FixedJoint) -> float:
+    """Give what stands at a joint's seat (kg): the joint as stated, or else its gearbox alone."""
+    if joint.mass is not None:
+        return joint.mass
+    gearbox = None if isinstance(joint, FixedJoint) else joint.gearbox
+    return gearbox.mass or 0.0 if gearbox is not None else 0.0
+
+
 def as_pinocchio(arm: Arm) -> pin.Model:
     """Build the same arm as a Pinocchio model whose frames bear the arm's place names."""
     model = pin.Model()
@@ -79,7 +87,7 @@ def as_pinocchio(arm: Arm) -> pin.Model:
     for joint in arm.joints:
         here = here * se3(joint.origin)
         mark(f"{joint.name}.seat", here)
-        model.appendBodyToJoint(parent, point_mass(joint.mass, joint.centre_of_mass), here)
+        model.appendBodyToJoint(parent, point_mass(weight_at(joint), joint.centre_of_mass), here)
         if not isinstance(joint, FixedJoint):
             axis = np.array([0, 0, 1.0]) if joint.axis == "z" else np.array(joint.axis) / np.linalg.norm(joint.axis)
             kind = pin.JointModelRevoluteUnaligned if isinstance(joint, RevoluteJoint) else pin.JointModelPrismaticUnaligned
@@ -103,6 +111,30 @@ def frames_by_pinocchio(model: pin.Model, names: tuple[str, ...], q: np.ndarray)
     return np.array([data.oMf[model.getFrameId(name)].homogeneous for name in names])
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_gearboxes_weigh_at_their_joints_as_pinocchios_bodies_do(seed: int):
+    """A gearbox is a body on the link before its joint where no mass of the joint is stated; where one is stated, it is part of that."""
+    rng = np.random.default_rng(seed)
+    drawn = random_arm(rng)
+    own = tuple(
+        joint if isinstance(joint, FixedJoint) else joint.model_copy(update={"mass": None, "gearbox": geared(joint, rng.uniform(1, 70))})
+        for joint in drawn.joints
+    )
+    within = tuple(joint if isinstance(joint, FixedJoint) else joint.model_copy(update={"gearbox": geared(joint, 70.0)}) for joint in drawn.joints)
+    q = rng.uniform(-3, 3, (POSES, len(drawn.moving)))
+    arm = drawn.model_copy(update={"joints": own})
+    model = as_pinocchio(arm)
+    theirs = [pin.computeGeneralizedGravity(model, model.createData(), each) for each in q]
+    np.testing.assert_allclose(joint_torques(arm, q), theirs, rtol=0, atol=1e-10 * 1000 * arm.gravity)
+    assert arm.mass == pytest.approx(sum(map(weight_at, own)) + sum(joint.link.total_mass for joint in own) + arm.tool.mass, rel=1e-14)
+    np.testing.assert_array_equal(joint_torques(drawn.model_copy(update={"joints": within}), q), joint_torques(drawn, q))
+
+
+def geared(joint: RevoluteJoint | PrismaticJoint, mass: float) -> object:
+    """Give a gearbox of this mass as a joint of this kind has it."""
+    return type(joint).model_validate({"name": "x", "limits": (-1, 1), "gearbox": {"mass": mass}}).gearbox
+
+
 @pytest.mark.parametrize("seed", range(CHAINS))
 def test_any_chain_stands_and_holds_as_pinocchios_does(seed: int):
     """Chains of any joints, weights and base tilts: frames agree to 1e-10 m, holding torques to 1e-10 of the weight carried."""
@@ -111,7 +143,7 @@ def test_any_chain_stands_and_holds_as_pinocchios_does(seed: int):
     model = as_pinocchio(arm)
     q = rng.uniform(-3, 3, (POSES, len(arm.moving)))
     ours, torques = frames(arm, q), joint_torques(arm, q)
-    carried = sum(joint.mass + joint.link.total_mass for joint in arm.joints) + arm.tool.mass + arm.payload.mass
+    carried = sum(weight_at(joint) + joint.link.total_mass for joint in arm.joints) + arm.tool.mass + arm.payload.mass
     for row in range(POSES):
         np.testing.assert_allclose(ours[:, row], frames_by_pinocchio(model, arm.places, q[row]), rtol=0, atol=1e-10)
         theirs = pin.computeGeneralizedGravity(model, model.createData(), q[row])

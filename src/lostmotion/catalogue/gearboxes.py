@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import re
-from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NoReturn, Self, TypeAlias
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -13,13 +13,15 @@ from pydantic_core import PydanticCustomError
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
-from lostmotion.parts.source import AngleAmount, AngularStiffness, Line, Part, PlayDim, TorqueAmount
+from lostmotion.parts.provenance import NO_VALUES
+from lostmotion.parts.source import AngleAmount, AngularStiffness, Inertia, Line, Part, PlayDim, TorqueAmount
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
 Rows: TypeAlias = "Mapping[str, Sequence[GearboxRow]]"
+Values = Literal["limit", "typical"]
 Ratio = Annotated[float, Quantity("", "100", above=0)]
 
 _NONE: Final[Rows] = {}
@@ -30,7 +32,20 @@ _MOST_MAKERS: Final = 4
 # Who states one of these fields says in other words what the row says in those: they go.
 _REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
 _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error", "stiffness_scatter")
+_RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
+_INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
+_TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
+
+
+class Typical(Part):
+    """What a gearbox as delivered has, where the maker prints only an upper limit; `source` says who measured or prints it."""
+
+    backlash: PlayDim | None = None
+    lost_motion: AngleAmount | None = None
+    hysteresis: AngleAmount | None = None
+    transmission_error: AngleAmount | None = None
+    source: Annotated[Line, Field(min_length=1, max_length=200)]
 
 
 class _Printed(Part):
@@ -45,13 +60,21 @@ class _Printed(Part):
     moment_rigidity: AngularStiffness | None = None
     acceleration_torque: TorqueAmount | None = None
     emergency_torque: TorqueAmount | None = None
+    inertia_by_ratio: Annotated[dict[Line, Inertia], Field(max_length=50)] = Field(default={})
     printed: Annotated[Line, Field(max_length=300)] = ""
     source: Annotated[Line, Field(min_length=1, max_length=200)]
+    mass_source: Annotated[Line, Field(max_length=200)] = ""
+    inertia_source: Annotated[Line, Field(max_length=200)] = ""
 
     @model_validator(mode="after")
     def _is_of_one_class(self) -> Self:
         if self.ratio is not None and self.ratio_above is not None:
             context = {"why": "both ratio and ratio_above", "expected": "one of the two, or neither for every ratio", "example": "ratio_above = 50"}
+            raise PydanticCustomError("gearbox", "{why}", context)
+        strange = [ratio for ratio in self.inertia_by_ratio if not _RATIO.fullmatch(ratio)]
+        if strange:
+            expected = "ratios as keys, each with a moment of inertia at the input"
+            context = {"why": f"{shown(strange[0])} in inertia_by_ratio", "expected": expected, "example": _INERTIAS}
             raise PydanticCustomError("gearbox", "{why}", context)
         return self
 
@@ -60,12 +83,25 @@ class CheckedRow(_Printed):
     """A row with its gearbox checked key by key: what a row from a user's file must pass."""
 
     part: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+    typical: Typical | None = None
+
+    @model_validator(mode="after")
+    def _typical_values_are_of_limits(self) -> Self:
+        for name in (self.typical.model_fields_set if self.typical is not None else set()) - {"source"}:
+            limit, typical = getattr(self.part, name), getattr(self.typical, name)
+            if name not in self.upper_limits:
+                context = {"why": f"{name} in typical", "expected": "errors named in upper_limits", "example": f'upper_limits = ["{name}"]'}
+                raise PydanticCustomError("gearbox", "{why}", context)
+            if isinstance(limit, list) or _size(typical) > _size(limit):
+                context = {"why": f"a typical {name} above the maker's limit", "expected": "at most the limit", "example": _TYPICAL}
+                raise PydanticCustomError("gearbox", "{why}", context)
+        return self
 
     @model_validator(mode="after")
     def _limits_are_its_own(self) -> Self:
         strange = [name for name in self.upper_limits if name not in self.part.model_fields_set]
         if strange:
-            stated = sorted(self.part.model_fields_set - {"kind", "model"})
+            stated = sorted(self.part.model_fields_set - NO_VALUES)
             near = nearest(strange[0], stated) or next(iter(stated), "hysteresis")
             context = {"why": f"{shown(strange[0])} in upper_limits", "expected": "keys that part states", "example": f'upper_limits = ["{near}"]'}
             raise PydanticCustomError("gearbox", "{why}", context)
@@ -79,20 +115,25 @@ class GearboxRow(_Printed):
     ratio           the row holds for this ratio only; ratio_above: for all above; neither: for every ratio
     part            the fields of a turning joint's gearbox, as text with units
     upper_limits    fields for which the maker prints a limit and no value
+    typical         what gearboxes as delivered have of them, with its source; taken where a file asks for values = "typical"
+    inertia_by_ratio moment of inertia at the input where it depends on the ratio
     lost_motion     as printed, where `part` says it in other words
     moment_rigidity of the main bearing against tilting; with acceleration_torque and emergency_torque kept as data
     printed         the maker's figures where `part` says them in other words
     source          with its confidence: [R] read, [M 95] from memory, 95 % sure
+    mass_source     of the mass in `part`, inertia_source of moments of inertia, where they are from elsewhere
     """
 
     part: dict[str, Any]
+    typical: dict[str, Any] = Field(default={})
 
     @functools.cached_property
     def figures(self) -> CheckedRow:
         """Give the row with its gearbox in SI."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields if name != "part"}
+        fields = {name: getattr(self, name) for name in type(self).model_fields if name not in {"part", "typical"}}
+        typical = Typical.model_validate(self.typical, context={"text": True}) if self.typical else None
         gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount].model_validate(self.with_own({}), context={"text": True})
-        return CheckedRow(**fields, part=gearbox)
+        return CheckedRow(**fields, part=gearbox, typical=typical)
 
     @property
     def unstated(self) -> list[str]:
@@ -111,23 +152,45 @@ class GearboxRow(_Printed):
         """Tell whether the row holds for a ratio."""
         return (self.ratio is None or ratio == self.ratio) and (self.ratio_above is None or ratio > self.ratio_above)
 
-    def with_own(self, stated: dict[str, Any]) -> dict[str, Any]:
-        """Return the fields of a gearbox whose owner states some of them: theirs go before the row's, with the row's limits and source added."""
+    @property
+    def typical_fields(self) -> list[str]:
+        """Return the fields of which a typical value is known."""
+        return [name for name in self.typical if name != "source"]
+
+    def with_own(self, stated: dict[str, Any], values: Values = "limit") -> dict[str, Any]:
+        """Return the fields of a gearbox whose owner states some of them: theirs go before the row's, with the row's limits and source added.
+
+        `values` says which the row's errors have where the maker prints only upper limits: the "limit" itself, or the "typical" value where the row
+        knows one, which is then assumed.
+        """
         replaced = {other for name in stated for other in _REPLACES.get(name, ())}
-        kept = {name: value for name, value in self.part.items() if name not in replaced}
-        limits = [name for name in self.upper_limits if name in kept and name not in stated]
+        typical = {name: self.typical[name] for name in self.typical_fields if name not in stated} if values == "typical" else {}
+        kept = {name: typical.get(name, value) for name, value in self.part.items() if name not in replaced}
+        inertia = next((value for ratio, value in self.inertia_by_ratio.items() if _is_ratio(stated.get("ratio"), float(ratio))), None)
+        if inertia is not None:
+            kept["inertia"] = f"{inertia!r} kg m^2"
+        limits = [name for name in self.upper_limits if name in kept and name not in stated and name not in typical]
         own = stated.get("source")
-        source = f"{own}; the rest: {self.source}" if isinstance(own, str) and own else self.source
+        known = f"{self.source}; typical: {self.typical['source']}" if typical else self.source
+        source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
         # what the user wrote of the origin goes with the row's own, unless it is no text: then the model says what is wrong with it
-        origin = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
+        origin: dict[str, Any] = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
+        assumed = stated.get("assumed", [])
+        if typical and isinstance(assumed, list):
+            origin["assumed"] = [*assumed, *(name for name in typical if name in kept)]
         return {"kind": "catalogue", **kept, **stated, **origin, **({"source": source} if own is None or isinstance(own, str) else {})}
 
-    def note(self, name: str, stated: dict[str, Any]) -> str:
+    def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
         """Say in one line what a user of this row should know of the fields they did not state themselves."""
-        fields = self.with_own(stated)
-        limits = [field for field in self.upper_limits if field in fields and field not in stated]
+        fields = self.with_own(stated, values)
+        limits = [field for field in fields.get("upper_limits", ()) if field not in stated]
+        typical = [field for field in self.typical_fields if field in fields and field not in stated]
         silent = [field for field in self.unstated if field not in stated]
         words = [f"{_and(limits)} {'is' if len(limits) == 1 else 'are'} the maker's upper limit"] if limits else []
+        if typical and values == "typical":
+            words.append(f"{_and(typical)} typical ({self.typical['source']})")
+        elif typical:
+            words.append(f'for {_and(typical)} values = "typical" is known')
         words += [f"nothing is said of {_and(silent)}, taken as none"] if silent else []
         return f"{name} is taken from the catalogue" + "".join(f"; {each}" for each in words) + f". Source: {self.source}"
 
@@ -196,6 +259,18 @@ def find_rows(name: str, own: Rows = _NONE) -> tuple[Sequence[GearboxRow], str, 
         makers = ", ".join(f"{each} … by {maker}" for maker, each in list(reversed(first.items()))[:_MOST_MAKERS])
         _refuse(shown(name), f"a reducer of the catalogue ({makers}), with or without its ratio", near or "RV-40E-121", near)
     return rows, model, behind
+
+
+def _size(amount: Any) -> float:  # noqa: ANN401 - an amount with or without its tolerance
+    return float(getattr(amount, "nominal", amount) or 0.0)
+
+
+def _is_ratio(stated: Any, ratio: float) -> bool:  # noqa: ANN401 - whatever a file holds
+    """Tell whether this is what a file states as the ratio, as a number or as text."""
+    try:
+        return float(stated) == ratio
+    except (TypeError, ValueError, OverflowError):
+        return False
 
 
 def _typical(rows: Sequence[GearboxRow]) -> str:

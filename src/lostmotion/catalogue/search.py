@@ -56,6 +56,7 @@ def figures_of(row: GearboxRow) -> dict[str, float]:
         "rated torque": math.nan if part.rated_torque is None else part.rated_torque,
         "stiffness": min(part.zones, default=math.nan),
         "lost motion": math.nan if lost_motion is None else lost_motion,
+        "mass": math.nan if part.mass is None else part.mass,
     }
 
 

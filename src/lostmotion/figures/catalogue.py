@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Kind = Literal["gearbox", "bearing", "material"]
 
-_UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN)}
+_UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN), "mass": ("kg", 1.0)}
 _MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<sure>\d\d))\]$")
 _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
 
@@ -61,9 +61,23 @@ def catalogue_sheet(wanted: Wanted, kind: Kind | None = None, name: str | None =
         sections=(*_gearbox_sections(found.rows), *others),
         source="",
         counts=_count(found.rows) if with_gearboxes else "",
-        notes=tuple(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.silent.items()),
+        notes=(
+            *(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.silent.items()),
+            *_unweighed(found.rows),
+        ),
         facts=facts,
     )
+
+
+def _unweighed(rows: Sequence[GearboxRow]) -> list[str]:
+    """Return the note on rows without a mass, and on what the masses of the others include."""
+    silent = [_label(row, 1) for row in rows if row.figures.part.mass is None]
+    notes = [f"mass of {', '.join(silent)} not stated: counted as none"] if silent else []
+    of_source: dict[str, list[GearboxRow]] = {}
+    for row in rows:
+        if row.mass_source:
+            of_source.setdefault(row.mass_source, []).append(row)
+    return notes + [f"mass of {_names(each)}: {_sourced(source)}" for source, each in of_source.items()]
 
 
 def _count(rows: Sequence[GearboxRow]) -> str:
@@ -92,7 +106,7 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
             Row(_label(row), _figures(row), _limits("also only a limit", [x for x in row.upper_limits if x not in shared])) for row in group
         )
         note = f"Source: {_sourced(source)}." + _limits(" Only upper limits", shared, ".")
-        out.append(Section("gearboxes", maker, ("rated torque", "stiffness, softest zone", "lost motion"), lines, note))
+        out.append(Section("gearboxes", maker, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
     return out
 
 
@@ -221,6 +235,13 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
     ):
         if value:
             lines.append((key, str(Figure(value, unit, stated=True))))
+    for key, value in row.typical.items():
+        if key != "source":
+            lines.append((f"typical {key}", f'{value}, where a file asks for values = "typical" ({_sourced(str(row.typical["source"]))})'))
+    if row.inertia_by_ratio:
+        lines.append(("inertia by ratio", ", ".join(f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()) + " kg cm^2"))
+    lines += [(name, _sourced(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
+    lines += [("mass", "not stated: counted as none")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("nothing is said of", ", ".join(row.unstated))] if row.unstated else []
     ratio = row.ratio or (100 if row.holds_for(100) else math.ceil(row.ratio_above or 0) + 1)

@@ -60,7 +60,10 @@ def inside(options: Options, item: str | int) -> Options:
     """What is allowed one step further in: under a key, or at a position of a list?"""
     if isinstance(item, str):
         fields = [model.model_fields[item] for model in models(options) if item in model.model_fields]
-        return [option for field in fields for option in options_of(field.annotation, field.metadata)]
+        named = [get_args(option)[1] for option in options if _origin(option) is dict]  # a table of free keys
+        return [option for field in fields for option in options_of(field.annotation, field.metadata)] + [
+            option for annotation in named for option in options_of(annotation)
+        ]
     out: Options = []
     for option in options:
         origin = _origin(option)

@@ -12,7 +12,7 @@
     [sizing.bearings]
     A = ["C2", "CN", "C3"]                   # groups of ISO 5753-1, or lengths: "10 µm ± 10 µm"
 
-    [sizing.costs]                           # by name, by model, or by pattern; no price is known but those that stand here
+    [sizing.costs]                           # by name, by model, or by pattern: prices, and masses that go before the catalogue's
     "RV-20E" = { mass = "4.7 kg", price = 900 }
     "RV-*" = { mass = "9 kg", price = 1400 }
     C2 = { price = 60 }
@@ -216,7 +216,7 @@ class Offers:
         return Candidate(
             said,
             part,
-            math.nan if cost.mass is None else cost.mass,
+            _known(cost.mass, part.mass),
             math.nan if cost.price is None else cost.price,
             {**tree, "ratio": ratio} if in_file and ratio is not None else tree if in_file else said,
             note=row.note(said, {}),
@@ -260,40 +260,50 @@ class Offers:
                 self._refuse("sizing.costs", f"no {what} of {listed(silent)}", f"the {what} of every candidate, for it is to be small", example)
 
     def _weighed(self, joint: Joint, made: list[Candidate]) -> Slot | None:
-        """Put what the present gearbox weighs and costs beside the candidates."""
+        """Put what the present gearbox weighs and costs beside the candidates.
+
+        A gearbox chosen takes the present one's place in the mass of the joint, which so changes by the difference of the two masses. Where the
+        present one's is not known, the joint weighs what it does now; a candidate of unknown mass counts as none. Both are noted.
+        """
         gearbox = getattr(joint, "gearbox", None)
         now = self._present.get(joint.name) or (self._cost(gearbox.model) if gearbox is not None and gearbox.model else Cost())
+        name = (gearbox.model or f"{gearbox.kind} gearbox") if gearbox is not None else "none"
         others = [each for each in made if each.name != PRESENT]
-        with_mass = [each for each in others if not math.isnan(each.mass)]
-        weighs = bool(with_mass)
+        silent = [each.name for each in others if math.isnan(each.mass)]
+        mass = _known(now.mass, None if gearbox is None else gearbox.mass)
+        if math.isnan(mass) and not joint.total_mass and len(others) == len(made):
+            mass = 0.0  # a joint without any mass holds no gearbox that could be taken out of it
+        weighs = len(silent) < len(others)
         example = _PRESENT_EXAMPLE.format(joint=key_step(joint.name))
-        if weighs and len(with_mass) < len(others):
-            silent = listed([each.name for each in others if math.isnan(each.mass)])
-            found = f"the mass of some gearboxes of {joint.name}, and not of {silent}"
-            self._refuse("sizing.costs", found, "the mass of all, or of none", _COST_EXAMPLE)
-            return None
-        mass = 0.0 if now.mass is None else now.mass
-        if weighs and now.mass is None and (joint.mass or len(others) < len(made)):
-            expected = f"how much of the joint's mass of {joint.mass:g} kg is its present gearbox, which gives way; 0 kg where it is not in it"
-            self._refuse(_key(PRESENT, joint.name), "nothing", expected, example)
-            return None
-        if weighs and mass > joint.mass:
-            found = f"a present gearbox of {mass:g} kg in a joint of {joint.mass:g} kg"
+        if weighs and math.isnan(mass):
+            if self.worth.mass or any(cost.mass is not None for cost in self._costs.values()):
+                found = f"the mass of gearboxes of {joint.name}, and not of the present one, {name}, which gives way to them"
+                expected = f"how much of the joint's mass of {joint.total_mass:g} kg is its present gearbox; 0 kg where it is not in it"
+                self._refuse(_key(PRESENT, joint.name), found, expected, example)
+                return None
+            self.notes.append(
+                f"gearbox of {joint.name}: mass of the present one, {name}, not stated: the joint weighs what it does now, whichever is chosen"
+            )
+            weighs = False
+        elif silent and not weighs:
+            self.notes.append(f"gearbox of {joint.name}: mass of {listed(silent)} not stated: the joint weighs what it does now, whichever is chosen")
+        elif silent:
+            self.notes.append(f"gearbox of {joint.name}: mass of {listed(silent)} not stated: counted as none")
+        if weighs and mass > joint.total_mass:
+            found = f"a present gearbox of {mass:g} kg in a joint of {joint.total_mass:g} kg"
             self._refuse(_key(PRESENT, joint.name), found, "no more than the joint's own mass", example)
             return None
         price = math.nan if now.price is None else now.price
         if self.worth.price and len(others) < len(made) and math.isnan(price):
             self._refuse(_key(PRESENT, joint.name), "no price of the present gearbox, which is among the candidates", "its price", example)
             return None
-        if not weighs:
-            self.notes.append(f"gearbox of {joint.name}: no masses are stated, so the joint weighs what it does now, whichever is chosen")
-        name = (gearbox.model or f"{gearbox.kind} gearbox") if gearbox is not None else "none"
         kept = mass if weighs else 0.0
         candidates = []
         for each in made:
-            own, cost = (kept, price) if each.part is None else (each.mass if weighs else 0.0, each.price)
+            weight = 0.0 if math.isnan(each.mass) else each.mass
+            own, cost = (kept, price) if each.part is None else (weight if weighs else 0.0, each.price)
             candidates.append(replace(each, mass=own, price=cost if self.worth.price or not math.isnan(cost) else 0.0))
-        return Slot(joint.name, "gearbox", tuple(candidates), Candidate(name, None, kept, price), in_joint=kept)
+        return Slot(joint.name, "gearbox", tuple(candidates), Candidate(name, None, kept, price), in_joint=kept, weighs=weighs)
 
     # ---- bearings
 
@@ -342,6 +352,11 @@ class Offers:
         if part.model_dump() == bearing.model_dump():
             return Candidate(name, None), price
         return Candidate(name, part, stated=name), price
+
+
+def _known(*masses: float | None) -> float:
+    """Return the first mass that is stated; NaN where none is."""
+    return next((mass for mass in masses if mass is not None), math.nan)
 
 
 def _priced(candidate: Candidate, price: float) -> Candidate:

@@ -2,6 +2,7 @@
 
     gearbox = "RV-40E-121"                                           # the maker's own name, with its ratio
     gearbox = { catalogue = "RV-40E", ratio = 121, backlash = "0.4 arcmin" }   # what is stated goes before the catalogue
+    gearbox = { catalogue = "CSG-25-100", values = "typical" }       # typical values where the maker prints upper limits; left out: "limit"
     [gearboxes.shoulder]                                             # the same for joints to share
     catalogue = "CSG-25-100"
 
@@ -26,9 +27,14 @@ if TYPE_CHECKING:
     from lostmotion.formats.mistakes import Path
 
 KEY: Final = "catalogue"
+VALUES: Final = "values"
 _EXAMPLE: Final = "RV-40E-121"
 # What a turning joint's gearbox by catalogue takes besides the fields of its model.
-ALSO: Final = {model: {KEY: f'{KEY} = "{_EXAMPLE}"'} for model in models(inside([RevoluteJoint], "gearbox")) if tag(model) == DEFAULT_KIND}
+ALSO: Final = {
+    model: {KEY: f'{KEY} = "{_EXAMPLE}"', VALUES: f'{VALUES} = "typical"'}
+    for model in models(inside([RevoluteJoint], "gearbox"))
+    if tag(model) == DEFAULT_KIND
+}
 
 
 def place_reducers(draft: Draft) -> None:
@@ -73,7 +79,8 @@ def _means_reducer(name: str, shared: dict[str, Any], own: Rows) -> bool:
 
 def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str, own_rows: Rows) -> dict[str, Any]:
     """Add what the row says that is named in `stated`; what is stated goes before it. `key` is where the user wrote the name."""
-    own = {name: value for name, value in stated.items() if name != KEY}
+    own = {name: value for name, value in stated.items() if name not in {KEY, VALUES}}
+    values = stated.get(VALUES, "limit")
     name = stated[KEY]
     if not isinstance(name, str):
         draft.refuse((*path, key), shown(name), "the name of a reducer of the catalogue", f'{key} = "{_EXAMPLE}"')
@@ -86,8 +93,15 @@ def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str, own_ro
         return own
     except (TypeError, ValueError, OverflowError):
         return own  # the model tells what is wrong with the ratio
-    draft.note(row.note(name, own))
-    return row.with_own({"model": name, **({} if ratio is None else {"ratio": ratio}), **own})
+    if values not in ("limit", "typical"):
+        draft.refuse((*path, VALUES), shown(values), "limit (where nothing is stated) or typical", f'{VALUES} = "typical"')
+        values = "limit"
+    elif values == "typical" and not row.typical_fields:
+        found = f'"typical" for {name}, of which no typical value is known'
+        example = f'{VALUES} = "limit", or the values that you know: {{ {KEY} = "{name}", backlash = "0.4 arcmin" }}'
+        draft.refuse((*path, VALUES), found, "limit, or a reducer of which the catalogue knows typical values", example)
+    draft.note(row.note(name, own, values))
+    return row.with_own({"model": name, **({} if ratio is None else {"ratio": ratio}), **own}, values)
 
 
 def _check_joint(draft: Draft, joint: dict[str, Any], gearbox: dict[str, Any], path: Path) -> None:

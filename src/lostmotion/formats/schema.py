@@ -13,6 +13,7 @@ from lostmotion.formats.dh import DH_KEYS, Row
 from lostmotion.formats.draft import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.formats.own_reducers import FILE, ROWS
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
+from lostmotion.formats.reducers import VALUES
 
 if TYPE_CHECKING:
     from pydantic_core import core_schema
@@ -51,8 +52,10 @@ def json_schema() -> Schema:
     _require_tags(schema)
     gearbox = next(name for name, kind in kinds.items() if kind["title"] == _TURNING_GEARBOX)
     kinds[gearbox]["properties"][CATALOGUE_KEY] = {"type": "string", "description": _REDUCER, "examples": ["RV-40E-121"]}
+    kinds[gearbox]["properties"][VALUES] = {"enum": ["limit", "typical"], "description": _VALUES}
     row = CheckedRow.model_json_schema(schema_generator=_ForToml)
     row["properties"]["part"] = {"$ref": f"#/$defs/{gearbox}"}
+    kinds["Typical"] = row["$defs"]["Typical"]
     kinds["ReducerRow"] = {**{key: value for key, value in row.items() if key != "$defs"}, "title": "ReducerRow"}
     for model, examples in IN_BEARINGS.items():
         fits = {key: {"type": "string", "description": _FIT, "examples": [_value(text)]} for key, text in examples.items()}
@@ -75,6 +78,7 @@ def json_schema() -> Schema:
 
 _ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
 _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
+_VALUES: Final = "with `catalogue`: typical values where the maker prints only upper limits; left out: the limits"
 _FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
 _SWEEP: Final = "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, to, steps, spacing }"
 _COMPLIANCE_FILE: Final = {"type": "string", "description": "a CSV with a matrix (6, 6), beside this file or below", "examples": ["forearm.csv"]}

@@ -104,7 +104,7 @@ def _put(tree: Any, found: Sizing | Aimed, *, plain: bool) -> None:  # noqa: ANN
         if each.gearbox is not None:
             left["gearboxes"] |= {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
             _set(joint, "gearbox", _table(each.gearbox, plain=plain) if isinstance(each.gearbox, dict) else each.gearbox)
-            if after.mass != before.mass:
+            if after.mass is not None and after.mass != before.mass:
                 _set(joint, "mass", f"{after.mass:.12g} kg")
     left["bearings"] = _put_clearances(tree, {each.joint: each.clearance for each in changes if each.clearance is not None}, plain=plain)
     _drop_idle(tree, {"sections": set(tree.get("sections", {})), **left})
@@ -226,7 +226,7 @@ def reads_back(source: Path, written: Path, found: Sizing | Aimed) -> str:
 
 def _same(one: Joint, other: Joint) -> bool:
     """Tell whether two joints weigh the same, and have the same gearbox and bearing."""
-    masses = ((one.link.total_mass, other.link.total_mass), (one.mass, other.mass))
+    masses = ((one.link.total_mass, other.link.total_mass), (one.total_mass, other.total_mass))
     parts = [(getattr(one, name, None), getattr(other, name, None)) for name in ("gearbox", "bearing")]
     alike = all(a is b is None or (a is not None and b is not None and a.model_dump() == b.model_dump()) for a, b in parts)
     return alike and all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12) for a, b in masses)

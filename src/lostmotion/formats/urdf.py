@@ -65,6 +65,7 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
     """Give the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
     notes = [*chain.notes, *tree.notes]
     joints = []
+    weighs = any(tree.links[joint.child].mass for joint in chain.joints)
     for index, joint in enumerate(chain.joints):
         after = chain.joints[index + 1] if index + 1 < len(chain.joints) else None
         link: dict[str, Any] = {"tip": Place(xyz=after.xyz) if after else Place()}
@@ -72,7 +73,9 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
         notes += _notes_of_held(tree, joint.child, held)
-        entry = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
+        entry: dict[str, Any] = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
+        if weighs:
+            entry["mass"] = "0 kg"  # a URDF's inertials weigh whole bodies, drives included
         joints.append(entry | _motion(joint))
         if joint.type == "continuous":
             notes.append(f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees")

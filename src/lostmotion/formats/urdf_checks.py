@@ -34,7 +34,7 @@ def with_doubts(arm: Arm, tree: UrdfTree, chain: Chain) -> Arm:
 
 
 def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
-    masses = [joint.mass + joint.link.total_mass for joint in arm.joints]
+    masses = [joint.total_mass + joint.link.total_mass for joint in arm.joints]
     total = sum(masses)
     if total == 0:
         lack = "no link of this arm has a mass: what its own weight does to it (sag, wind-up, drive torques) is missing"

@@ -103,14 +103,25 @@ class Mounting(Sourced, ErrorSource):
 
 
 class _Joint(Sourced):
-    """What every joint has, moving or not."""
+    """What every joint has, moving or not.
+
+    mass  of the joint unit, its gearbox included; it sits on the seat, at centre_of_mass. Left out: the gearbox's own mass, where it states one
+    """
 
     name: Name
     origin: Place = Place()
     mounting: Mounting | None = None
-    mass: Mass = 0.0
+    mass: Mass | None = None
     centre_of_mass: Vector = (0.0, 0.0, 0.0)
     link: Link = Link()
+
+    @property
+    def total_mass(self) -> float:
+        """Return the mass (kg) at the joint: as stated, which includes its gearbox, or else the gearbox's own; none where neither is stated."""
+        if self.mass is not None:
+            return self.mass
+        gearbox = getattr(self, "gearbox", None)
+        return 0.0 if gearbox is None or gearbox.mass is None else float(gearbox.mass)
 
     @property
     @abstractmethod

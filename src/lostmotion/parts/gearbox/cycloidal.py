@@ -13,7 +13,18 @@ from lostmotion.parts.gearbox.cycloidal_behaviour import FIRST_STAGE, Behaviour,
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import OF_RATED, RATED_SHARE, AngularStiffness, ClearanceDim, LengthPlus, Line, LinearStiffness, TorqueAmount
+from lostmotion.parts.source import (
+    OF_RATED,
+    RATED_SHARE,
+    AngularStiffness,
+    ClearanceDim,
+    Inertia,
+    LengthPlus,
+    Line,
+    LinearStiffness,
+    Mass,
+    TorqueAmount,
+)
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -74,6 +85,7 @@ class CycloidalGearbox(CycloidalStage):
     input_shaft      torsional stiffness at the input
     friction_torque  at the output without load (seals, preload), counted in friction's loop. A load below it cannot hold the play closed; left out:
                      1 % of the rated torque for that, and none in the loop
+    mass, inertia    of the gearbox, and at its input, as for `Gearbox`
     """
 
     kind: Literal["cycloidal"] = "cycloidal"
@@ -84,6 +96,8 @@ class CycloidalGearbox(CycloidalStage):
     frame: AngularStiffness | None = None
     input_shaft: AngularStiffness | None = None
     friction_torque: TorqueAmount | None = None
+    mass: Mass | None = None
+    inertia: Inertia | None = None
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Self:

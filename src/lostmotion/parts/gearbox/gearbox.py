@@ -26,7 +26,9 @@ from lostmotion.parts.source import (
     ErrorSource,
     Friction,
     Holding,
+    Inertia,
     Line,
+    Mass,
     PlayDim,
     Share,
     Term,
@@ -98,7 +100,9 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves
     friction_torque   a load below it cannot hold the play closed; left out: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
                       most that the joint holds at rest, in any pose on any slope
-    upper_limits      keys for which the maker prints an upper limit and no value
+    mass              of the gearbox; it weighs at the joint where no mass of the joint is stated, for a joint's mass includes its gearbox
+    inertia           moment of inertia seen at the input; kept as data, no result uses it
+    upper_limits      keys for which the maker prints an upper limit and no value: figures that rest on them are "at most"
 
     A kind adds its `kind` and its `ratio`, turns of the input per turn of the output.
     """
@@ -115,6 +119,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     hysteresis: AmountT | None = None
     transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
     friction_torque: LoadT | None = None
+    mass: Mass | None = None
+    inertia: Inertia | None = None
     upper_limits: Keys = ()
 
     @property

@@ -55,7 +55,8 @@ class Slot:
     present     what there is now; its price NaN where nobody said it
     material    of a link, where another one is wanted
     family      that a link's sections come from, with the step (m) of its sizes and the spacing (ratio of neighbours) that they have
-    in_joint    kg of the joint's own stated mass that the present gearbox accounts for: a chosen one takes its place
+    in_joint    kg of the joint's own mass that the present gearbox accounts for: a chosen one takes its place
+    weighs      whether the masses of the candidates are known; if not, the joint weighs what it does now
     """
 
     joint: str
@@ -68,6 +69,7 @@ class Slot:
     spacing: float = 1.0
     per_kg: float = 0.0
     in_joint: float = 0.0
+    weighs: bool = True
 
     @property
     def label(self) -> str:
@@ -79,8 +81,9 @@ class Slot:
         if self.what == "link":
             return joint if candidate.part is None else with_section(joint, candidate.part, self.material)
         changed: dict[str, Any] = {} if candidate.part is None else {self.what: candidate.part}
-        if self.what == "gearbox" and candidate.mass != self.in_joint:
-            changed["mass"] = max(joint.mass - self.in_joint, 0.0) + candidate.mass
+        if self.what == "gearbox" and candidate.part is not None:
+            # Stated, so that it holds whatever mass the gearbox put here carries itself.
+            changed["mass"] = max(joint.total_mass - self.in_joint, 0.0) + candidate.mass if self.weighs else joint.total_mass
         return joint.model_copy(update=changed) if changed else joint
 
 

@@ -383,7 +383,7 @@ def _weights(arm: Arm) -> tuple[float, ...]:
     """Give all of an arm's weights that an allocation may change, joint by joint."""
     out: list[float] = []
     for joint in arm.joints:
-        out += [joint.mass, joint.link.total_mass, *(float(x) for x in joint.link.mass_centre)]
+        out += [joint.total_mass, joint.link.total_mass, *(float(x) for x in joint.link.mass_centre)]
     return tuple(out)
 
 

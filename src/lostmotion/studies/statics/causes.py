@@ -42,7 +42,7 @@ def alone(arm: Arm) -> dict[str, Arm]:
         "process force": (weightless, no_tool, pulls, any(arm.payload.force) or any(arm.payload.moment)),
         "tool": (weightless, arm.tool, nothing, arm.tool.mass),
         "links": (links, no_tool, nothing, any(joint.link.total_mass for joint in joints)),
-        "joints and drives": (units, no_tool, nothing, any(joint.mass for joint in joints)),
+        "joints and drives": (units, no_tool, nothing, any(joint.total_mass for joint in joints)),
     }
     return {
         name: arm.model_copy(update={"joints": chain, "tool": tool, "payload": payload})

@@ -1,0 +1,121 @@
+"""Values of the catalogue that are a maker's upper limits, and the typical values that a file may ask for instead."""
+
+from __future__ import annotations
+
+import pytest
+
+from lostmotion.arm import terms
+from lostmotion.catalogue.gearboxes import gearboxes
+from lostmotion.formats import read
+from tests.formats.conftest import JOINT, told  # noqa: F401 - the fixture
+from tests.parts.conditions import ARCMIN
+
+HEAD = 'name = "x"\n'
+ROW = (
+    '[[reducers]]\nmodels = ["X-10"]\nmaker = "X"\nupper_limits = ["hysteresis"]\nsource = "data sheet"\n'
+    'part = { rated_torque = "50 N m", stiffness = "20 N m/arcmin", hysteresis = "1 arcmin" }\n'
+)
+TYPICAL = 'typical = { hysteresis = "0.1 arcmin", source = "measured on 5 pieces" }\n'
+
+
+def arm_from(tmp_path, text):
+    """Read an arm from text."""
+    path = tmp_path / "arm.toml"
+    path.write_text(HEAD + text, encoding="utf-8")
+    return read(path)
+
+
+def test_a_file_chooses_between_limit_and_typical(tmp_path):
+    """The limit counts where nothing is chosen and is named as one; the typical value is assumed, with its own source."""
+    limit = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10" }\n' + ROW + TYPICAL)
+    also = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10", values = "limit" }\n' + ROW + TYPICAL)
+    typical = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10", values = "typical" }\n' + ROW + TYPICAL)
+    assert limit.moving[0].gearbox == also.moving[0].gearbox
+    assert limit.moving[0].gearbox.hysteresis == pytest.approx(ARCMIN)
+    assert limit.moving[0].gearbox.upper_limits == ("hysteresis",)
+    assert 'hysteresis is the maker\'s upper limit; for hysteresis values = "typical" is known' in limit.notes[0]
+    gearbox = typical.moving[0].gearbox
+    assert gearbox.hysteresis == pytest.approx(0.1 * ARCMIN)
+    assert (gearbox.upper_limits, gearbox.assumed) == ((), ("hysteresis",))
+    assert "measured on 5 pieces" in gearbox.source
+    assert "hysteresis typical (measured on 5 pieces)" in typical.notes[0]
+
+
+def test_a_typical_loop_is_narrower_by_its_share(tmp_path):
+    """A loop of 0.1' in the place of one of 1' moves the tool by a tenth."""
+    sizes = []
+    for values in ("limit", "typical"):
+        arm = arm_from(tmp_path, JOINT + f'gearbox = {{ catalogue = "X-10", values = "{values}" }}\n' + ROW + TYPICAL)
+        sizes.append(sum(abs(each.term.screw).max() for each in terms(arm, [[0.3]]) if "hysteresis" in each.name))
+    assert sizes[1] == pytest.approx(0.1 * sizes[0])
+
+
+def test_what_the_file_states_goes_before_a_typical_value(tmp_path):
+    """A loop that the user measured stands, whichever values are asked for, and is no assumption."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10", values = "typical", hysteresis = "0.4 arcmin" }\n' + ROW + TYPICAL)
+    assert arm.moving[0].gearbox.hysteresis == pytest.approx(0.4 * ARCMIN)
+    assert arm.moving[0].gearbox.assumed == ()
+
+
+def test_strain_wave_gears_repeat_to_a_tenth_of_a_minute(tmp_path):
+    """The makers print a hysteresis below 1' and a repeatability of ±0.1': the typical loop is 0.2' wide."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "CSG-25-100", values = "typical" }\n')
+    assert arm.moving[0].gearbox.hysteresis == pytest.approx(0.2 * ARCMIN)
+    assert arm.moving[0].gearbox.upper_limits == ("transmission_error",)
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "expected"),
+    [
+        ('gearbox = { catalogue = "X-10", values = "nominal" }\n' + ROW + TYPICAL, "joints.A.gearbox.values", "limit"),
+        ('gearbox = { catalogue = "X-10", values = 3 }\n' + ROW + TYPICAL, "joints.A.gearbox.values", "limit"),
+        ('gearbox = { catalogue = "X-10", values = "typical" }\n' + ROW, "joints.A.gearbox.values", "knows typical values"),
+        ('gearbox = { ratio = 3, values = "typical" }\n', "joints.A.gearbox.values", ""),
+        (ROW + TYPICAL.replace("hysteresis", "backlash"), "reducers[0]", "upper_limits"),
+        (ROW + TYPICAL.replace("0.1", "1.1"), "reducers[0]", "at most the limit"),
+        (ROW + TYPICAL.replace("0.1 arcmin", "0.1"), "reducers[0].typical.hysteresis", "angle"),
+        (ROW + TYPICAL.replace("hysteresis", "hysteresys"), "reducers[0].typical.hysteresys", "hysteresis"),
+        (ROW + 'typical = { hysteresis = "0.1 arcmin" }\n', "reducers[0].typical.source", "text"),
+        (ROW + "typical = 3\n", "reducers[0].typical", "table"),
+        (ROW + 'inertia_by_ratio = { "57" = "3 kg" }\n', "reducers[0].inertia_by_ratio.57", "moment of inertia"),
+        (ROW + 'inertia_by_ratio = { "x" = "3 kg m^2" }\n', "reducers[0]", "ratios as keys"),
+    ],
+)
+def test_a_slip_is_one_mistake_under_its_key(told, text, key, expected):  # noqa: F811 - the fixture
+    """A wrong choice, a typical value that is no limit's or is above it, and one without a source are refused where they stand."""
+    found = told(HEAD + JOINT + text)
+    assert list(found) == [key]
+    assert expected in found[key].expected
+
+
+@pytest.mark.parametrize("row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()])
+def test_every_typical_value_and_every_mass_of_the_package_has_a_source(row):
+    """No figure stands without its origin: typical values lie below the limits, masses and moments of inertia grow with the size."""
+    assert row.figures.part.mass > 0
+    assert row.source
+    if row.typical:
+        assert row.typical["source"].endswith("]")
+        assert row.figures.typical.hysteresis < row.figures.part.hysteresis
+    if row.inertia_by_ratio:
+        ratios = [float(ratio) for ratio in row.inertia_by_ratio]
+        assert ratios == sorted(ratios)
+        inertias = list(row.inertia_by_ratio.values())
+        assert inertias == sorted(inertias, reverse=True)  # a larger first-stage ratio goes with a smaller input pinion
+    assert row.inertia_by_ratio or row.figures.part.inertia or row.models == ["RV-42N"]
+
+
+def test_larger_sizes_weigh_more():
+    """Within each series mass and the moment of inertia at the input rise with the size."""
+    for maker, size in (("Nabtesco", 8), ("Harmonic Drive", 8)):
+        rows = [row for row in gearboxes() if row.maker == maker and row.models != ["RV-42N"] and (row.ratio_above or maker == "Nabtesco")]
+        masses = [row.figures.part.mass for row in rows]
+        assert len(masses) == size
+        assert masses == sorted(masses)
+    inertias = [row.figures.part.inertia for row in gearboxes() if row.ratio_above]
+    assert inertias == sorted(inertias)
+
+
+def test_the_moment_of_inertia_goes_by_the_ratio(tmp_path):
+    """An RV-40E-121 has 0.137 kg cm^2 at its input; of a ratio that is not printed none is known."""
+    arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E-121"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "RV-40E-122"\n')
+    assert [joint.gearbox.inertia for joint in arm.moving] == [pytest.approx(1.37e-5), None]
