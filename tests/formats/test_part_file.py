@@ -114,3 +114,17 @@ def test_another_file_is_refused(tmp_path):
     for name in ("part.png", "missing.toml", "part"):
         with pytest.raises(InputError):
             read_bearing(tmp_path / name)
+
+
+def test_a_gear_file_has_materials_of_its_own(file):
+    """[materials] beside [gearbox]: the drawing names them, their mistakes stand under their key, and a bearing's file takes none."""
+    drawing = (
+        '[gearbox]\nkind = "cycloidal"\nrated_torque = "4 N m"\npins = 16\nring_radius = "34 mm"\npin_radius = "3 mm"\neccentricity = "1.2 mm"\n'
+        'width = "8 mm"\ndisc_material = "onyx"\n[materials.onyx]\nyoung = "1.4 GPa"\npoisson = 0.36\ndensity = "1200 kg/m^3"\nscatter = "10 %"\n'
+    )
+    assert read_gearbox(file(drawing)).part.disc_material.young == pytest.approx(1.4e9)
+    with pytest.raises(InputError) as refused:
+        read_gearbox(file(drawing.replace("1.4 GPa", "1.4 mm")))
+    assert {problem.key for problem in refused.value.problems} == {"materials.onyx.young"}
+    with pytest.raises(InputError, match="unknown key"):
+        read_bearing(file(PAIR + "[materials.onyx]\nyoung = 1\n"))

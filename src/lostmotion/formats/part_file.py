@@ -3,6 +3,9 @@
 name = "shoulder"               # left out: the file's name
 [gearbox]                       # or [bearing], with the keys that a joint's has; or gearbox = "RV-40E-121"
 kind = "catalogue"
+
+[materials.onyx]                # what disc_material and ring_material of a drawing name, besides the catalogue's
+young = "1.4 GPa"
 """
 
 from __future__ import annotations
@@ -33,6 +36,7 @@ P = TypeVar("P")
 
 _COMMANDS: Final[dict[str, str]] = {"gearbox": "gear", "bearing": "bearing"}
 _EXAMPLES: Final[dict[str, str]] = {"gearbox": 'gearbox = "RV-40E-121"', "bearing": '[bearing] with kind = "rolling", span = "50 mm"'}
+_MATERIALS: Final = "materials"
 # The joint that a part alone is checked on: one that turns, or for a part in lengths and forces one that slides.
 _JOINTS: Final = ({"type": "revolute", "limits": ["-90 deg", "90 deg"]}, {"type": "prismatic", "limits": ["0 mm", "1 mm"]})
 
@@ -114,13 +118,14 @@ def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[s
     if isinstance(stated, str) and kind == "gearbox":
         stated = {CATALOGUE: stated}
     arm: dict[str, Any] = {"name": cut(stem, LONGEST_NAME) or kind, "joints": [{"name": "part", **joint, kind: stated}]}
-    arm |= {key: tree.pop(key) for key in ("name", "notes", *OWN_EXAMPLES) if key in tree}
+    also = {**OWN_EXAMPLES, **({_MATERIALS: "[materials.onyx]"} if kind == "gearbox" else {})}
+    arm |= {key: tree.pop(key) for key in ("name", "notes", *also) if key in tree}
     draft = Draft(file, arm, {}, {("joints", 0): "", ("joints", 0, kind): kind})
     if not isinstance(stated, dict):
         draft.refuse(("joints", 0, kind), shown(stated), f"a table that describes the {kind}", _EXAMPLES[kind])
         arm["joints"][0].pop(kind)
     for key, value in tree.items():
-        examples = {"name": 'name = "shoulder"', "notes": 'notes = ["assumed"]', kind: _EXAMPLES[kind], **OWN_EXAMPLES}
+        examples = {"name": 'name = "shoulder"', "notes": 'notes = ["assumed"]', kind: _EXAMPLES[kind], **also}
         near = nearest(key, examples)
         draft.refuse((key,), f"an unknown key with {shown(value)}", f"one of {', '.join(examples)}", examples[near or kind], near)
     return draft
