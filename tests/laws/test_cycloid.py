@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from lostmotion.laws.cycloid import (
     Modification,
@@ -354,3 +355,19 @@ def test_a_cycloid_pair_needs_two_lobes():
 def test_a_flat_valley_has_no_radius():
     """With a small eccentricity the locus is convex all round, and no valley radius limits a cutter."""
     assert valley_radius(Stage(0.1, 0.002, 0.0001, 20)) == math.inf
+
+
+@pytest.mark.parametrize("circle", [-8e-6, -3e-6])
+def test_play_of_a_disc_cut_on_a_larger_pin_circle(circle):
+    """The true profile turned about its centre until a pin touches, one way and the other, over a pitch of the crank: the least way is the play."""
+    stage, made = Stage(0.064, 0.003, 0.0013, 40), Modification(roller=1e-5, circle=circle)
+    points = flank(stage, np.linspace(0, 2 * np.pi, 80_001), made)[0] @ [1, 1j]
+    pins = stage.ring_radius * np.exp(2j * np.pi * np.arange(40) / 40)
+
+    def room(angle: float, way: int, psi: float) -> float:
+        centre, turn = planet_pose(stage, np.array(psi))
+        placed = points * np.exp(1j * (turn + way * angle)) + complex(*centre)
+        return float(min(np.abs(placed - pin).min() for pin in pins) - stage.pin_radius)
+
+    free = [sum(brentq(room, 0.0, 1e-3, args=(way, psi), xtol=1e-8) for way in (1, -1)) for psi in (0.0, 0.05, 0.1)]
+    assert min(free) == pytest.approx(play(stage, made), rel=0.04)

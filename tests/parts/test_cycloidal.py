@@ -11,6 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.formats.part_file import read_gearbox
+from lostmotion.laws import cycloid
 from lostmotion.laws.cycloid_built import built
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal_behaviour import GEARBOXES, LEVELS, LOST_MOTION, SEED, gearboxes, wind_up
@@ -264,6 +265,9 @@ def test_a_material_that_scatters_makes_the_wind_up_scatter():
         ({"pin_radius": "6 mm"}, "largest possible"),
         ({"disc_bore_radius": "62 mm"}, "bore"),
         ({"ring_outer_radius": "66 mm"}, "ring of outer radius"),
+        ({"form": "lobe envelope", "ring_outer_radius": "63.5 mm"}, "roots lie"),
+        ({"form": "planet pins", "pins": 20, "ring_outer_radius": "68 mm"}, "roots lie"),
+        ({"relief": {"circle": "13 mm"}}, "loops"),
         ({"eccentric": {"rollers": 16}}, "halves"),
         ({"eccentric": {"cranks": 2}}, "without circle_radius"),
         ({"eccentric": {"cranks": 2, "circle_radius": "30 mm"}, "output_pins": {"count": 6, "circle_radius": "30 mm"}}, "both output pins"),
@@ -332,3 +336,30 @@ def test_two_preloaded_discs_wind_up_forwards():
     assert (np.diff(np.concatenate([np.zeros((1, 40)), made.wind_up[:6]]), axis=0) < 1e-15).all()
     assert (made.play >= 0).all()
     assert (np.diff(gearbox.behaviour.total) > 0).all()
+
+
+@pytest.mark.parametrize(("form", "radius"), [("lobe envelope", "63.7 mm"), ("lobe arcs", "64.1 mm"), ("lobe envelope", "66 mm")])
+def test_a_ring_of_one_piece_with_its_lobes_needs_room_for_no_pins(form, radius):
+    """Roots lie at R - Rr + 2 e = 63.6 mm: a ring beyond them holds, though pins of 3 mm on 64 mm would reach out to 67 mm."""
+    thin = drawing(form=form, ring_outer_radius=radius)
+    assert "ring body" not in thin.rigid
+    thick = drawing(form=form, ring_outer_radius="75 mm")
+    torque = np.array([40.0, 400.0])
+    assert np.isfinite(wind_up(thin, torque)["ring body"]).all()
+    assert (wind_up(thin, torque)["ring body"] < wind_up(thick, torque)["ring body"]).all()
+    with pytest.raises(ValidationError, match="pins that reach out to 67 mm"):
+        drawing(ring_outer_radius="66 mm")
+
+
+def test_a_larger_pin_circle_closes_what_a_larger_roller_opens():
+    """10 µm of roller, and 8 µm of circle to either side: a smaller one adds 2 dR sqrt(1 - K1^2)/(e z) of play, a larger one takes more."""
+    lever, k1 = 0.0013 * 39, 0.8125
+    found = {}
+    for circle in (-8e-6, 0.0, 8e-6):
+        gearbox = drawing(relief={"roller": "10 µm", "circle": f"{circle * 1e6:g} µm"})
+        found[circle] = gearbox.behaviour.play.mean()
+        assert found[circle] == pytest.approx(cycloid.play(gearbox.stage, gearbox.drive.made), rel=0.04)
+    more = 2 * 8e-6 * math.sqrt(1 - k1**2) / lever
+    assert found[8e-6] - found[0.0] == pytest.approx(more, rel=0.05)
+    assert found[0.0] - found[-8e-6] > more
+    assert found[-8e-6] > 0

@@ -162,7 +162,11 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
         ("room between neighbouring pins", of_length(between), ""),
         ("smallest pressure angle", of_angle(float(pressure_angles(stage, working).min())), ""),
         ("pressure angle at the longest arm", of_angle(float(longest)), "where cos θ = K1"),
-        ("play by the relief alone", _angle(play(stage, drive.made), _DRAWING), "first order, without tolerances and bearing clearances"),
+        (
+            "play by the relief alone",
+            _angle(play(stage, drive.made), _DRAWING),
+            "first order, without tolerances and clearances; negative: flanks interfere",
+        ),
     ]
 
 

@@ -23,6 +23,9 @@ Kind = Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"]
 _KINDS: Final = get_args(Kind)
 _FEWEST: Final = 3
 
+# Of the longest: flanks with a shorter arm wedge the planet aside rather than stop it.
+_SHORT_ARM: Final = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class Stage:
@@ -85,8 +88,8 @@ class Stage:
 class Modification:
     """How much material is ground off the toothed wheel? `roller` dRr and `circle` dR in m, `turn` dpsi in rad to either side; each >= 0 removes.
 
-    dRr: a larger generating roller; dR: a smaller generating pin circle (for the twin a larger one); dpsi: the flanks turned about the wheel's centre
-    towards the tooth's middle.
+    dRr: a larger generating roller; dR: a smaller generating pin circle (for the twin a larger one), below zero the other way; dpsi: the flanks
+    turned about the wheel's centre towards the tooth's middle.
     """
 
     roller: float = 0.0
@@ -280,10 +283,17 @@ def gaps_from_pins(stage: Stage, theta: Floats, radius: Floats, radial: Floats, 
 
 
 def play(stage: Stage, made: Modification) -> float:
-    """How far (rad) can the planet turn, from one end to the other? 2 [dRr + dR sqrt(1-K1^2)]/(e z) + 2 dpsi, to first order.
+    """Return how far (rad) the planet can turn from one end to the other; below zero its flanks interfere.
 
-    The smallest over a crank turn; between pin positions the true play is 0 to 3.5 % larger at N 14 to 16, less with more pins.
+    2 [dRr + dR sqrt(1-K1^2)]/(e z) + 2 dpsi to first order, where no part is put on. With a larger generating pin circle, dR < 0, flanks touch
+    elsewhere: then twice the smallest g/l of all pin angles with an arm above a tenth of the longest. The smallest over a crank turn; between pin
+    positions the true play is 0 to 3.5 % larger at N 14 to 16, less with more pins.
     """
+    if made.circle < 0:
+        theta = np.linspace(0.0, math.pi, 20_001)[1:-1]
+        arm = arms(stage, theta)
+        far = arm > _SHORT_ARM * stage.planet_pitch_radius
+        return float(2 * (gaps(stage, theta, made)[far] / arm[far]).min())
     deepest = made.roller + made.circle * math.sqrt(1 - stage.shortening**2)
     return 2 * deepest / stage.planet_pitch_radius + 2 * made.turn * _wheel_share(stage)
 

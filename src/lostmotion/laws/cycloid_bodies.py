@@ -119,6 +119,19 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
     return flexibility(body, np.angle(place), slant, half, shape) + np.diag(rest)
 
 
+def ring_reach(stage: Stage) -> float:
+    """Return how far out (m) the ring's teeth or the seats of its pins reach, from its centre: a ring's outer radius lies beyond.
+
+    Pins: R + Rr. Lobes of one piece with the ring have no seats: their roots lie where the disc's tips reach, at R - Rr + 2 e, and those with plain
+    arcs carry on the circle of their centres, R. Planet pins: R + Rr + e.
+    """
+    rim = _rim(stage, "ring")
+    if stage.kind == "ring pins":
+        return rim + stage.pin_radius
+    root = stage.tip_radius + stage.eccentricity
+    return max(rim, root)
+
+
 def _held_at(stage: Stage, part: Literal["planet", "ring"], radius: float) -> float:
     """Give the held edge's radius (m) back; refuse one that cuts the profile, or the seats of pins."""
     if part == "planet":
@@ -126,7 +139,7 @@ def _held_at(stage: Stage, part: Literal["planet", "ring"], radius: float) -> fl
         if radius >= end:
             raise ValueError(f"the hub's radius is {radius * 1e3:g} mm, but teeth or seats reach in to {end * 1e3:g} mm: take a smaller hub")
     else:
-        end = _rim(stage, part) + {"ring pins": stage.pin_radius, "lobe arcs": 0.0}.get(stage.kind, stage.eccentricity)
+        end = ring_reach(stage)
         if radius <= end:
             raise ValueError(f"the ring's outer radius is {radius * 1e3:g} mm, but teeth or seats reach out to {end * 1e3:g} mm: take a larger one")
     return radius

@@ -11,7 +11,7 @@ from pydantic import model_validator
 from lostmotion.laws import beam, cycloid_drive
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
 from lostmotion.laws.cycloid import Modification, Stage
-from lostmotion.laws.cycloid_bodies import disc_body, ring_body
+from lostmotion.laws.cycloid_bodies import disc_body, ring_body, ring_reach
 from lostmotion.laws.cycloid_built import Scatter
 from lostmotion.laws.cycloid_contact import Flanks
 from lostmotion.laws.rolling import roller_stiffness
@@ -27,6 +27,8 @@ from lostmotion.parts.source import (
 from lostmotion.units import Quantity, Toleranced
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
+# Of a shift of the tool, to either side.
+EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True)]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
 _LOBES = ("lobe arcs", "lobe envelope")
 # What discs and rings are made of where nothing is stated: no fact, and so it says.
@@ -37,11 +39,11 @@ class Relief(Sourced):
     """What is ground off the disc beyond the profile that fits without play: see `laws.cycloid.Modification`.
 
     roller   by how much the generating roller is larger than the pin
-    circle   by how much the generating pin circle is smaller than the real one
+    circle   by how much the generating pin circle is smaller than the real one; below zero: larger, which closes the gaps that `roller` opens
     """
 
     roller: ClearanceDim = Toleranced(0.0)
-    circle: ClearanceDim = Toleranced(0.0)
+    circle: EitherSign = Toleranced(0.0)
 
 
 class Eccentric(Sourced):
@@ -165,10 +167,15 @@ class CycloidalStage(Sourced):
         if self.disc_bore_radius is not None and self.disc_bore_radius >= root:
             why = f"a bore of radius {self.disc_bore_radius * 1e3:g} mm in a disc whose valleys lie at {root * 1e3:.4g} mm"
             raise refuse(why, "a bore inside the valleys", f'disc_bore_radius = "{root * 500:.3g} mm"')
-        if self.ring_outer_radius is not None and self.ring_outer_radius <= stage.ring_radius + stage.pin_radius:
-            outside = (stage.ring_radius + stage.pin_radius) * 1e3
-            why = f"a ring of outer radius {self.ring_outer_radius * 1e3:g} mm around pins that reach out to {outside:.4g} mm"
-            raise refuse(why, "a ring around its pins", f'ring_outer_radius = "{1.2 * outside:.3g} mm"')
+        if self.ring_outer_radius is not None and self.ring_outer_radius <= ring_reach(stage):
+            outside = ring_reach(stage) * 1e3
+            reaching = "pins that reach" if self.form == "ring pins" else "lobes whose roots lie"
+            why = f"a ring of outer radius {self.ring_outer_radius * 1e3:g} mm around {reaching} out to {outside:.4g} mm"
+            raise refuse(why, "a ring around its pins or lobes", f'ring_outer_radius = "{1.2 * outside:.3g} mm"')
+        made = self.relief.circle.nominal * (1 if stage.twin else -1)
+        if stage.eccentricity * stage.pins >= stage.ring_radius + made:
+            why = f"a relief of {self.relief.circle.nominal * 1e3:g} mm on the pin circle, with which the profile loops"
+            raise refuse(why, "a smaller circle", 'relief = { roller = "4 µm", circle = "-2 µm" }')
         if self.output_pins is not None and self.eccentric.cranks > 1:
             expected = "output pins behind one eccentric, or crankshafts, which carry the output themselves"
             raise refuse("both output pins and several cranks", expected, 'eccentric = { cranks = 3, circle_radius = "36 mm" }')
