@@ -120,8 +120,9 @@ def test_sizes_are_told_in_their_own_units():
 
 
 def test_an_arm_that_does_not_err_keeps_any_target():
-    """Without errors there is nothing to size: the target is kept, every robot keeps it, and the report is drawn all the same; one pose will do."""
-    arm = lostmotion.Arm(name="ideal", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 0.5}},))
+    """Where no error moves the tool there is nothing to size: every robot keeps the target, and the report is drawn; one pose will do."""
+    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "axis": "x", "link": {"length": 0.5, "direction": "x"}}
+    arm = lostmotion.Arm(name="on its axis", joints=({**joint, "encoder": {"zero": 1e-3}},))
     found = lostmotion.target(arm, error="1 µm", poses=np.zeros((1, 1)), robots=30, visits=2)
     assert found.found.now.value == 0
     assert found.found.equal_factor is None

@@ -243,6 +243,8 @@ def spoiled(copy, change):
         lambda record: record.poses.__setitem__((0, COLUMNS.index("mean")), np.nan),
         lambda record: record.poses.__setitem__((1, COLUMNS.index("largest")), -1e300),
         lambda record: record.poses.__setitem__((1, COLUMNS.index("largest")), np.inf),
+        lambda record: record.poses.__setitem__((1, COLUMNS.index("worst_case")), np.nan),
+        lambda record: record.poses.__setitem__((1, COLUMNS.index("worst_case")), -1.0),
         lambda record: record.histogram.__setitem__((0, 0), -(2**62)),
         lambda record: record.histogram.__setitem__((0, 0), 2**62),
         lambda record: record.robots.__setitem__((0, 0), np.inf),

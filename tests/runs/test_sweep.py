@@ -44,6 +44,16 @@ def swept(tmp_path_factory):
     return lostmotion.sweep(path, **SMALL, out=folder / "run", workers=2)
 
 
+def test_an_arm_without_a_worst_case_is_swept(tmp_path):
+    """Errors without limits make the worst case infinite; every other figure is kept, and grows with the angle from design to design."""
+    path = tmp_path / "tiny.toml"
+    lumped = 'lumped = { angle = "9 arcmin", law = "normal without limits" }\n'
+    path.write_text(f'{ARM}{lumped}[sweep]\n"joints.B.lumped.angle" = ["9 arcmin", "18 arcmin"]\n', encoding="utf-8")
+    run = lostmotion.sweep(path, **SMALL, out=tmp_path / "run")
+    one, two = run.arrays()["rms"].values
+    assert 1.5 * one < two < 2 * one
+
+
 def test_designs_are_all_combinations(tmp_path):
     """Lists and ranges, keys as one text, with dots or as tables: every combination is a design, the last key changing fastest."""
     axes = asked(
