@@ -182,3 +182,58 @@ def test_a_bearing_out_of_an_arm(tmp_path):
     done = ran(EXAMPLES.parent / "z-arm.toml", "--joint", "A", "--moment", "20 N m", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "bearing of joint A" in done.stdout
+
+
+def test_a_single_209_by_itself(tmp_path):
+    """One bearing under 8 900 N: the published 4 336 N and 51.5 µm without clearance, its own row alone, no span, nothing added to an arm."""
+    text = (EXAMPLES / "6209.toml").read_text()
+    for key in ("clearance", "shaft_fit", "housing_fit"):
+        text = "\n".join(line for line in text.splitlines() if not line.startswith(key))
+    (tmp_path / "209.toml").write_text(text)
+    part = read_bearing(tmp_path / "209.toml").part
+    one = examine(part, BearingLoad(8900.0), 10)
+    assert one.settled.loads[0][1].max() == pytest.approx(4336, rel=0.02)
+    assert one.settled.stand[1, 0] == pytest.approx(51.5e-6, rel=0.02)
+    assert len(one.settled.loads) == 1
+    sheet = bearing_sheet("209", part, one.load, one)
+    assert find_row(sheet.sections, "elements", "balls: largest").figures[1].value == pytest.approx(4336, rel=0.02)
+    assert "terms" not in [section.key for section in sheet.sections]
+    assert any("holds next to no moment" in note for note in sheet.notes)
+    # as stiff across as each of two
+    two = examine(BallPair(**OF_209), BearingLoad(2 * 8900.0), 10)
+    assert 2 * one.stiffness[0] == pytest.approx(two.stiffness[0], rel=1e-6)
+    with pytest.raises(ValueError, match="no part of an arm"):
+        part.terms(None)
+
+
+def test_a_single_roller_bearing_holds_nothing_along_its_axis(tmp_path):
+    """Half the pair's load on one, the same roller loads; no axial load."""
+    pair = (EXAMPLES / "nu212-pair.toml").read_text()
+    one = "\n".join(line for line in pair.replace('"roller pair"', '"roller bearing"').splitlines() if not line.startswith("span"))
+    (tmp_path / "one.toml").write_text(one)
+    single = examine(read_bearing(tmp_path / "one.toml").part, BearingLoad(2000.0), 10)
+    both = examine(read_bearing(EXAMPLES / "nu212-pair.toml").part, BearingLoad(4000.0), 10)
+    np.testing.assert_allclose(single.settled.loads[0], both.settled.loads[0], rtol=1e-6, atol=1e-6)
+    with pytest.raises(InputError, match="along the axis"):
+        examine(single.bearing, BearingLoad(axial=100.0))
+
+
+@pytest.mark.parametrize(("more", "key"), [('span = "60 mm"', "bearing.span"), ('preload = "100 N"', "bearing.preload"), ("balls = 90", "bearing")])
+def test_what_a_single_bearing_has_not_is_refused(more, key, tmp_path):
+    """Keys of a pair, and a drawing that no bearing can have: one message under its key."""
+    text = (EXAMPLES / "6209.toml").read_text()
+    (tmp_path / "x.toml").write_text((text.replace("balls = 9\n", "") if "balls" in more else text) + more + "\n")
+    with pytest.raises(InputError) as refused:
+        read_bearing(tmp_path / "x.toml")
+    assert {problem.key for problem in refused.value.problems} == {key}
+
+
+def test_a_single_bearing_is_drawn_and_printed(tmp_path):
+    """The command writes its page; every plot has a section of its own."""
+    done = ran(EXAMPLES / "6209.toml", "--force-radial", "2 kN", "--built", "20", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "6209-bearing" / "report.html").exists()
+    part = read_bearing(EXAMPLES / "6209.toml").part
+    one = examine(part, BearingLoad(2000.0), 20)
+    keys = {section.key for section in bearing_sheet("6209", part, one.load, one).sections}
+    assert {plot.section for plot in bearing_plots(one)} <= keys

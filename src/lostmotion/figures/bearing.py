@@ -51,7 +51,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
         counts=f"{said}; {examined.count} bearings built, seed {examined.seed}",
         verdict=_verdict(examined),
         cards=tuple(_cards(examined)),
-        sections=(*sections, _terms(bearing, load)),
+        sections=sections if examined.bearing.is_single else (*sections, _terms(bearing, load)),
         notes=(*notes, *_doubts(examined)),
         words=_WORDS,
         source=f"seed {examined.seed}, {examined.count} bearings built; load: {said}. The same file, version, load and seed give the same bytes.",
@@ -144,7 +144,8 @@ def _play(found: Examined) -> Section:
     if found.axial is not None:
         along = np.where(found.clearances > 0, found.axial.shifts[:, 0], 0.0)
         rows.append(Row("along the axis, either way", tuple(_micro(value, exact) for value in along)))
-    rows.append(Row("tilt, either way", tuple(Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values)))
+    if not found.bearing.is_single:
+        rows.append(Row("tilt, either way", tuple(Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values)))
     return Section("play", "Play before anything gives", _CASES, tuple(rows), "at the lowest, middle and highest working clearance")
 
 
@@ -175,7 +176,7 @@ def row_names(found: Examined) -> tuple[str, ...]:
     """Name the rows in the order of their loads, by where they stand along the axis."""
     seats = found.bearing.rows.seats
     if len(seats) == 1:
-        return ("rollers",)
+        return (f"{found.bearing.elements}s",)
     return tuple("outboard" if seat.at > 0 else "inboard" for seat in seats)
 
 
@@ -197,6 +198,8 @@ def _doubts(found: Examined) -> tuple[str, ...]:
         said.append(
             f"an element is pressed with {np.nanmax(found.pressure) / 1e9:.2f} GPa, beyond the {limit / 1e9:.1f} GPa of a static rating (ISO 76)"
         )
+    if found.bearing.is_single:
+        said.append("a single bearing holds next to no moment: a joint needs two, or one of crossed rollers, so nothing is added to an arm's error")
     if not found.settled.converged.all():
         said.append("nothing holds the shaft under this load at some of the clearances: figures are missing there")
     return tuple(said)

@@ -2,7 +2,7 @@
 
 name = "shoulder"               # left out: the file's name
 [gearbox]                       # or [bearing], with the keys that a joint's has; or gearbox = "RV-40E-121"
-kind = "catalogue"
+kind = "catalogue"              # a bearing's kind may also be "ball bearing" or "roller bearing", one by itself without span
 
 [materials.onyx]                # what disc_material and ring_material of a drawing name, besides the catalogue's
 young = "1.4 GPa"
@@ -24,6 +24,7 @@ from lostmotion.formats.own_reducers import OWN_EXAMPLES
 from lostmotion.formats.reducers import KEY as CATALOGUE
 from lostmotion.formats.text import begins_as_xml, refuse
 from lostmotion.formats.toml import read_toml
+from lostmotion.parts.bearing.single import OF_PAIRS, PAIRS, single
 from lostmotion.parts.joint import FixedJoint
 
 if TYPE_CHECKING:
@@ -101,26 +102,35 @@ def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[An
         other = "bearing" if kind == "gearbox" else "gearbox"
         found = f"a {other}; 'lostmotion {_COMMANDS[other]}' reads it" if other in tree else f"no {kind}, and no joints"
         refuse(file, kind, found, f"a {kind} by itself, or an arm with joints", _EXAMPLES[kind])
+    alone = kind == "bearing" and isinstance(tree[kind], dict) and tree[kind].get("kind") in PAIRS
     refusals = []
     for joint in _JOINTS:
-        draft = _draft(file, stem, copy.deepcopy(tree), kind, dict(joint))
+        draft = _draft(file, stem, copy.deepcopy(tree), kind, dict(joint), alone=alone)
         try:
             arm = draft.arm()
         except InputError as error:
             refusals.append(error)
         else:
-            return OnePart(arm.name, getattr(arm.joints[0], kind), arm.notes)
+            part = getattr(arm.joints[0], kind)
+            return OnePart(arm.name, single(part) if alone else part, arm.notes)
     raise refusals[0]
 
 
-def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[str, Any]) -> Draft:
+def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[str, Any], *, alone: bool) -> Draft:
     stated = tree.pop(kind)
+    unfit = [key for key in OF_PAIRS if key in stated] if alone else []
+    if alone:
+        # checked as one of two, whose distance decides on nothing that is shown
+        stated |= {"kind": PAIRS[stated["kind"]], "span": "1 m"}
     if isinstance(stated, str) and kind == "gearbox":
         stated = {CATALOGUE: stated}
     arm: dict[str, Any] = {"name": cut(stem, LONGEST_NAME) or kind, "joints": [{"name": "part", **joint, kind: stated}]}
     also = {**OWN_EXAMPLES, **({_MATERIALS: "[materials.onyx]"} if kind == "gearbox" else {})}
     arm |= {key: tree.pop(key) for key in ("name", "notes", *also) if key in tree}
     draft = Draft(file, arm, {}, {("joints", 0): "", ("joints", 0, kind): kind})
+    for key in unfit:
+        draft.refuse(("joints", 0, kind, key), f"{key} of a single bearing", f"no {key}, or two bearings", 'kind = "ball pair"')
+        stated.pop(key, None)
     if not isinstance(stated, dict):
         draft.refuse(("joints", 0, kind), shown(stated), f"a table that describes the {kind}", _EXAMPLES[kind])
         arm["joints"][0].pop(kind)

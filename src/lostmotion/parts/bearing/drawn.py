@@ -59,6 +59,11 @@ class DrawnBearing(MountedBearing, ErrorSource):
     def bearings(self) -> int:
         """Give how many bearings there are: each has a clearance of its own."""
 
+    @property
+    def is_single(self) -> bool:
+        """Say whether one row stands by itself, so that it holds next to no moment."""
+        return False
+
     @abstractmethod
     def pressure(self, load: Floats) -> Floats:
         """How hard do elements under these loads (N) press on the inner race, Pa?"""

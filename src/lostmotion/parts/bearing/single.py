@@ -1,0 +1,82 @@
+"""One ball or cylindrical roller bearing by itself. A joint needs two, or one of crossed rollers: a single row holds next to no moment."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+from lostmotion.laws.rolling_table import Pair
+from lostmotion.parts.bearing.pair import BallPair, RollerPair
+
+if TYPE_CHECKING:
+    from lostmotion.parts.source import Condition
+
+# Of the file: what a pair is called that has two of them.
+PAIRS: Final = {"ball bearing": "ball pair", "roller bearing": "roller pair"}
+# What only a pair has.
+OF_PAIRS: Final = ("span", "arrangement", "preload")
+
+
+def _one(pair: Pair, reach: float) -> Pair:
+    """Return the first row of a pair alone, in the middle, with its pitch diameter where a pair has its span."""
+    row = pair.seats[0].row
+    return Pair((type(pair.seats[0])(row),), reach, pair.axial)
+
+
+def _refuse_terms() -> NoReturn:
+    raise ValueError("a single bearing is no part of an arm: a row holds next to no moment")
+
+
+class SingleBallBearing(BallPair):
+    """One deep-groove or angular-contact ball bearing. An angular-contact one holds towards +z only, with the radial load that this leaves."""
+
+    @property
+    def bearings(self) -> int:
+        """Return that it is one."""
+        return 1
+
+    @property
+    def is_single(self) -> bool:
+        """Return that no second row stands beside it."""
+        return True
+
+    @property
+    def rows(self) -> Pair:
+        """Return its row."""
+        return _one(super().rows, self.pitch_diameter)
+
+    def terms(self, at: Condition) -> NoReturn:
+        """Raise ValueError."""
+        del at
+        _refuse_terms()
+
+
+class SingleRollerBearing(RollerPair):
+    """One cylindrical roller bearing; along the axis it holds nothing."""
+
+    @property
+    def bearings(self) -> int:
+        """Return that it is one."""
+        return 1
+
+    @property
+    def is_single(self) -> bool:
+        """Return that no second row stands beside it."""
+        return True
+
+    @property
+    def rows(self) -> Pair:
+        """Return its row."""
+        return _one(super().rows, self.pitch_diameter)
+
+    def terms(self, at: Condition) -> NoReturn:
+        """Raise ValueError."""
+        del at
+        _refuse_terms()
+
+
+def single(pair: BallPair | RollerPair) -> SingleBallBearing | SingleRollerBearing:
+    """Return one bearing of a checked pair."""
+    stated: dict[str, Any] = {name: getattr(pair, name) for name in type(pair).model_fields}
+    kind: Any = SingleBallBearing if isinstance(pair, BallPair) else SingleRollerBearing
+    out: SingleBallBearing | SingleRollerBearing = kind.model_construct(pair.model_fields_set, **stated)
+    return out
