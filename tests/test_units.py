@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import time
 
+import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
+from lostmotion.laws.chance import Table, product_mean
 from lostmotion.parts.source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
-from lostmotion.units import _SPOKEN, Quantity, Toleranced, UnitError, read_quantity, spoken
+from lostmotion.units import _SPOKEN, Quantity, Toleranced, UnitError, read_quantity, spoken, table_rows
 
 ARCMIN = math.pi / 180 / 60
 
@@ -322,6 +324,8 @@ def test_a_tolerance_takes_a_table():
         ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [1, 0.9]]}, "from 0 to 0.9, not from 0 to 1"),
         ({"value": "400 mm ± 50 µm", "law": [[1, 0], [-1, 1]]}, "do not rise"),
         ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [0, 0], [1, 1]]}, "do not rise"),
+        ({"value": "400 mm ± 50 µm", "law": [[0, 0], [5e-324, 0.5], [1, 1]]}, "do not rise"),
+        ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [0, 1e-300], [1, 1]]}, "do not rise"),
         ({"value": "400 mm ± 50 µm", "law": [[-1, 0], [float("inf"), 1]]}, "two finite numbers"),
         ({"value": "400 mm ± 50 µm", "law": [[-1, 0, 3], [1, 1]]}, "two finite numbers"),
         ({"value": "400 mm ± 50 µm", "law": [[1, 0], [1 + 1e-9, 1]]}, "hardly differ"),
@@ -341,3 +345,25 @@ def test_a_play_has_limits():
     """A play, a fit or a size is checked at its limits: a distribution without any is refused there."""
     with pytest.raises(PydanticCustomError, match="limits must hold"):
         Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=0, toleranced=True)("0.5 arcmin ± 0.2 arcmin (normal without limits)")
+
+
+@given(
+    st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=8),
+    st.lists(st.floats(1e-6, 1.0), min_size=7, max_size=7),
+)
+@settings(deadline=None, max_examples=200)
+def test_every_table_that_is_taken_is_a_distribution(values: list[float], steps: list[float]):
+    """Whatever a table holds, it is refused, or its draws have mean zero, variance one, and stay within their bound."""
+    edges = [0.0]
+    for step in steps[: len(values) - 1]:
+        edges.append(edges[-1] + step)
+    rows = [[value, edge / edges[-1]] for value, edge in zip(sorted(values), edges, strict=True)]
+    try:
+        table = Table(table_rows(rows))
+    except UnitError:
+        return
+    assert product_mean((table,)) == pytest.approx(0, abs=1e-6)
+    assert product_mean((table, table)) == pytest.approx(1, rel=1e-6)
+    u = np.linspace(0, 1, 1001)[1:-1]
+    assert np.abs(table.quantile(u)).max() <= table.bound * (1 + 1e-12)
+    assert isinstance(table.is_stepped, bool)

@@ -70,6 +70,8 @@ ToleranceLaw: TypeAlias = Literal["normal", "uniform", "normal without limits"] 
 # Of a table of a distribution; and the values in it are shares of the stated amount, so that larger ones are a slip of the unit.
 _MOST_ROWS: Final = 1000
 _LARGEST_SHARE: Final = 1e6
+# Of the whole width, and of one: what rounding could take away.
+_LEAST_STEP: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +109,8 @@ def table_rows(value: object) -> TableRows:
         if len(numbers) != 2 or any(isinstance(x, bool) or not isinstance(x, int | float) or not abs(x) <= _LARGEST_SHARE for x in numbers):  # noqa: PLR2004 - a pair
             raise UnitError("a row that is not [value, probability], two finite numbers")
         rows.append((float(numbers[0]), float(numbers[1])))
-    if any(later[0] <= sooner[0] or later[1] <= sooner[1] for sooner, later in itertools.pairwise(rows)):
+    least = _LEAST_STEP * (rows[-1][0] - rows[0][0])
+    if any(not later[0] - sooner[0] > max(least, 0.0) or not later[1] - sooner[1] > _LEAST_STEP for sooner, later in itertools.pairwise(rows)):
         raise UnitError("a table whose values or probabilities do not rise from row to row")
     if rows[0][1] != 0 or rows[-1][1] != 1:
         raise UnitError(f"a table whose probabilities go from {rows[0][1]:g} to {rows[-1][1]:g}, not from 0 to 1")
@@ -336,7 +339,7 @@ class Quantity:
 
     def _of_law(self, found: Toleranced) -> Toleranced:
         """Return the quantity with its distribution checked; only limits that hold are taken where the field needs them."""
-        if found.law in _LIMITED:
+        if isinstance(found.law, str) and found.law in _LIMITED:
             return found
         if not self.any_law:
             raise UnitError("a distribution other than normal or uniform, and here limits must hold")
