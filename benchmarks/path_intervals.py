@@ -63,8 +63,8 @@ def held(scatter: str, averages: str, cycles: int, tests: int, parts: int) -> li
         found = [(largest_mean(errors, 0.9), LARGEST)]
         if first:
             found.append((largest_scatter(errors, 0.9), ROUND[parts] * size.max()))
-        for row, ((low, high), truth) in enumerate(found):
-            counts[row] += truth < low, truth > high, low <= truth <= high
+        for row, (each, truth) in enumerate(found):
+            counts[row] += truth < each.low, truth > each.high, each.low <= truth <= each.high
     return (counts.ravel() / tests * 100).tolist()
 
 

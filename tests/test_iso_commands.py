@@ -51,7 +51,7 @@ def test_a_stated_cube_commands_its_poses_and_lines(tmp_path, stated, arm):
     found = lostmotion.iso9283(None if arm is None else lostmotion.read(arm), file, robots=3, cycles=2, **PLACE)
     (load,) = found.measured.loads
     assert [pose.accuracy.value for pose in load.poses] == pytest.approx([pose.accuracy.value for pose in stated.poses])
-    assert [each.value for each in load.paths[0].figures[:2]] == pytest.approx([each.value for each in stated.paths[0].figures[:2]])
+    assert load.paths[0].figures[:2] == pytest.approx(stated.paths[0].figures[:2])
     assert not [note for note in found.sheet.notes if "sent to" in note]
     assert arm is None or {each.name for each in found.compared} >= {"AP_p", "RP_l", "AT_p"}
 
@@ -64,7 +64,7 @@ def test_poses_in_a_file_of_commands_tell_the_cube(tmp_path, stated):
     file = rows_of(tmp_path, path=True, pose=False)
     found = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, cycles=2, commands=commands)
     assert found.predicted.cube.side == pytest.approx(0.5)
-    assert found.measured.loads[0].paths[0].figures[0].value == pytest.approx(stated.paths[0].figures[0].value)
+    assert found.measured.loads[0].paths[0].figures[0] == pytest.approx(stated.paths[0].figures[0])
     assert "AT_p" in {each.name for each in found.compared}
 
 

@@ -107,23 +107,36 @@ def loads():
     return lostmotion.iso9283(lostmotion.read(Z_ARM), LOADS, robots=60, instrument=5e-6)
 
 
+def test_every_interval_on_the_measured_sheet_is_of_the_figure_beside_it(loads):
+    """Each interval holds the figure that it stands beside, as computed and as printed, and only signed figures have ends below zero."""
+    rows = [(section.key, row) for section in loads.sheet.sections if section.key.startswith(("measured", "compared")) for row in section.rows]
+    figures = [(key, row.label, figure) for key, row in rows for figure in row.figures if figure.between and "?" not in figure.between]
+    assert len(figures) > 60
+    for key, label, figure in figures:
+        assert figure.low <= figure.value <= figure.high, label
+        low, high = map(float, figure.between.split(" … "))
+        assert low <= float(str(figure).split()[0]) <= high, label
+        assert figure.low >= 0 or key in {"measured-axes", "compared-axes", "compared-axes-10"} or label.startswith("AD_p"), label
+
+
 def test_both_loads_and_the_path_are_on_the_sheet(loads):
     """Each figure stands under each load, in the measured part and beside the robots that carry it; plots and result.json have them too."""
     sections, said = loads.sheet.sections, loads.result()
     heavy, light = loads.measured.loads
     for load, each, key in (("100%", heavy, "compared"), ("10%", light, "compared-10")):
         row = find_row(sections, "measured-path", f"AT_p, P2-P4, {load}")
-        assert row.figures[0].value == pytest.approx(each.paths[0].figures[0].value * 1e3)
-        assert row.figures[0].low < row.figures[0].value < row.figures[0].high
-        assert row.figures[0].samples == "10 cycles x 20 planes"
-        assert row.figures[1].value == pytest.approx(each.paths[0].worst[0] * 1e3)
+        assert row.figures[0].value == pytest.approx(each.paths[0].figures[0] * 1e3)
+        assert not row.figures[0].between
+        assert row.figures[1].low < row.figures[1].value < row.figures[1].high
+        assert row.figures[0].samples == "10 cycles x 20 places"
+        assert row.figures[2].value == pytest.approx(each.paths[0].worst[0] * 1e3)
         assert find_row(sections, key, "AT_p, P2-P4").note == ""
         assert find_row(sections, key, "RP_l, P3").figures[2].value == pytest.approx(each.poses[2].repeatability.value * 1e6)
         assert find_row(sections, "measured-poses", f"P4, {load}").figures[0].value == pytest.approx(each.poses[3].accuracy.value * 1e3)
         assert find_row(sections, "path", f"AT_p, {load}").figures[0].low > 0
     assert {(each["figure"], each["load"]) for each in said["compared"]} >= {(name, load) for name in ("AT_p", "RT_p", "AP_p") for load in (1, 0.1)}
     assert said["measured"]["readings_along_paths"] == 400
-    assert said["measured"]["loads"][1]["paths"][0]["RT_p"]["value"] == pytest.approx(light.paths[0].figures[1].value)
+    assert said["measured"]["loads"][1]["paths"][0]["RT_p"]["value"] == pytest.approx(light.paths[0].figures[1])
     assert find_row(sections, "measured-data", "rows at 10 % load").figures[0].value == 350
     keys = {section.key for section in sections}
     drawn = iso_plots(loads.predicted, loads.drift, loads.measured, list(loads.compared))

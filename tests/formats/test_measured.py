@@ -284,7 +284,7 @@ def test_hostile_paths_are_judged_or_refused(tmp_path_factory, rows):
     text += "".join(f"{pose},{path},{cycle},100,{x},{y},0,,,\n" for path, pose, cycle, x, y in rows)
     try:
         for path in judge(read(tmp_path_factory.mktemp("hostile"), PATH + text)).loads[0].paths:
-            assert np.isfinite([each.value for each in path.figures[:2]]).all()
+            assert np.isfinite(path.figures[:2]).all()
     except lostmotion.InputError as error:
         assert error.problems  # noqa: PT017 - refused is as good as read
 
@@ -299,8 +299,8 @@ def test_ends_of_a_path_may_be_known_from_commands_alone(tmp_path):
     found = judge(read(tmp_path, "path,cycle,x [mm],y [mm],z [mm]\n" + rows, commands=commands)).loads[0]
     assert found.poses == ()
     assert found.paths[0].name == "E1-E2"
-    assert found.paths[0].figures[0].value == pytest.approx(2e-3)
-    assert found.paths[0].figures[1].value == pytest.approx((2 / 3 + 3 * np.sqrt(1 / 3)) * 1e-3)
+    assert found.paths[0].figures[0] == pytest.approx(2e-3)
+    assert found.paths[0].figures[1] == pytest.approx((2 / 3 + 3 * np.sqrt(1 / 3)) * 1e-3)
 
 
 COMMAS = "pose;cycle;x [mm];y [mm];z [mm];xc [mm];yc [mm];zc [mm]\n"

@@ -214,6 +214,7 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
 def _as_measured(judged: Measured, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
     """How must robots be predicted to be seen as the measured one was? Fewest visits and cycles over poses, paths and loads."""
     from lostmotion.studies.iso9283.cube import NAMES
+    from lostmotion.studies.iso9283.measured_paths import MOST_JUDGED
     from lostmotion.studies.iso9283.predicted import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
 
     visited = [pose.visits for load in judged.loads for pose in load.poses if pose.name in NAMES]
@@ -222,7 +223,7 @@ def _as_measured(judged: Measured, cycles: int, ends: tuple[int, int]) -> dict[s
     return {
         "cycles": min(max(min(visited, default=cycles), 2), MOST_CYCLES),
         "path_cycles": min((path.cycles for path in paths), default=PATH_CYCLES),
-        "path_points": min((len(path.places) for path in paths), default=PATH_POINTS),
+        "path_points": min((min(len(path.places), MOST_JUDGED) for path in paths), default=PATH_POINTS),
         "loads": (*LOADS, *(load.load for load in judged.loads if load.load not in LOADS)),
         "instrument": judged.visits.instrument,
     }

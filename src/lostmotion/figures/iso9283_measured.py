@@ -17,6 +17,7 @@ from lostmotion.studies.iso9283.paths import PATH_FIGURES
 if TYPE_CHECKING:
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.measured import Measured, MeasuredLoad, MeasuredPose
+    from lostmotion.studies.iso9283.measured_paths import MeasuredPath
     from lostmotion.studies.iso9283.predicted import Predicted
     from lostmotion.studies.iso9283.visits import Visits
 
@@ -52,7 +53,7 @@ def measured_verdict(found: Measured, compared: list[Compared]) -> str:
         repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
         if repeat:
             parts.append(f"RP_l up to {of(max(repeat, key=lambda each: each.value))}")
-        parts += [f"AT_p {of(path.figures[0])} and RT_p {of(path.figures[1])} along {path.name}" for path in load.paths]
+        parts += [f"AT_p {length(path.figures[0])} and RT_p {length(path.figures[1])} along {path.name}" for path in load.paths]
         if parts:
             said.append(f"{under('Measured', load.load, found.loads)}: {', '.join(parts)}.")
     text = " ".join(said) or "Measured: no command and no pose visited twice, so neither accuracy nor repeatability can be told."
@@ -80,7 +81,7 @@ def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
     out = []
     for load in found.loads:
         means = [] if load.pooled is None else [("AP_p on the average over poses", load.pooled[0][0].value, 0)]
-        means += [(f"AT_p along {path.name}", path.figures[0].value, 1) for path in load.paths]
+        means += [(f"AT_p along {path.name}", float(path.figures[0]), 1) for path in load.paths]
         for name, value, along in means:
             sheet = None if predicted is None else predicted.loads[0]
             usual = math.inf if sheet is None else float(over_robots(sheet.path[0] if along else sheet.accuracy.max(axis=0)).high.value)
@@ -108,7 +109,7 @@ def left_out(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
         out.append(
             f"orientation is not compared at {', '.join(otherwise)}, where the measured tool was held otherwise than the arm predicted holds it{why}"
         )
-    if predicted.cube.rotation is None and any(math.isfinite(path.figures[k].value) for load in found.loads for path in load.paths for k in _TURNS):
+    if predicted.cube.rotation is None and any(math.isfinite(path.figures[k]) for load in found.loads for path in load.paths for k in _TURNS):
         out.append("AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the tool's orientation along a path comes as it comes")
     if any(tells_tool(load) for load in found.loads):
         out.append("AP_p with best-fit frames is not compared: the measured poses tell a tool frame too, robots predicted are fitted by a base alone")
@@ -129,7 +130,7 @@ def measured_cards(found: Measured, compared: list[Compared]) -> list[Card]:
             Card("AP_p, best-fit frames", str(of(load.pooled[1][0])), f"measured, mean over poses{quiet}"),
         ]
     out += [
-        Card(f"{word} measured", str(of(load.paths[0].figures[k])), f"{load.paths[0].name}{quiet}")
+        Card(f"{word} measured", str(length(float(load.paths[0].figures[k]))), f"{load.paths[0].name}{quiet}")
         for k, word in enumerate(PATH_FIGURES[:2])
         if load.paths
     ]
@@ -232,19 +233,21 @@ def _paths(found: Measured) -> list[Section]:
     for name in dict.fromkeys(path.name for path in paths):
         for k, word in enumerate(PATH_FIGURES):
             for load in found.loads:
-                for path in (path for path in load.paths if path.name == name and _known(path.figures[k])):
-                    counted = f"{path.cycles} cycles x {len(path.places)} planes"
+                for path in (path for path in load.paths if path.name == name and math.isfinite(path.figures[k])):
+                    counted = f"{path.cycles} cycles x {len(path.places)} {'places' if path.shared else 'planes'}"
                     label = under(f"{word}, {name}", load.load, found.loads)
-                    rows.append(Row(label, (of(path.figures[k], counted, angle=word[-1] in "abc"), Figure(float(path.worst[k]) * 1e3, "mm"))))
+                    value = Estimate(float(path.figures[k]), math.nan, math.nan)
+                    shown = (of(each, counted, angle=word[-1] in "abc") for each in (value, path.many[k]))
+                    rows.append(Row(label, (*shown, Figure(float(path.worst[k]) * 1e3, "mm"))))
     if not rows:
         return []
     note = (
-        "cycles are cut by planes across the commanded line, straight from reading to reading; each figure at its worst plane, with how far from the "
-        "path's start that stands. Intervals are of what many cycles would show, for a normal scatter; the worst of many planes reads high, and its "
-        "interval holds about 95 %, less where of few cycles a single plane stands out by its scatter"
-    )
+        "value: of these cycles, as the standard defines it, at the worst place, with how far from the path's start that stands. Many cycles: "
+        "estimate of what very many would show, and its 95 % interval, for a normal scatter. The worst of several places of few cycles reads high, "
+        "so the value may lie outside; the interval covers less where a single place scatters more. "
+    ) + _where_read(paths)
     if found.visits.instrument:
-        note += f". The instrument alone would show an RT_p of at most {length(max(path.floor for path in paths))}"
+        note += f". The instrument alone would show an RT_p of about {length(max(path.floor for path in paths))}"
     read = tuple(
         Row(
             under(path.name, load.load, found.loads),
@@ -267,9 +270,27 @@ def _paths(found: Measured) -> list[Section]:
         "readings where the way bends. Where it exceeds RT_p, read the path more densely"
     )
     return [
-        Section("measured-path", "Measured: path AT_p, RT_p", ("value", "worst at"), tuple(rows), note),
+        Section("measured-path", "Measured: path AT_p, RT_p", ("value", "many cycles", "worst at"), tuple(rows), note),
         Section("measured-path-data", "Measured: how the path was read", columns, read, between),
     ]
+
+
+def _where_read(paths: list[MeasuredPath]) -> str:
+    """Say at which places the cycles are compared."""
+    said = []
+    for shared in (True, False):
+        if names := dict.fromkeys(path.name for path in paths if path.shared is shared):
+            counts = sorted({len(path.places) for path in paths if path.shared is shared})
+            many = str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+            along = "" if len({path.shared for path in paths}) == 1 else f" along {', '.join(names)}"
+            how = (
+                f"All cycles were read at the same {many} places, and the figures are those of the readings there"
+                if shared
+                else f"The cycles were read at different places: each one's nearest reading is moved to {many} evenly spaced planes by as much as "
+                "the other cycles change on the way there. RT is within 2 % of that of readings at shared places, unless the path bends between them"
+            )
+            said.append(how.replace("read at", f"read{along} at", 1))
+    return ". ".join(said)
 
 
 def _data(found: Measured) -> Section:
@@ -374,15 +395,20 @@ def _load_facts(load: MeasuredLoad) -> dict[str, Any]:
                 "largest_gap_m": path.gap,
                 "missed_between_m": path.missed,
                 "planes_m": path.places.tolist(),
+                "places_shared": path.shared,
                 **{
-                    word: {"value": each.value, "interval": _ends(each), "worst_at_m": float(at)}
-                    for word, each, at in zip(PATH_FIGURES, path.figures, path.worst, strict=True)
-                    if _known(each)
+                    word: {"value": float(value), "many_cycles": _value(each), "interval": _ends(each), "worst_at_m": float(at)}
+                    for word, value, each, at in zip(PATH_FIGURES, path.figures, path.many, path.worst, strict=True)
+                    if math.isfinite(value)
                 },
             }
             for path in load.paths
         ],
     }
+
+
+def _value(estimate: Estimate) -> float | None:
+    return estimate.value if math.isfinite(estimate.value) else None
 
 
 def _ends(value: Estimate) -> list[float] | None:

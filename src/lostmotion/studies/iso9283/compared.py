@@ -130,7 +130,7 @@ def _along_path(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) 
     ends = predicted.cube.poses[list(predicted.path_ends), :3, 3]
     name = "-".join(NAMES[k] for k in predicted.path_ends)
     return [
-        Compared(word, name, word[-1] in "abc", sheet.load, over_robots(values), value)
+        Compared(word, name, word[-1] in "abc", sheet.load, over_robots(values), Estimate(float(value), math.nan, math.nan))
         for path in measured.paths
         if path.name == name and np.abs(path.ends - ends).max() <= SAME
         for word, values, value in zip(PATH_FIGURES, sheet.path, path.figures, strict=True)

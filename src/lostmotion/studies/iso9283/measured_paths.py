@@ -1,7 +1,7 @@
 """How well did a measured robot follow a straight path? AT and RT (ISO 9283:1998, 8.2, 8.3) from readings taken along it, cycle by cycle.
 
-A tracker reads where it likes, never twice at one place. So each cycle's readings are joined by straight lines and cut by planes across the commanded
-path, evenly apart over the stretch that all cycles cover; what the cycles show in one plane belongs together.
+Where all cycles were read at the same places, AT and RT are those of the readings there. A tracker that reads by its own clock is never twice at one
+place: then each cycle's nearest reading is moved to planes across the commanded path, evenly apart over the stretch that all cycles cover.
 """
 
 from __future__ import annotations
@@ -15,21 +15,22 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.iso9283 import characteristics as iso
 from lostmotion.studies.iso9283.confidence import FEWEST, NOTHING, generator
-from lostmotion.studies.iso9283.paths import across_path, at_plane, crossings
+from lostmotion.studies.iso9283.paths import FEWEST_READINGS, across_path, at_plane, moved_to_planes, shared_places
 from lostmotion.studies.iso9283.worst_plane import largest_mean, largest_scatter
 
 if TYPE_CHECKING:
     from collections.abc import Container
 
     from lostmotion.spatial import Floats
+    from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.iso9283.visits import Visits
 
 # Planes, as many as predicted paths are looked at in; a cycle of fewer readings tells no more places than it has.
 PLANES: Final = 20
-FEWEST_READINGS: Final = 5
+# Shared places from which intervals are computed, evenly picked: the effort grows with their square.
+MOST_JUDGED: Final = 60
 # Commanded positions along a path that tell its line where its name does not.
 FEWEST_STATED: Final = 2
 MOST_CYCLES: Final = 1000
@@ -53,8 +54,10 @@ class MeasuredPath:
     name               its ends, "P2-P4"
     ends (2, 3)        of the commanded line
     cycles, readings   how often it was run, how many readings in all
+    shared             all cycles were read at the same places, and these are the planes
     places (plane,)    how far from the start each plane stands
-    figures (8)        `PATH_FIGURES`, NaN where orientations are not known
+    figures (8)        `PATH_FIGURES` of these cycles as the standard defines them, at the worst plane; NaN where orientations are not known
+    many (8)           estimates of what many cycles would show, with intervals: chance makes the worst of several planes of few cycles read high
     worst (8,)         how far from the start the worst plane for each stands
     profile (8, plane) the same at each plane
     floor              RT_p that the instrument alone would show
@@ -66,8 +69,10 @@ class MeasuredPath:
     ends: Floats
     cycles: int
     readings: int
+    shared: bool
     places: Floats
-    figures: tuple[Estimate, ...]
+    figures: Floats
+    many: tuple[Estimate, ...]
     worst: Floats
     profile: Floats
     floor: float
@@ -181,12 +186,29 @@ def _judged(line: _Line, rows: Visits, level: float) -> MeasuredPath:
         )
         expected = "readings along at least half of the path in every cycle, in the base frame of its commands"
         raise InputError([_problem(rows, int(cycles[late][0]), found, expected, "readings from P2 to P4")])
-    places = np.linspace(first, last, min(PLANES, *(len(at) for at in cycles.values())))
     turned = rows if np.isfinite(rows.rotation).all() else replace(rows, rotation=np.broadcast_to(line.rotation, rows.rotation.shape))
-    read = np.concatenate([turned.turn, rows.attained], axis=1)
-    crossed = np.stack([crossings(way[at], read[at], places) for at in cycles.values()], axis=1)
-    errors = np.concatenate([crossed[..., :3], crossed[..., 3:] - (line.start + places[:, None] * line.along)[:, None]], axis=-1)
-    return _figured(line, errors, places, rows, level, _between([(way[at], rows.attained[at]) for at in cycles.values()], line.along))
+    errors = np.concatenate([turned.turn, across_path(rows.attained - line.start, line.along)], axis=1)
+    ways, read = [way[at] for at in cycles.values()], [errors[at] for at in cycles.values()]
+    if (shared := _within(shared_places(ways), ways, first, last, line.length)) is not None:
+        places = np.mean([each[at] for each, at in zip(ways, shared, strict=True)], axis=0)
+        there = np.stack([each[at] for each, at in zip(read, shared, strict=True)], axis=1)
+    else:
+        places = np.linspace(first, last, min(PLANES, *(len(each) for each in ways)))
+        there = moved_to_planes(ways, read, places)
+    between = _between([(way[at], rows.attained[at]) for at in cycles.values()], line.along)
+    return _figured(line, there, places, rows, level, between, shared=shared is not None)
+
+
+def _within(shared: list[np.ndarray] | None, ways: list[Floats], first: float, last: float, length: float) -> list[np.ndarray] | None:
+    """Return the shared readings that stand on the commanded line; None where they cover too little of it."""
+    if shared is None:
+        return None
+    places = np.mean([way[at] for way, at in zip(ways, shared, strict=True)], axis=0)
+    # Noise at the path's ends lies as often before them as behind.
+    on_line = (places >= -_BACK * length) & (places <= (1 + _BACK) * length)
+    if on_line.sum() < FEWEST_READINGS or np.ptp(places[on_line]) < _COVERED * (last - first):
+        return None
+    return [at[on_line] for at in shared]
 
 
 def _between(cycles: list[tuple[Floats, Floats]], along: Floats) -> tuple[float, float]:
@@ -218,16 +240,17 @@ def _out_of_order(line: _Line, rows: Visits, cycles: dict[float, np.ndarray], wa
     return out[:_MOST_MISTAKES]
 
 
-def _figured(line: _Line, errors: Floats, places: Floats, rows: Visits, level: float, between: tuple[float, float]) -> MeasuredPath:
-    """Give the figures of errors (plane, cycle, 6), with intervals."""
+def _figured(line: _Line, errors: Floats, places: Floats, rows: Visits, level: float, between: tuple[float, float], *, shared: bool) -> MeasuredPath:
+    """Return the figures of errors (plane, cycle, 6), with estimates and intervals of what many cycles would show."""
     profile = np.stack([at_plane(each, line.along) for each in errors], axis=-1)
     worst = profile.argmax(axis=1)
-    across, turn = across_path(errors[..., 3:], line.along), errors[..., :3]
-    figures = [
-        Estimate(float(profile[0].max()), *largest_mean(across, level)),
-        Estimate(float(profile[1].max()), *largest_scatter(across, level)),
-        *(Estimate(float(profile[2 + k].max()), *largest_mean(turn[..., k : k + 1], level)) for k in range(3)),
-        *(Estimate(float(profile[5 + k].max()), *largest_scatter(turn[..., k : k + 1], level)) for k in range(3)),
+    picked = errors[np.unique(np.linspace(0, len(errors) - 1, MOST_JUDGED).round().astype(int))]
+    across, turn = across_path(picked[..., 3:], line.along), picked[..., :3]
+    many = [
+        largest_mean(across, level),
+        largest_scatter(across, level),
+        *(largest_mean(turn[..., k : k + 1], level) for k in range(3)),
+        *(largest_scatter(turn[..., k : k + 1], level) for k in range(3)),
     ]
     known = np.array([bool(np.isfinite(each).all()) for each in profile])
     return MeasuredPath(
@@ -235,11 +258,13 @@ def _figured(line: _Line, errors: Floats, places: Floats, rows: Visits, level: f
         np.stack([line.start, line.start + line.length * line.along]),
         errors.shape[1],
         len(rows.path),
+        shared,
         places,
-        tuple(each if ok else NOTHING for each, ok in zip(figures, known, strict=True)),
+        np.where(known, profile.max(axis=1), math.nan),
+        tuple(each if ok else NOTHING for each, ok in zip(many, known, strict=True)),
         np.where(known, places[worst], math.nan),
         profile,
-        rows.instrument * _noise(len(places), errors.shape[1]),
+        rows.instrument * _noise(len(picked), errors.shape[1]),
         *between,
     )
 

@@ -1,4 +1,4 @@
-"""Between which does the figure of a path's worst plane lie? Intervals for AT and RT, whose planes were run through together.
+"""The figure of a path's worst plane that many cycles would show: estimates and intervals for AT and RT, whose planes were run through together.
 
 The largest of several figures is no figure of its own plane: it reads high, the more the more planes are nearly as bad. So each limit is asked of
 tests made up: if this were true, how often would a test show as much? No such interval holds its level for every kind of path; how often these do is
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.studies.iso9283.confidence import FEWEST, LEVEL, generator, rounder, unbiased
+from lostmotion.studies.intervals import Estimate
+from lostmotion.studies.iso9283.confidence import FEWEST, LEVEL, NOTHING, generator, rounder, unbiased
 from lostmotion.studies.iso9283.expected import expected_repeatability
 
 if TYPE_CHECKING:
@@ -27,8 +28,10 @@ _FLAT: Final = 1e-12
 _HALVED: Final = 24  # bisections of a limit, far finer than the draws tell
 
 
-def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
-    """Between which does the largest of the averages' lengths lie, of vectors (plane, cycle, k) whose planes were run through together?
+def largest_mean(vectors: Floats, level: float = LEVEL) -> Estimate:
+    """Return the largest of the true averages' lengths and its interval, of vectors (plane, cycle, k) whose planes were run through together.
+
+    The estimate is the largest of lengths drawn together until they scatter as true ones do, kept within the interval.
 
     The limits are the largest lengths beyond which a plane that stands as many deviations off as was found is just rare enough or common enough.
     For the lower one, planes stand as much shorter than the longest as they surely are, less a deviation of what chance leaves open; all are drawn
@@ -39,15 +42,15 @@ def largest_mean(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
     """
     count = vectors.shape[1]
     if count < FEWEST or not np.isfinite(vectors).all():
-        return math.nan, math.nan
+        return NOTHING
     mean = vectors.mean(axis=1)
     centred = np.swapaxes(vectors - mean[:, None], 0, 1)
     moving = (centred**2).sum(axis=(0, 2)) > 0
     still = float(np.linalg.norm(mean[~moving], axis=1).max(initial=0.0))
     if not moving.any():
-        return still, still
-    low, high = _largest_length(mean[moving], *_as_tests_show(centred[:, moving]), (1 - level) / 2)
-    return max(low, still), max(high, still)
+        return Estimate(still, still, still)
+    found = _largest_length(mean[moving], *_as_tests_show(centred[:, moving]), (1 - level) / 2)
+    return Estimate(*(max(each, still) for each in (found.value, found.low, found.high)))
 
 
 def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
@@ -78,8 +81,8 @@ def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
     return deviation, root, moved
 
 
-def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats, tail: float) -> tuple[float, float]:
-    """Between which does the largest of the true lengths lie, of averages (plane, k) that scatter so? A share `tail` beyond either limit."""
+def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats, tail: float) -> Estimate:
+    """Return the largest of the true lengths, of averages (plane, k) that scatter so, and its interval with a share `tail` beyond either limit."""
     length = np.linalg.norm(mean, axis=1)
     found, worst = float(length.max()), int(length.argmax())
     along = np.where(length[:, None] > 0, mean, np.eye(mean.shape[1])[0]) / np.where(length > 0, length, 1.0)[:, None]
@@ -117,7 +120,8 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
     high = found + math.sqrt(variance.max())
     while drawn_out(high) < 1 - tail:
         high = 2 * high
-    return low, _crossing(drawn_out, 1 - tail, low, high)
+    high = _crossing(drawn_out, 1 - tail, low, high)
+    return Estimate(min(max(float(on_the_whole.max()), low), high), low, high)
 
 
 def _really_apart(values: Floats, chance: Floats) -> Floats:
@@ -136,8 +140,8 @@ def _crossing(share: Callable[[float], float], at: float, low: float, high: floa
     return (low + high) / 2
 
 
-def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float]:
-    """Between which does the largest scatter of many cycles lie, of vectors (plane, cycle, k) whose planes were run through together?
+def largest_scatter(vectors: Floats, level: float = LEVEL) -> Estimate:
+    """Return the largest scatter of many cycles and its interval, of vectors (plane, cycle, k) whose planes were run through together.
 
     The scatter is mean + 3 s of the distances from the average, or 3 s where vectors have one part. The largest is estimated with the planes drawn
     together by what chance alone makes them differ, none further than a deviation. The limits are those under which so large an estimate is just rare
@@ -148,11 +152,11 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     """
     count = vectors.shape[1]
     if count <= FEWEST or not np.isfinite(vectors).all():
-        return math.nan, math.nan
+        return NOTHING
     centred = np.swapaxes(vectors - vectors.mean(axis=1, keepdims=True), 0, 1)
     centred = centred[:, (centred**2).sum(axis=(0, 2)) > 0]
     if not centred.size:
-        return math.nan, math.nan
+        return NOTHING
     centred = _within(centred)
     alike = centred / np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))[:, None]
     many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_many(alike))
@@ -188,7 +192,8 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> tuple[float, float
     while drawn_out(high) < 1 - tail:
         high += 1
     low = _crossing(drawn_back, tail, low, high)
-    return math.exp(low), math.exp(_crossing(drawn_out, 1 - tail, low, high))
+    high = _crossing(drawn_out, 1 - tail, low, high)
+    return Estimate(*(math.exp(each) for each in (min(max(estimate, low), high), low, high)))
 
 
 def _within(centred: Floats) -> Floats:
