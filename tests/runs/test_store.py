@@ -70,6 +70,9 @@ def test_blocks_hold_what_the_study_finds(small, tmp_path):
     assert outcome.rms == pytest.approx(np.sqrt(whole.tally.total / 64), rel=1e-12)
     assert outcome.mean.value == pytest.approx(whole.robot_means[:, :, 0].mean(), rel=1e-12)
     assert outcome.worst[0].error == whole.per_pose[:, COLUMNS.index("largest")].max()
+    square = whole.per_pose[:, COLUMNS.index("mean_square")].mean()
+    assert outcome.deviation.value == pytest.approx(np.sqrt(square - outcome.mean.value**2), rel=1e-9)
+    assert outcome.deviation.low < outcome.deviation.value < outcome.deviation.high
 
 
 def test_quantiles_are_those_of_the_samples_within_the_bins(small):

@@ -351,6 +351,7 @@ def test_designs_have_short_names_that_tell_them_apart(tmp_path):
     told = found.result()["designs"]
     assert [each["name"] for each in told] == ["mass 1 kg", "mass 3 kg"]
     assert told[1]["stated"] == {"payload.mass": "3 kg", "gearboxes.small.ratio": 50}
+    assert told[1]["standard_deviation_m"][0] == found.outcomes[1].deviation.value == found.arrays()["standard_deviation"].values[1, 0, 0]
 
 
 def test_designs_are_compared_at_the_users_own_poses(tmp_path):
@@ -385,7 +386,8 @@ def test_labels_are_short_and_tell_values_apart():
 def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
     """Whatever an arm file names beside itself comes along: at most 20 MB of it are read, and more is a mistake."""
     (tmp_path / "arm.toml").write_text(
-        'name = "huge.csv"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-1 rad", "1 rad"]\nlink = { length = "0.3 m" }\n', encoding="utf-8"
+        'name = "huge.csv"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-1 rad", "1 rad"]\nlink = { length = "0.3 m ± 1 mm" }\n',
+        encoding="utf-8",
     )
     with (tmp_path / "huge.csv").open("wb") as huge:
         huge.truncate(21_000_000)

@@ -156,13 +156,14 @@ def _of(estimate: Estimate, samples: str) -> Figure:
 
 
 def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str) -> Section:
-    rows = tuple(Row(design_said(order, each.design), (_of(each.quantiles[LEVEL], counted), _of(each.mean, counted))) for each in chosen)
+    figures = [(each, (each.quantiles[LEVEL], each.mean, each.deviation)) for each in chosen]
+    rows = tuple(Row(design_said(order, each.design), tuple(_of(one, counted) for one in three)) for each, three in figures)
     told = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
     swept = f"; swept: {', '.join(told)}" if told else ""
     left = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
     cut = any(short != text for axis in order.axes for short, text in zip(short_labels(axis), axis.labels, strict=True))
     whole = "; names leave out a tolerance that all values share, and what is long: result.json has every value whole" if cut else ""
-    return Section("designs", "Position error", ("95 % within", "mean"), rows, _RESOLUTION + swept + whole + left)
+    return Section("designs", "Position error", ("95 % within", "mean", "standard deviation"), rows, _RESOLUTION + swept + whole + left)
 
 
 def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]:
@@ -330,7 +331,8 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
     spread = {name: pair for name, pair in (("ap", outcome.ap), ("rp", outcome.rp)) if pair is not None}
     of_robots = {f"{name}{level}_m": found for name, pair in spread.items() for level, found in zip(("", "95"), pair, strict=True)}
     lower = {} if outcome.lower is None else {"q95_lower_than_first_m": outcome.lower}
-    estimates = {"mean_m": outcome.mean, **{f"q{100 * level:.0f}_m": found for level, found in outcome.quantiles.items()}, **of_robots, **lower}
+    over_all = {"mean_m": outcome.mean, "standard_deviation_m": outcome.deviation}
+    estimates = {**over_all, **{f"q{100 * level:.0f}_m": found for level, found in outcome.quantiles.items()}, **of_robots, **lower}
     return {
         "design": outcome.design,
         "stated": outcome.stated,

@@ -25,7 +25,7 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     """
     import xarray
 
-    found: dict[str, list[Estimate | None]] = {"mean": [each.mean for each in outcomes]}
+    found: dict[str, list[Estimate | None]] = {"mean": [each.mean for each in outcomes], "standard_deviation": [each.deviation for each in outcomes]}
     for level in outcomes[0].quantiles:
         found[f"q{100 * level:.0f}"] = [each.quantiles[level] for each in outcomes]
     for name in ("ap", "rp"):

@@ -9,7 +9,15 @@ import numpy as np
 
 from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
 from lostmotion.studies.budget import Cost, Tally, costs
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_drop, root_mean_square
+from lostmotion.studies.intervals import (
+    Estimate,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    quantile_drop,
+    root_mean_square,
+    standard_deviation,
+)
 from lostmotion.studies.montecarlo import exact, kernel
 from lostmotion.studies.screws import screws
 from lostmotion.studies.statics.overload import Overload, overloads
@@ -28,6 +36,7 @@ _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
 _CHECKED_VISITS: Final = 4
 _LARGEST, _ROBOT, _VISIT = (COLUMNS.index(name) for name in ("largest", "largest_robot", "largest_visit"))
+_MEAN_SQUARE: Final = COLUMNS.index("mean_square")
 _SQUARES: Final = slice(COLUMNS.index("bias_square"), COLUMNS.index("visit_square") + 1)
 
 
@@ -48,7 +57,7 @@ class Worst:
 class Outcome:
     """What is said of one design; lengths in m.
 
-    quantiles  by level, over all poses, robots and visits
+    deviation  standard deviation of the error, over all poses, robots and visits; quantiles likewise, by level
     ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average over the poses; None for a single visit
     lower      by how much its 95 % error lies below the first design's, from the same draws; None for the first
     rms        root of the exact mean square, with the part of it that load and pose, each robot, and each visit make (3,), m^2
@@ -63,6 +72,7 @@ class Outcome:
     stated: dict[str, Any]
     joints: tuple[tuple[str, str], ...]
     mean: Estimate
+    deviation: Estimate
     quantiles: dict[float, Estimate]
     ap: tuple[Estimate, Estimate] | None
     rp: tuple[Estimate, Estimate] | None
@@ -87,6 +97,7 @@ class _Merged:
     parts: Floats
     levels: Floats
     worst: list[Worst]
+    square: float = 0.0
 
     def add(self, order: Order, design: int, block: int, record: Record) -> None:
         """Add one block."""
@@ -97,6 +108,7 @@ class _Merged:
         self.sets[of_set] += record.histogram.sum(axis=0)
         self.parts += record.parts
         self.levels[of_set] += record.poses[: last - first, _SQUARES].sum(axis=0)
+        self.square += float(record.poses[: last - first, _MEAN_SQUARE].sum())
         self.worst = worst_of(self.worst, order, design, block, record)
 
 
@@ -153,7 +165,7 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     order = store.order
     arm = design_of(order, design).arm
     robots = merged.robots * (order.sets / order.poses)
-    largest = merged.worst[0].error
+    largest, mean = merged.worst[0].error, pooled_mean(robots[:, :, 0])
     spread = [(pooled_mean(robots[:, :, k]), pooled_robots_quantile(robots[:, :, k])) for k in (1, 2)] if order.visits > 1 else [None, None]
     levels = merged.levels.sum(axis=0)
     total = float(levels.sum())
@@ -163,7 +175,8 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         design,
         order.stated(design),
         tuple((joint.name, joint.type) for joint in arm.moving),
-        pooled_mean(robots[:, :, 0]),
+        mean,
+        standard_deviation(merged.groups, merged.sets, mean.value, merged.square / order.poses),
         {level: pooled_quantile(merged.groups, merged.sets, level, largest) for level in kernel.QUANTILES},
         spread[0],
         spread[1],
