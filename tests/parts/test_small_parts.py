@@ -164,7 +164,7 @@ def test_a_joint_lists_its_parts_and_a_fixed_joint_has_none():
         {"name": "A", "limits": (-1, 1), "axis": (0, 0, 0)},
         {"name": "A", "limits": (-1, 1), "axis": (0, 0, math.nan)},
         {"name": "", "limits": (-1, 1)},
-        {"name": "../A", "limits": (-1, 1)},
+        {"name": "A\nB", "limits": (-1, 1)},
         {"name": "A", "limits": (-1, 1), "mass": -1.0},
     ],
 )

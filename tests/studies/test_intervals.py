@@ -8,7 +8,15 @@ from scipy.special import betainc
 
 from lostmotion import sample_poses
 from lostmotion.studies import intervals
-from lostmotion.studies.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile, robots_quantile, root_mean_square, standard_deviation
+from lostmotion.studies.intervals import (
+    of_length,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    robots_quantile,
+    root_mean_square,
+    standard_deviation,
+)
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.montecarlo.kernel import bin_edges
 from lostmotion.studies.montecarlo.montecarlo import run
@@ -31,6 +39,33 @@ def test_the_interval_of_a_pooled_mean_covers_whatever_differs(of_sets, of_robot
         found = pooled_mean(5 + means)
         held += found.low <= 5 <= found.high
     assert 0.93 <= held / 1000 <= (0.97 if of_robots > of_cells else 0.99)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
+def test_no_interval_of_a_length_goes_below_zero_and_none_covers_less_for_it(share):
+    """Lengths that are zero in most robots and sets: no end is below zero, and the mean's interval holds the truth as often as the whole one."""
+    rng = np.random.default_rng(11)
+    below, held, whole = 0, 0, 0
+    for _ in range(500):
+        means = np.where(rng.random((SETS, 40)) < share, rng.lognormal(0, 1, (SETS, 40)), 0.0) * (rng.random(40) < share)
+        found, half = pooled_mean(means), intervals.two_way(means).half
+        truth = share**2 * math.exp(0.5)
+        held += found.low <= truth <= found.high
+        whole += abs(means.mean() - truth) <= half
+        below += means.mean() < half
+        assert found.low >= 0
+        assert found.high == pytest.approx(found.value + half)
+        assert pooled_robots_quantile(means).low >= 0 or math.isnan(pooled_robots_quantile(means).low)
+    assert held == whole
+    assert below > 0 or share == 0.5
+
+
+def test_half_of_an_interval_that_ends_at_zero_is_its_upper_half():
+    """What is compared with half a width does not grow surer because a length ends at zero."""
+    assert of_length(1.0, -3.0, 5.0).low == 0.0
+    assert of_length(1.0, -3.0, 5.0).half == 4.0
+    assert of_length(6.0, 2.0, 10.0).half == 4.0
+    assert math.isnan(of_length(1.0, math.nan, 2.0).low)
 
 
 def test_the_ends_of_a_pooled_quantile_are_plain_numbers():

@@ -119,7 +119,7 @@ def test_a_study_that_says_when_to_stop_is_the_study_of_its_last_stage():
     assert (len(found.poses), found.sampled.robots) == (last.poses, last.robots)
     again = lostmotion.study(arm, last.poses, last.robots, 3, threads=1)
     np.testing.assert_array_equal(found.sampled.robot_means, again.sampled.robot_means)
-    assert found.sheet.verdict.endswith(f"Reached ±8 % after {last.robots} robots and {last.poses} poses.")
+    assert f"Reached ±8 % after {last.robots} robots and {last.poses} poses." in found.sheet.verdict
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
     assert [row.label for row in rows] == list(last.figures)
     assert rows[1].figures[-1].value == pytest.approx(100 * last.figures["95 % below"].relative)

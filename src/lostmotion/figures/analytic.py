@@ -200,7 +200,7 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
     drawn = f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
     rows = []
     for name, summed, one in zip(names, (whole.mean, *whole.quantiles, whole.deviation), by_samples, strict=True):
-        half = (one.high - one.low) / 2
+        half = one.half
         apart = abs(summed.value - one.value) / half if half > 0 else math.nan
         if not math.isfinite(summed.value):
             why = f"nothing to compare: {_UNKNOWN}"

@@ -101,9 +101,9 @@ def _rms(squares: Floats, samples: str) -> Figure:
 
 
 def over_samples(values: Floats, unit: str, factor: float, samples: str, bound: Bound = "") -> Figure:
-    """Return the mean over independent samples (sample,) with Student's interval, multiplied by a factor into `unit`."""
+    """Return the mean over independent samples (sample,) of a size, none below zero, with Student's interval, multiplied by a factor into `unit`."""
     mean, half = float(values.mean()), student(len(values) - 1) * float(values.std(ddof=1)) / math.sqrt(len(values))
-    return Figure(mean * factor, unit, (mean - half) * factor, (mean + half) * factor, samples, bound=bound)
+    return Figure(mean * factor, unit, max(mean - half, 0.0) * factor, (mean + half) * factor, samples, bound=bound)
 
 
 def _mean(values: Floats, samples: str, unit: str = "arcmin") -> Figure:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.arm import terms
 from lostmotion.figures import ARCMIN, Figure, Row, Section, length, several
-from lostmotion.studies.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square, standard_deviation
+from lostmotion.studies.intervals import (
+    Estimate,
+    of_length,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    root_mean_square,
+    standard_deviation,
+)
 from lostmotion.studies.montecarlo import kernel
 
 if TYPE_CHECKING:
@@ -47,7 +55,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
     for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
         half = float(table[k, kernel.MEAN_ERROR])
         value = float(table[k, kernel.MEAN])
-        rows.append(Row(label, (length(value, value - half, value + half, each),), described_pose(answer, k)))
+        rows.append(Row(label, (as_length(of_length(value, value - half, value + half), each),), described_pose(answer, k)))
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
         rows.append(Row(label.replace("mean", "95 % below"), (as_length(Estimate(*q95), each),)))
     exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"

@@ -286,7 +286,7 @@ def _by_axis(found: Predicted) -> list[Section]:
         for axis, letter in enumerate(_AXES):
             angle = axis >= 3  # noqa: PLR2004 - shifts come first here
             average = (sheet.turn if angle else sheet.barycentre)[k, :, axis % 3]
-            figures = over_robots(average).mean, over_robots(np.abs(average)).high
+            figures = over_robots(average, signed=True).mean, over_robots(np.abs(average)).high
             accurate.append(Row(f"{letter}-{name}", tuple(of(each, counted, angle=angle) for each in figures)))
             if angle:
                 spread = over_robots(sheet.scatter[k, :, axis % 3])
@@ -319,7 +319,7 @@ def _distance(found: Predicted) -> Section:
     for k, name in enumerate(("AD_p", "RD")):
         for sheet in found.loads:
             values = sheet.distance[k]
-            figures = of(over_robots(values).mean, counted), of(over_robots(np.abs(values)).high, counted)
+            figures = of(over_robots(values, signed=name == "AD_p").mean, counted), of(over_robots(np.abs(values)).high, counted)
             rows.append(Row(under(f"{name}, {ends}", sheet.load, found.loads), figures))
     note = "AD_p is signed, above zero too far; its 95 % are of the size. RD is ± 3 s"
     return Section("distance", "Distance AD_p, RD", (_MEAN, _MOST), tuple(rows), note)

@@ -248,7 +248,7 @@ def _joint_note(factor: Joint, effect: Joint | None) -> str:
 
 def _sure(joint: Joint) -> str:
     """Say how sure the sizes of all items together are, as a share of them."""
-    wide = (joint.value.high - joint.value.low) / 2 / joint.value.value
+    wide = joint.value.half / joint.value.value
     return f"sure to {100 * wide:.1g} %" if math.isfinite(wide) else "for which so few robots have no interval"
 
 
@@ -330,7 +330,7 @@ def _meets(found: Targets, each: Allowed) -> bool:
     checked, factor = each.verified, each.factor
     if checked is None or not all(math.isfinite(end) for end in (checked.low, checked.high, factor.low, factor.high)):
         return True
-    spare = (checked.high - checked.low) / 2 + found.target * (factor.high - factor.low) / 2 / factor.value
+    spare = checked.half + found.target * (factor.high - factor.low) / 2 / factor.value
     return abs(checked.value - found.target) <= spare
 
 

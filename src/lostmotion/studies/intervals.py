@@ -41,6 +41,20 @@ class Estimate:
     low: float
     high: float
 
+    @property
+    def half(self) -> float:
+        """Return half of the interval's width; of one that ends at zero, where a length ends, no less than its upper half."""
+        half = (self.high - self.low) / 2
+        return half if self.low > 0 else max(half, self.high - self.value)
+
+
+def of_length(value: float, low: float, high: float) -> Estimate:
+    """Return an estimate of a length, or of any size that cannot be below zero, with the interval from `low` to `high` as far as it lies above zero.
+
+    The true value lies from zero on, so that what is left out never held it: the interval holds the truth exactly as often as before. NaN ends stay.
+    """
+    return Estimate(value, max(low, 0.0), high)
+
 
 @dataclass(frozen=True, slots=True)
 class Spread:
@@ -146,13 +160,13 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
 def pooled_mean(robot_means: Floats) -> Estimate:
     """What is the mean over robots and poses of these means (set of poses, robot), and how sure is that?
 
-    Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots (`two_way`).
+    Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots (`two_way`). Of lengths: no end is below zero.
     """
     value = float(robot_means.mean())
     if robot_means.shape[1] < 2:  # noqa: PLR2004 - one robot says nothing of others
         return Estimate(value, math.nan, math.nan)
     half = two_way(robot_means).half
-    return Estimate(value, value - half, value + half)
+    return of_length(value, value - half, value + half)
 
 
 def root_mean_square(of_sets: Floats) -> Estimate:
@@ -247,7 +261,7 @@ def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate
     """
     value, low, high = (float(x) for x in robots_quantile(_of_many_poses(robot_means), level))
     of_poses = student(len(robot_means) - 1) * math.sqrt(quantile_spread(robot_means, level)) if len(robot_means) > 1 else 0.0
-    return Estimate(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
+    return of_length(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
 
 
 def _of_many_poses(robot_means: Floats) -> Floats:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.normal_length import ACCURACY, WORST, normal_length, share_and_density
-from lostmotion.studies.intervals import Estimate, student
+from lostmotion.studies.intervals import Estimate, of_length, student
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -118,5 +118,8 @@ def _estimate(value: float, of_sets: Floats, left: float) -> Estimate:
     if not left <= MOST_LEFT_OUT_POOLED * value:
         return Estimate(np.nan, np.nan, np.nan)
     sets = len(of_sets)
-    half = left + (student(sets - 1) * float(of_sets.std(ddof=1) / np.sqrt(sets)) if sets > 1 else 0.0)
-    return Estimate(value, value - half, value + half)
+    with np.errstate(over="ignore", invalid="ignore"):  # where the share has no slope a set's quantile lies as far off as numbers go
+        half = left + (student(sets - 1) * float(of_sets.std(ddof=1) / np.sqrt(sets)) if sets > 1 else 0.0)
+    if not np.isfinite(half):
+        return Estimate(value, np.nan, np.nan)
+    return of_length(value, value - half, value + half)

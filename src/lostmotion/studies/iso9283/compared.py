@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.studies.intervals import Estimate, robots_quantile
+from lostmotion.studies.intervals import Estimate, of_length, robots_quantile
 from lostmotion.studies.iso9283.confidence import student_interval
 from lostmotion.studies.iso9283.cube import INWARD, NAMES, five_points, held_alike, out_of_reach
 from lostmotion.studies.iso9283.measured_paths import FEWEST_STATED, path_ends
@@ -42,10 +42,11 @@ class OverRobots:
     high: Estimate
 
 
-def over_robots(values: Floats) -> OverRobots:
-    """How does a figure (robot,) fall over robots?"""
+def over_robots(values: Floats, *, signed: bool = False) -> OverRobots:
+    """How does a figure (robot,) fall over robots? One that is not signed is a length or a size: no interval of it goes below zero."""
     low, high = (Estimate(*(float(x) for x in robots_quantile(values, level))) for level in (_LOW, _HIGH))
-    return OverRobots(student_interval(values), low, high)
+    mean = student_interval(values)
+    return OverRobots(mean if signed else of_length(mean.value, mean.low, mean.high), low, high)
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,8 @@ def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) ->
     found: list[Compared] = []
     turned = held_otherwise(predicted, measured)
 
-    def add(name: str, pose: str, values: Floats, value: Estimate, *, angle: bool = False) -> None:
-        found.append(Compared(name, pose, angle, sheet.load, over_robots(values), value))
+    def add(name: str, pose: str, values: Floats, value: Estimate, *, angle: bool = False, signed: bool = False) -> None:
+        found.append(Compared(name, pose, angle, sheet.load, over_robots(values, signed=signed), value))
 
     for k, name in enumerate(NAMES):
         pose = at[name]
@@ -113,7 +114,7 @@ def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) ->
         add("RP_l", name, sheet.repeatability[k], pose.repeatability)
         average = np.concatenate([sheet.turn[k], sheet.barycentre[k]], axis=-1)
         for axis, letter in list(enumerate(_AXES))[_TURNS if name in turned else 0 :]:
-            add(f"AP_{letter}", name, average[:, axis], pose.axes[axis], angle=axis < _TURNS)
+            add(f"AP_{letter}", name, average[:, axis], pose.axes[axis], angle=axis < _TURNS, signed=True)
             if axis < _TURNS:
                 add(f"RP_{letter}", name, sheet.scatter[k, :, axis], pose.scatter[axis], angle=True)
         if k in FROM_THREE_SIDES:
@@ -121,7 +122,7 @@ def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) ->
     if measured.distance is not None:
         both = "-".join(NAMES[k] for k in DISTANCE)
         for word, values, value in zip(("AD_p", "RD"), sheet.distance, measured.distance, strict=True):
-            add(word, both, values, value)
+            add(word, both, values, value, signed=word == "AD_p")
     return found
 
 

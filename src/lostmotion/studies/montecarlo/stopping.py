@@ -283,7 +283,7 @@ def watched(found: Sampled) -> dict[str, Watched]:
             means = found.robot_means[:, :, column]
             out[f"{name}, mean over poses and robots"] = _watched(pooled_mean(means), two_way(means))
             told = pooled_robots_quantile(means)
-            half = (told.high - told.low) / 2
+            half = told.half
             variance = (half / 1.96) ** 2
             of_poses = quantile_spread(means)
             out[f"{name}, 95 % of robots below"] = _watched(told, Spread(max(variance - of_poses, 0.0), of_poses, half))
@@ -291,6 +291,6 @@ def watched(found: Sampled) -> dict[str, Watched]:
 
 
 def _watched(estimate: Estimate, spread: Spread) -> Watched:
-    half = (estimate.high - estimate.low) / 2
+    half = estimate.half
     whole = spread.of_poses + spread.of_robots
     return Watched(estimate.value, half if math.isfinite(half) else math.inf, spread.of_poses / whole if whole > 0 else 0.0)

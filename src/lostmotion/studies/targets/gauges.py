@@ -221,7 +221,7 @@ class ByVisits:
             here = factors.copy()
             here[list(columns)] = factor
             found = self.value(here)
-            return Missed(found.value / self.target - 1, (found.high - found.low) / 2 / self.target)
+            return Missed(found.value / self.target - 1, found.half / self.target)
 
         return missed
 
