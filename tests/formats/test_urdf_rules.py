@@ -145,6 +145,13 @@ def test_a_byte_order_mark_and_a_default_namespace_say_nothing(urdf):
     assert read(urdf(b"\xef\xbb\xbf" + text.encode())) == plain
 
 
+def test_old_letters_are_read_with_a_note(urdf):
+    """Latin-1 in a comment or a name, from programs that know nothing else."""
+    found = read(urdf(b"\n<!-- Gr\xf6\xdfe -->" + robot(*arm()).replace("j2", "gr\xf6\xdfe").encode("latin-1")))
+    assert found.moving[1].name == "gr\xf6\xdfe"
+    assert noted(found, "line 2: not UTF-8; the file is read as Latin-1")
+
+
 @pytest.mark.parametrize(
     "left",
     [

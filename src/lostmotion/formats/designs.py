@@ -15,7 +15,7 @@ from lostmotion.formats.provenance import forget_assumed
 from lostmotion.formats.reducers import KEY as CATALOGUE_KEY
 from lostmotion.formats.sidecar import find_sidecar
 from lostmotion.formats.sweep import EXAMPLE, Axis, changes, designs, key_said, read_axes
-from lostmotion.formats.text import beside, read_text
+from lostmotion.formats.text import beside, read_old_text, read_text
 from lostmotion.formats.toml import key_step, key_steps, quoted, read_toml
 
 if TYPE_CHECKING:
@@ -210,7 +210,8 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, s
 
 def _text(path: Path) -> str:
     """Read a file of the arm, with line ends as they are inside Python."""
-    return read_text(path, _MEGABYTES).replace("\r\n", "\n").replace("\r", "\n")
+    text = read_text(path, _MEGABYTES) if path.suffix.lower() in _NAMED_ENDINGS else read_old_text(path, _MEGABYTES)[0]
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _texts_in(value: Any) -> Iterator[str]:  # noqa: ANN401 - whatever a file holds

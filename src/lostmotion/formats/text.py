@@ -34,6 +34,28 @@ def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") 
     Nothing is read from a folder, device or pipe, nor beyond the size. A byte order mark is dropped. Raises InputError where the file is missing,
     no regular file, unreadable, too big, not UTF-8, or holds a NUL.
     """
+    raw = _raw(path, megabytes, example)
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        found = f"the byte 0x{raw[error.start]:02x}, which is no UTF-8"
+        refuse(str(path), f"line {_line_at(raw, error.start)}", found, "text in UTF-8", _SAVE_AS)
+    return _without_nul(text, str(path))
+
+
+def read_old_text(path: Path, megabytes: int) -> tuple[str, int]:
+    """Return a file's text, in UTF-8 or else in Latin-1, and the line of the first byte that is not UTF-8, 0 where there is none.
+
+    For formats that older programs write. Bounds and errors as of `read_text`.
+    """
+    raw = _raw(path, megabytes, str(path))
+    try:
+        return _without_nul(raw.decode("utf-8-sig"), str(path)), 0
+    except UnicodeDecodeError as error:
+        return _without_nul(raw.decode("latin-1"), str(path)), _line_at(raw, error.start)
+
+
+def _raw(path: Path, megabytes: int, example: str) -> bytes:
     file = str(path)
     try:
         kind = path.stat().st_mode
@@ -49,13 +71,14 @@ def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") 
         refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm.toml")
     if len(raw) > megabytes * _MEGABYTE:
         refuse(file, "", f"more than {megabytes} MB", f"at most {megabytes} MB", "one arm, or one table of poses, per file")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        refuse(
-            file, f"line {line}", f"the byte 0x{raw[error.start]:02x}, which is no UTF-8", "text in UTF-8", "save the file as UTF-8 in your editor"
-        )
+    return raw
+
+
+def _line_at(raw: bytes, at: int) -> int:
+    return raw.count(b"\n", 0, at) + 1
+
+
+def _without_nul(text: str, file: str) -> str:
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         refuse(file, f"line {line}", "a NUL character", "text in UTF-8", _SAVE_AS)

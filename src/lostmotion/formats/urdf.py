@@ -17,7 +17,7 @@ from lostmotion.formats.bounds import cut, listed
 from lostmotion.formats.dh import rpy_of
 from lostmotion.formats.draft import SHARED_EXAMPLES, Draft
 from lostmotion.formats.sidecar import add_sidecar, find_sidecar
-from lostmotion.formats.text import read_text
+from lostmotion.formats.text import read_old_text
 from lostmotion.formats.toml import key_step, read_toml
 from lostmotion.formats.urdf_chain import find_chain
 from lostmotion.formats.urdf_checks import with_doubts
@@ -51,7 +51,10 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
 
 def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
     """Which arm do this URDF and what its sidecar says describe? The tree `said` is used up; mistakes in it are told of the file `sidecar`."""
-    tree = read_tree(read_text(path, MEGABYTES), str(path))
+    text, line = read_old_text(path, MEGABYTES)
+    tree = read_tree(text, str(path))
+    if line:
+        tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
     chain = find_chain(tree, said, str(sidecar or path), path.with_suffix(".toml").name)
     _stand_as_in_the_file(tree, chain, said)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
