@@ -70,6 +70,7 @@ XML = {
     "an entity behind a repair": b'<?xml version="0.0"?>' + ROBOT.replace("</robot>", "<drake:tag/>&x;</robot>").encode(),
     "Latin-1 with a type": b"<!-- \xff -->" + with_type('<!DOCTYPE robot SYSTEM "secret.txt">'),
     "300 000 declarations": b'<?xml version="1.0"?>' * 230_000 + b"<robot>&x;</robot>",
+    "comments without end": b"<robot>" + b"<!--" * 1_200_000 + b"</robot>",
     "300 000 prefixes": b"<robot>" + b"".join(b"<p%d:b/>" % k for k in range(300_000)) + b"</robot>",
     "no XML": b"\x7fELF" + bytes(range(1, 128)),
     "empty": b"",

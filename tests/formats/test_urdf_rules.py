@@ -127,6 +127,8 @@ def test_zero_outside_a_held_joints_limits_is_said(urdf):
         (lambda text: "Copyright: nobody\n" + '<?xml version="1.0"?>\n' + text, "line 1: text before the first tag"),
         (lambda text: '<?xml version="0.0"?>' + text, "line 1: an XML declaration"),
         (lambda text: text.replace("<link", '<?xml version="1.0"?><link', 1), "line 2: an XML declaration"),
+        (lambda text: text.replace("<link", "<!---- the arm --\n-- it is -->\n<link", 1), "line 2: a comment with -- inside"),
+        (lambda text: text + "\nend of file", ": text after the last tag"),
         (lambda text: text.replace("</robot>", '\n<drake:tag gazebo:a="1"/></robot>'), "the prefix 'drake:' is never declared"),
     ],
 )

@@ -225,7 +225,8 @@ class _Reader:
         link.mass = self._numbers(mass, path, "value", (0.0,), '"1.2"')[0]
         if link.mass < 0:
             self.tree.refuse(line_of(mass), f"{path}/mass/@value", f"{link.mass:g}", "a mass in kg, zero or more", '<mass value="1.2"/>')
-        link.centre = self._three(inertial.find("origin"), path, "xyz", _ZERO)
+        if link.mass:  # where nothing weighs, nobody asks for its centre
+            link.centre = self._three(inertial.find("origin"), path, "xyz", _ZERO)
 
     def joint(self, element: etree._Element) -> None:
         name = self._name(element, "joint", self.tree.joints)

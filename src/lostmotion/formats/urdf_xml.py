@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _DECLARATION: Final = re.compile(r"<\?xml\b[^<>]{0,300}\?>")
 _ROOT: Final = re.compile(r"<robot(?=[\s>/])[^<>]{0,5000}")
 _PREFIX: Final = re.compile(r"(?:</?|\s)([A-Za-z_][A-Za-z0-9_.-]{0,40}):(?=[A-Za-z_])")
+_END: Final = "</robot>"
 _VERSION: Final = re.compile(r"""version\s*=\s*["']1\.""")
 _MOST_PREFIXES: Final = 30
 _MOST_REPAIRS: Final = 10
@@ -125,6 +126,12 @@ def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree.
     wrong = [match for match in itertools.islice(_DECLARATION.finditer(fixed), _MOST_REPAIRS) if match.start() or not _VERSION.search(match[0])]
     notes += [f"line {_line_at(fixed, match.start())}: an XML declaration that is wrong or not at the start is passed over" for match in wrong]
     fixed = _DECLARATION.sub(lambda match: _blank(match[0]), fixed)
+    fixed, odd = _uncommented(fixed)
+    notes += [f"line {_line_at(fixed, at)}: a comment with -- inside it is passed over" for at in odd[:_MOST_REPAIRS]]
+    end = fixed.rfind(_END) + len(_END)
+    if end > len(_END) and fixed[end:].strip() and "<" not in fixed[end:]:
+        notes.append(f"line {_line_at(fixed, len(fixed.rstrip()) - 1)}: text after the last tag is passed over")
+        fixed = fixed[:end]
     fixed, undeclared = _declared(fixed)
     notes += undeclared
     try:
@@ -133,6 +140,19 @@ def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree.
         refuse(
             f"{file}:{again.lineno}", "", shown(again.msg or error.msg or "no XML", 120)[1:-1], "well-formed XML", '<robot name="arm"> ... </robot>'
         )
+
+
+def _uncommented(text: str) -> tuple[str, list[int]]:
+    """Blank the comments out, where some hold what no comment may, and tell where those begin."""
+    out, odd = [], []
+    at = 0
+    # Not by a pattern: one that looks for an end behind every beginning takes the square of the length where none ends.
+    while (begin := text.find("<!--", at)) >= 0 and (end := text.find("-->", begin + 4)) >= 0:
+        out += [text[at:begin], _blank(text[begin : end + 3])]
+        if "--" in text[begin + 4 : end] or text[end - 1 : end] == "-":
+            odd.append(begin)
+        at = end + 3
+    return ("".join([*out, text[at:]]), odd) if odd else (text, odd)
 
 
 def _declared(text: str) -> tuple[str, list[str]]:
