@@ -17,7 +17,7 @@ from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import Condition, Force, Holding, Line, Mass, Part, Term, Torque
+from lostmotion.parts.source import OF_HELD, Condition, Force, Holding, Line, Mass, Part, Term, Torque
 from lostmotion.spatial import combined, cross, inverse, mapped, motion
 from lostmotion.units import Quantity
 
@@ -139,7 +139,8 @@ class Arm(Part):
             unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
             grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
         return tuple(
-            f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason} ({', '.join(dict.fromkeys(loads.values()))} {unit}); "
+            f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose on any slope' if reason == OF_HELD else ''} "
+            f"({', '.join(dict.fromkeys(loads.values()))} {unit}); "
             "a smaller load does not close the play"
             for (part, reason, unit), loads in grouped.items()
         )

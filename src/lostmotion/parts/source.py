@@ -101,7 +101,7 @@ class Friction:
 RATED_SHARE: Final = 0.01
 HELD_SHARE: Final = 0.02
 OF_RATED: Final = "1 % of the rated torque"
-OF_HELD: Final = "2 % of the most that it holds at rest, in any pose on any slope"
+OF_HELD: Final = "2 % of the most that it holds at rest"
 
 
 @dataclass(frozen=True, slots=True)
