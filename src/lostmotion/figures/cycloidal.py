@@ -45,7 +45,8 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str, count
     if drawn.members:
         name, angle = next(iter(drawn.members.items()))
         share = 100 * angle / float(drawn.read.wind_up.mean())
-        out.append(f"Under {said} the output winds up by {'at least ' if gearbox.rigid else ''}{wound}, {share:.0f} % of it through the {name}.")
+        at_least = "at least " if gearbox.rigid else ""
+        out.append(f"Under {said} the output winds up by {at_least}{wound} beyond its play, {share:.0f} % of it through the {name}.")
     if gearbox.rigid:
         out.append(f"At most this stiff: not specified are {gearbox.rigid_said}.")
     if drawn.jammed:
@@ -212,7 +213,11 @@ def _built(drawn: Drawn, count: int) -> Section:
         rows += [Row(f"{name}: {label}", (_quantile(values, level, counted, unit, factor),)) for level, label in _LEVELS]
     low, high = (100 * end for end in share_interval(drawn.jammed, count))
     rows.append(
-        Row("gearboxes that jam", (Figure(100 * drawn.jammed / count, "%", low, high, counted),), "flanks press on each other all the way round")
+        Row(
+            "gearboxes that jam",
+            (Figure(100 * drawn.jammed / count, "%", low, high, counted),),
+            "flanks interfere all the way round, by more than the clearances make up for",
+        )
     )
     note = f"lost motion between ± {read.asked.small:.4g} N m; each sample on average over a turn of the crank"
     return Section("built", "Manufactured samples", ("value",), tuple(rows), note)
@@ -234,7 +239,8 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
         for name, angle in drawn.members.items()
     ]
     if whole:
-        together = _mean(drawn.read.wind_up, counted), Figure(100.0, "%", samples=counted), _stiffness(drawn.read.secant, counted)
+        mean = float(drawn.read.secant.mean()) * ARCMIN
+        together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
         rows.append(Row("all together", together))
     rigid = f"not specified and taken as rigid: {gearbox.rigid_said}" if gearbox.rigid else "every member is specified"
     note = f"under {torque:.4g} N m at the output, play not counted; stiffness: torque over wind-up; {rigid}"

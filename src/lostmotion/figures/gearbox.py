@@ -157,8 +157,9 @@ def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
         said.append(f"Play {_play(gearbox, units)}.")
     if study.read is not None and study.read.lost_motion is not None:
         said.append(f"Lost motion {_lost_motion(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
-    if study.wind_up:
-        said.append(f"Under {_said(study, units)} the output winds up by {_wound(gearbox, study.wind_up, units)}.")
+    if study.wind_up and study.read is not None:
+        wound, torsion = _wound(gearbox, study.wind_up, units), _torsion(gearbox, study.read, units)
+        said.append(f"Under {_said(study, units)} the output stands {torsion} from the middle of its play; {wound} of that is wind-up.")
     return " ".join(said)
 
 
@@ -269,9 +270,7 @@ def _loop(loop: Loop, read: Readings, study: GearStudy, units: Units) -> Section
         share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
         note = f"between the middles of the loop at ± {read.asked.small:.4g} {units.torque}{share}"
         rows.append(Row("lost motion", (show.lost_motion(read),), note))
-    return Section(
-        "loop", "Stiffness and hysteresis", ("value",), tuple(rows), f"loading and unloading in both directions, input held; {show.samples}"
-    )
+    return Section("loop", "Stiffness and hysteresis", ("value",), tuple(rows), "loaded and unloaded both ways, input held")
 
 
 def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
@@ -299,7 +298,7 @@ class _Shown:
         self._drawn = study.drawn
         self._stated = None if isinstance(study.gearbox, CycloidalGearbox) else study.gearbox
         self._bounded = isinstance(study.gearbox, CycloidalGearbox) and bool(study.gearbox.rigid)
-        self.samples = _STATED if self._stated is not None else f"mean of {study.count} simulated gearboxes"
+        self.samples = _STATED if self._stated is not None else f"{study.count} simulated gearboxes"
 
     @property
     def play(self) -> Figure:

@@ -68,7 +68,7 @@ class Built:
     `ahead` and `behind` (crank, gearbox) rad: how far the output turns freely either way from its gapless place, clearances of crank and output pins
     counted in; their sum, the play, is zero where discs press on each other, and one of them is then below zero. `torque` (torque,) N m, of either
     sign; `rotation` (torque, crank, gearbox) rad under it, with its sign, clearances counted in likewise: never short of the end of the free way.
-    `jammed` (gearbox,): flanks press on each other without torque at every crank angle.
+    `jammed` (gearbox,): flanks interfere at every crank angle, by more than all clearances make up for.
     """
 
     ahead: Floats
@@ -147,6 +147,7 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
     ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    alone = ahead.copy(), behind.copy()
     stuck = ahead + behind < 0
     for disc in np.flatnonzero(stuck.any(axis=(1, 2))):
         # its own flanks hold the disc in one place, from where only the clearances let the output move
@@ -158,6 +159,8 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
     early = early - _room_lost(drive, scatter, gearboxes, seed)[:, None]
+    # the clearances may still let a disc out of its own interference, so only what they do not make up for jams
+    jammed = (((alone[0] + early[0]).min(axis=0) + (alone[1] + early[1]).min(axis=0) + 2 * free) < 0).all(axis=0)
     first, last = ahead + early[0] + free, behind + early[1] + free
     ends = np.stack([first.min(axis=0), last.min(axis=0)])
     rotation = np.empty((len(torque), len(crank), gearboxes))
@@ -177,7 +180,7 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
         own = pressed[:, chosen]
         rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
         ahead[:, chosen], behind[:, chosen] = np.where(own, rest[1], ahead[:, chosen]), np.where(own, -rest[0], behind[:, chosen])
-    return Built(ahead, behind, torque, rotation, (pressed | stuck.any(axis=0)).all(axis=0))
+    return Built(ahead, behind, torque, rotation, jammed)
 
 
 def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
