@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
 Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
+# What some members stand for, where their names do not say it.
+_MEMBERS: Final = {"eccentric shaft": "eccentric shaft and its seats", "frame": "frame (housing and output shaft)"}
 # Of the plane in which involute flanks press on each other.
 _PRESSURE_ANGLE = math.radians(20)
 
@@ -146,8 +148,11 @@ class CycloidalGearbox(CycloidalStage):
 
     @property
     def rigid_said(self) -> str:
-        """Name the same in a sentence, each with the stage that it is of."""
-        return ", ".join(f"{name.removeprefix(FIRST_STAGE)} of the first stage" if name.startswith(FIRST_STAGE) else name for name in self.rigid)
+        """Return the same as part of a sentence, each with what it stands for and the stage that it is of."""
+        return ", ".join(
+            f"{_MEMBERS.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"
+            for name in self.rigid
+        )
 
     @property
     def friction_at_rest(self) -> float:
