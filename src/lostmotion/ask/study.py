@@ -273,7 +273,8 @@ class AnalyticStudy(Blamed, Shown):
         """Give every figure, as printed, reported and written."""
         from lostmotion.figures.analytic import analytic_sheet
 
-        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, replace(self.budget, halving=self.halving), self.places, self.zones)
+        blame = replace(self.budget, halving=self.halving)
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, blame, self.places, self.zones, approach=self.approach)
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html, result.json and arrays.nc into the folder `out`, whole or not at all; gives the folder.

@@ -6,8 +6,10 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures.not_counted import of_choice
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
@@ -30,7 +32,7 @@ _WORDS: Final = (
 def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
     """What is there to say about an arm whose parts were chosen for a target?"""
     counted = f"{len(found.poses)} poses x {found.counts.robots} robots x {found.counts.visits} visits, seed {found.counts.seed}"
-    known = states(found.sized)
+    known = with_limits(states(found.sized), found.sized, found.poses.q)
     small = "{} poses x {} robots x {} visits".format(*found.small) + f", seed {found.counts.seed}"
     return Sheet(
         name=found.arm.name,
@@ -40,11 +42,11 @@ def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
         sections=(*(section for section in _sections(found, counted, small) if section.rows), *provenance_sections(known)),
         counts=f"search at {found.searched} poses; full study: {counted}",
         warnings=(*found.sized.doubts, *overload_warnings(overloads(found.sized))),
-        notes=(*found.arm.remarks, *_remarks(found), *notes),
+        notes=(of_choice(found), *found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version and seed give the same bytes.",
         seed=found.counts.seed,
-        facts={**_facts(found), **provenance_facts(known)},
+        facts={**_facts(found), "not_counted": of_choice(found), **provenance_facts(known)},
     )
 
 

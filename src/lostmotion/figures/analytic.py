@@ -13,8 +13,9 @@ from lostmotion.figures.budget import asked_sections, by_level_sections, halved_
 from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, ideal_said, provenance_facts, provenance_sections
+from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, ideal_said, limits_said, provenance_facts, provenance_sections
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
@@ -47,14 +48,24 @@ _WORDS: Final = (
 )
 
 
-def analytic_sheet(
-    arm: Arm, poses: Poses, found: Analytic, whole: Pooled, blame: Budget, places: Sequence[Budget] = (), zones: Sequence[FoundInZone] = ()
+def analytic_sheet(  # noqa: PLR0913 - what one study found
+    arm: Arm,
+    poses: Poses,
+    found: Analytic,
+    whole: Pooled,
+    blame: Budget,
+    places: Sequence[Budget] = (),
+    zones: Sequence[FoundInZone] = (),
+    *,
+    approach: float = 0.0,
 ) -> Sheet:
     """What is there to say about an arm without sampling, over all poses, and at the places and in the zones that were asked about?
 
-    blame: who is to blame over all poses; places: at every pose and in every zone that was asked about.
+    blame: who is to blame over all poses; places: at every pose and in every zone that was asked about. approach: the sign of the
+    joints' last motion.
     """
-    section, known = analytic_section(arm, poses, found, whole), states(arm)
+    section = analytic_section(arm, poses, found, whole)
+    known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
     told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
@@ -106,7 +117,7 @@ def _verdict(told: dict[str, Figure], dearest: Cost | None, blame: Budget, known
     if dearest is not None:
         share = Figure(100 * dearest.share, "%")
         said.insert(1, f"The dearest part is {dearest.part.removeprefix('joints.')} with {share} of the mean-square error.")
-    return " ".join([*said, *assumed_said(known)])
+    return " ".join([*said, *limits_said(known), *assumed_said(known)])
 
 
 def _cards(section: Section, told: dict[str, Figure], dearest: Cost | None) -> list[Card]:

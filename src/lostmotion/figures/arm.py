@@ -10,10 +10,20 @@ from lostmotion.figures.error import error_section, iso_section, joint_values
 from lostmotion.figures.first_order import checked, judged, share_left_out
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, ideal_said, provenance_facts, provenance_sections, repeats_said
+from lostmotion.figures.provenance import (
+    assumed_said,
+    at_least,
+    bounded_cards,
+    ideal_said,
+    limits_said,
+    provenance_facts,
+    provenance_sections,
+    repeats_said,
+)
 from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.causes import NEXT
 from lostmotion.studies.statics.overload import overloads
@@ -49,7 +59,8 @@ _ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatab
 
 def sheet(answer: Answer) -> Sheet:
     """What is there to say about a study? All of it, in reading order."""
-    found, known = tuple(sections(answer)), states(answer.arm)
+    found = tuple(sections(answer))
+    known = with_limits(states(answer.arm), answer.arm, answer.poses.q, answer.approach)
     sampled, poses = answer.sampled, answer.poses
     said = Sheet(
         name=answer.arm.name,
@@ -202,7 +213,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
         figure = error.figures[0]
         within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
         ideal = ideal_said(known)
-        said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {within}.")
+        said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}.")
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
         said.append(f"The dearest part is {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
@@ -215,7 +226,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     if answer.stopping is not None:
         said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
     said += [f"{sentence}." for sentence in stopped_in(answer.zones)]
-    said += assumed_said(known)
+    said += [*limits_said(known), *assumed_said(known)]
     return " ".join(said)
 
 

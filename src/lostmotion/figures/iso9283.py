@@ -10,11 +10,12 @@ import numpy as np
 from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.first_order import checked, failure, judged
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.figures.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
+from lostmotion.figures.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections, repeats_bounded
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
@@ -96,8 +97,8 @@ def iso_sheet(
     name = "Measured robot"
     if predicted is not None:
         sections += _predicted(predicted, drifted)
-        cards += bounded_cards(_cards(predicted), states(predicted.arm), ("RP_l", "AP_p"))
-        known = states(predicted.arm)
+        known = with_limits(states(predicted.arm), predicted.arm, predicted.cube.q, predicted.approach)
+        cards += bounded_cards(_cards(predicted), known, ("RP_l", "AP_p"))
         verdict.append(_verdict(predicted, known))
         facts |= {**_facts(predicted), **provenance_facts(known)}
         about = provenance_sections(known)
@@ -178,7 +179,7 @@ def _verdict(found: Predicted, known: States) -> str:
     repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
     fitted, either = over_robots(sheet.fitted.max(axis=0)).high, over_robots(sheet.from_any_side.max(axis=0)).high
     text = (
-        f"Of the arms built to this design 95 % will repeat within {at_least(of(repeat), known)} "
+        f"Of the arms built to this design 95 % will repeat within {repeats_bounded(of(repeat), known)} "
         f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {of(either)} where joints arrive from either side). "
         f"In 95 % of them the average of an arm's visits will lie within {at_least(of(accurate), known)} of the commanded point "
         f"(AP_p at its worst pose; {of(fitted)} with best-fit frames)."

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, several
+from lostmotion.studies.limits import in_error, in_repeats
 from lostmotion.studies.provenance import KINDS
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 # Columns in a word or two, so that the table fits on a screen.
 _HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
+# Titles of cards that show scatter between visits alone.
+_REPEATS: Final = ("repeatability", "RP")
 _MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
 
 
@@ -33,21 +36,53 @@ def provenance_facts(known: States) -> dict[str, Any]:
             "joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.joints],
             "fixed_joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.fixed],
             "base": dict(known.base),
+            "upper_limits": [
+                {"joint": each.joint, "model": each.model, "key": each.key, "share": each.of_error, "share_between_visits": each.of_repeat}
+                for each in known.limits
+            ],
             "assumed": [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in known.assumed],
         }
     }
 
 
 def at_least(text: object, known: States) -> str:
-    """Return a figure of the headline, as a lower bound where some joints are taken as perfect."""
-    return f"at least {text}" if known.ideal_joints else str(text)
+    """Return a figure of the headline, as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count."""
+    if known.ideal_joints:
+        return f"at least {text}"
+    return f"at most {text}" if in_error(known) else str(text)
 
 
 def repeats_said(repeats: str, known: States) -> str:
-    """Return the sentence about repeatability, as a lower bound where some joints are taken as perfect."""
+    """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
     if known.ideal_joints:
         return f"RP is at least {repeats} for 95 % of the robots built."
-    return f"95 % of the robots built repeat within {repeats}."
+    return f"95 % of the robots built repeat within {repeats_bounded(repeats, known)}."
+
+
+def repeats_bounded(repeats: object, known: States) -> str:
+    """Return a repeatability as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count in it."""
+    if known.ideal_joints:
+        return f"at least {repeats}"
+    return f"at most {repeats}" if in_repeats(known) else str(repeats)
+
+
+def limits_said(known: States) -> list[str]:
+    """Return the sentence that names the makers' upper limits that count, and the largest contributor of them; none where none counts."""
+    if not known.limits:
+        return []
+    keys: dict[str, dict[str, None]] = {}
+    for each in known.limits:
+        keys.setdefault(each.model or f"the gearbox of {each.joint}", {})[each.key.replace("_", " ")] = None
+    named = "; ".join(f"{', '.join(of)} of {model}" for model, of in keys.items())
+    first = known.limits[0]
+    repeat = max(known.limits, key=lambda each: each.of_repeat)
+    sizes = f"{Figure(100 * first.of_error, '%')} of the mean-square error"
+    if first is repeat and repeat.of_repeat:
+        sizes += f" and {Figure(100 * repeat.of_repeat, '%')} of its part between visits"
+    elif repeat.of_repeat:
+        sizes += f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, {Figure(100 * repeat.of_repeat, '%')}"
+    ends = ": errors that rest on them are at most these" if not known.ideal_joints else ", so that these figures bound the error from neither side"
+    return [f"Makers' upper limits stand for {named}{ends}. The largest of them is {first.key.replace('_', ' ')} at {first.joint}: {sizes}."]
 
 
 def ideal_said(known: States) -> str:
@@ -58,7 +93,7 @@ def ideal_said(known: States) -> str:
 def caveats(known: States) -> list[str]:
     """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
     ideal = ideal_said(known)
-    return [*([f"{ideal[0].upper()}{ideal[1:]}: errors are at least these."] if ideal else []), *assumed_said(known)]
+    return [*([f"{ideal[0].upper()}{ideal[1:]}: errors are at least these."] if ideal else []), *limits_said(known), *assumed_said(known)]
 
 
 def assumed_said(known: States) -> list[str]:
@@ -68,13 +103,18 @@ def assumed_said(known: States) -> list[str]:
 
 
 def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
-    """Return cards, those whose title begins with one of `bounded` as lower bounds where some joints are taken as perfect."""
-    if not known.ideal_joints:
-        return tuple(cards)
-    return tuple(
-        replace(card, number=f"≥ {card.number.removeprefix('≥ ')}") if card.title.startswith(tuple(bounded)) and card.number[:1].isdigit() else card
-        for card in cards
-    )
+    """Return cards, those whose title begins with one of `bounded` as lower bounds or upper bounds where their values are such."""
+    return tuple(replace(card, number=_bounded(card, known)) if card.title.startswith(tuple(bounded)) else card for card in cards)
+
+
+def _bounded(card: Card, known: States) -> str:
+    number = card.number.removeprefix("≥ ").removeprefix("≤ ")
+    if not number[:1].isdigit():
+        return card.number
+    if known.ideal_joints:
+        return f"≥ {number}"
+    counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
+    return f"≤ {number}" if counts else card.number
 
 
 def _states_section(known: States) -> Section:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.figures.budget import REMEDIES, SURE
 from lostmotion.figures.first_order import failed, failure, judged, share_left_out, unsure
+from lostmotion.figures.not_counted import of_sweep
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.provenance import (
     assumed_said,
@@ -16,6 +18,7 @@ from lostmotion.figures.provenance import (
     bounded_cards,
     caveats,
     ideal_said,
+    limits_said,
     provenance_facts,
     provenance_sections,
     repeats_said,
@@ -113,7 +116,7 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
     sections = [_designs(order, outcomes, chosen, counted), *_iso(order, chosen, counted)]
     if len(outcomes) > 1:
-        sections.append(_differences(order, chosen, counted))
+        sections += [_differences(order, chosen, counted), _masses(order, chosen)]
     sections += [_parts(order, chosen), _levels(order, chosen), _extremes(order, outcomes, counted), _check(order, chosen)]
     known = states(arm)
     each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
@@ -125,11 +128,11 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
         warnings=(*arm.doubts, *_overloaded(order, outcomes)),
-        notes=arm.remarks,
+        notes=(of_sweep(outcomes), *arm.remarks) if len(outcomes) > 1 else arm.remarks,
         words=_WORDS,
         source=_source(order, counted),
         seed=order.seed,
-        facts={**_facts(arm, order, outcomes), **provenance_facts(known)},
+        facts={**_facts(arm, order, outcomes), "not_counted": of_sweep(outcomes), **provenance_facts(known)},
     )
 
 
@@ -188,6 +191,18 @@ def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Secti
         rows.append(Row(design_said(order, each.design), (shown,), "" if sure else "may be none: the interval holds zero"))
     note = f"against {design_said(order, 0)}; below zero this design is the more accurate. Same poses and draws in both"
     return Section("differences", "Against the first design", ("95 % error larger by",), tuple(rows), note)
+
+
+def _masses(order: Order, chosen: Sequence[Outcome]) -> Section:
+    rows = tuple(
+        Row(
+            design_said(order, each.design),
+            (Figure(each.mass, "kg"),),
+            f"mass of {', '.join(each.unweighed)} not stated: counted as none" if each.unweighed else "",
+        )
+        for each in chosen
+    )
+    return Section("masses", "Mass of the arm", ("mass",), rows, "joints with their gearboxes, links and tool, as far as stated; without the payload")
 
 
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
@@ -276,17 +291,20 @@ def _arriving(order: Order) -> str:
 
 def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
     best, worst = ranked[0], ranked[-1]
+    other = [each for each in worst.limits if (each.joint, each.model, each.key) not in {(one.joint, one.model, one.key) for one in best.limits}]
+    of_best, of_worst = (replace(known, limits=each.limits) for each in (best, worst))
+    known = replace(known, limits=(*best.limits, *other))
     best_said, worst_said = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
         repeats = f" {repeats_said(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
         within = f"{best_said} ({best_said.interval or 'no interval'})"
         ideal = ideal_said(known)
-        text = f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {within}."
-        return " ".join([text + repeats, *assumed_said(known)])
+        text = f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}."
+        return " ".join([text + repeats, *limits_said(known), *assumed_said(known)])
     text = (
         f"Of {several(len(ranked), 'design')} the most accurate is {design_said(order, best.design)}: "
-        f"95 % of positions within {at_least(best_said, known)}. "
-        f"The least is {design_said(order, worst.design)}: {at_least(worst_said, known)}."
+        f"95 % of positions within {at_least(best_said, of_best)}. "
+        f"The least is {design_said(order, worst.design)}: {at_least(worst_said, of_worst)}."
     )
     return " ".join([text, *caveats(known)])
 
@@ -338,6 +356,8 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         "stated": outcome.stated,
         **{name: [_finite(each.value), _finite(each.low), _finite(each.high)] for name, each in estimates.items()},
         "rms_m": outcome.rms,
+        "mass_kg": outcome.mass,
+        "mass_not_stated": list(outcome.unweighed),
         "parts": [{"part": cost.part, "alone_m": cost.alone, "share": cost.share} for cost in outcome.costs],
         "worst": [_extreme(each) for each in outcome.worst],
     }

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures.not_counted import of_sizing
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.parts.family import said
 from lostmotion.parts.section import Sized
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.sizing.sizing import PAPER
 from lostmotion.studies.statics.overload import overloads
@@ -39,7 +41,7 @@ _WORDS: Final = (
 def sizing_sheet(found: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
     """What is there to say about an arm whose links were sized?"""
     given = f", {found.given} given" if found.given else ""
-    known = states(found.sized)
+    known = with_limits(states(found.sized), found.sized, found.q)
     counted = f"{len(found.q)} poses: {len(found.poses)} {found.poses.law}{given}, {found.corners} corners, {_climbed(found)} climbed to"
     return Sheet(
         name=found.arm.name,
@@ -49,10 +51,10 @@ def sizing_sheet(found: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
         sections=(_sections(found), _bending(found, counted), _loads(found), _trade(found), _afresh(found), *provenance_sections(known)),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {math.degrees(found.tilt):.3g}°"),
         warnings=(*found.sized.doubts, *overload_warnings(overloads(found.sized))),
-        notes=(*found.arm.remarks, *_remarks(found), *notes),
+        notes=(of_sizing(found), *found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version, poses, seed and limits give the same bytes.",
-        facts={**_facts(found), **provenance_facts(known)},
+        facts={**_facts(found), "not_counted": of_sizing(found), **provenance_facts(known)},
     )
 
 

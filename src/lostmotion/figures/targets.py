@@ -12,7 +12,8 @@ from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, severa
 from lostmotion.figures.item_sizes import exactly, now_sized, sized, times, usual_limit
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.production import allocated, allocated_section, yield_facts, yield_figure, yield_section
-from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections, repeats_bounded
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
@@ -55,7 +56,7 @@ def targets_sheet(found: Targets) -> Sheet:
     counted = f"{several(found.robots, 'robot')} x {several(found.visits, 'visit')} x {several(len(found.poses), 'pose')}{where}, seed {found.seed}"
     yields = (yield_section(found, _target(found)), *allocated_section(found, _target(found)))
     sections = [_whole(found), *_single(found), *_kinds(found), *_none(found), *_usual(found), *_any(found), *_together(found), *yields]
-    known = states(found.arm)
+    known = with_limits(states(found.arm), found.arm, found.poses.q, found.approach)
     return Sheet(
         name=found.arm.name,
         subject="what a target asks of its parts",
@@ -261,7 +262,7 @@ def _verdict(found: Targets, known: States) -> str:
     said = (
         f"{100 * found.share:g} % of positions are within {at_least(now, known)}"
         if found.kind == "error"
-        else f"{100 * found.share:g} % of robots repeat within {at_least(now, known)}"
+        else f"{100 * found.share:g} % of robots repeat within {repeats_bounded(now, known)}"
     )
     said += f"{f' ({now.interval})' if now.interval else ''}: the target of {_target(found)} is {'kept' if kept(found) else 'missed'}."
     if found.equal_factor is not None:

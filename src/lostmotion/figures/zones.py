@@ -26,6 +26,7 @@ from lostmotion.figures.zones_said import (
     unit_said,
     whole,
 )
+from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
@@ -59,7 +60,7 @@ _WORDS: Final = (
 
 def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
     """What is there to say about an accuracy map, with slices through the point `at` (3,), m?"""
-    known = states(found.arm)
+    known = with_limits(states(found.arm), found.arm, found.reached.q)
     return Sheet(
         name=found.arm.name,
         subject="accuracy map",

@@ -18,6 +18,7 @@ from lostmotion.studies.intervals import (
     root_mean_square,
     standard_deviation,
 )
+from lostmotion.studies.limits import LimitShare, limit_shares
 from lostmotion.studies.montecarlo import exact, kernel
 from lostmotion.studies.screws import screws
 from lostmotion.studies.statics.overload import Overload, overloads
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 MOST_WORST: Final = 10
 _LEVEL: Final = 0.95
 _CURVE: Final = 200
+_LIMIT_POSES: Final = 64
 _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
 _CHECKED_VISITS: Final = 4
@@ -65,6 +67,8 @@ class Outcome:
     worst      the largest errors, each of a pose of its own
     check      first order against exact composition
     overloads  drives that hold more than they are rated for, over the joint limits
+    limits     makers' upper limits that count, at some of the poses
+    mass       of the arm without its payload, kg, as far as it is stated; unweighed: models of gearboxes without a mass
     spread     some errors (m), rising, and the share of all samples below each
     """
 
@@ -84,6 +88,9 @@ class Outcome:
     worst: list[Worst]
     check: exact.ExactCheck
     overloads: tuple[Overload, ...]
+    limits: tuple[LimitShare, ...]
+    mass: float
+    unweighed: tuple[str, ...]
     spread: tuple[Floats, Floats]
 
 
@@ -188,6 +195,9 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         [with_pose(order, each) for each in merged.worst],
         _check(order, design),
         overloads(arm),
+        limit_shares(arm, _some_poses(order, design), float(order.approach)),
+        arm.mass,
+        arm.unweighed,
         _spread(merged.sets.sum(axis=0)),
     )
 
@@ -205,6 +215,11 @@ def with_pose(order: Order, found: Worst) -> Worst:
     """Look the joint values of an extreme up."""
     q = poses_of(order, found.design, found.pose, found.pose + 1)[0]
     return Worst(found.design, found.block, found.pose, found.robot, found.visit, found.error, q)
+
+
+def _some_poses(order: Order, design: int) -> Floats:
+    """Return the first poses of a design (pose, joint): a Sobol sequence or a list covers the workspace with few."""
+    return poses_of(order, design, 0, min(order.poses, _LIMIT_POSES))
 
 
 def _check(order: Order, design: int) -> exact.ExactCheck:

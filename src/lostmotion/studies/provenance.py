@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from lostmotion.arm import Arm
     from lostmotion.parts.joint import Joint
+    from lostmotion.studies.limits import LimitShare
 
 State = Literal["stated", "assumed", "ideal"]
 NOT_DESCRIBED: Final = "no error source is described, so no accuracy can be predicted"
@@ -86,12 +87,14 @@ class States:
     fixed    of fixed joints whose link or mounting is described
     base     the state of the base's tilt and mount
     assumed  every value that is assumed; a value that several joints share counts once, under the first of them
+    limits   maker's upper limits that count at the poses of a study (`studies.limits.with_limits`), the largest contributor first
     """
 
     joints: tuple[JointStates, ...]
     fixed: tuple[JointStates, ...]
     base: Mapping[str, State]
     assumed: tuple[AssumedValue, ...]
+    limits: tuple[LimitShare, ...] = ()
 
     @property
     def ideal_joints(self) -> tuple[str, ...]:

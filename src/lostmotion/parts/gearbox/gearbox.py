@@ -82,6 +82,10 @@ MOST_PLANETS: Final = 64
 Planets = Annotated[int, Whole("", "3", low=1, high=MOST_PLANETS)]
 
 
+# Errors for which a maker may print an upper limit, each with the word that the names of its terms begin with.
+LIMITED: Final = {"backlash": "backlash", "lost_motion": "backlash", "hysteresis": "hysteresis", "transmission_error": "transmission error"}
+
+
 class Harmonic(Sourced, Generic[AmountT]):
     """One wave of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn of the output, or of the screw."""
 
