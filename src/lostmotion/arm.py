@@ -93,7 +93,7 @@ class Arm(Part):
         """Give the names of the places, in the order of `frames` and `wrenches`."""
         return ("base", *(f"{joint.name}{end}" for joint in self.joints for end in (".seat", "", ".tip")), "tool")
 
-    @functools.cached_property
+    @property
     def seats(self) -> tuple[Floats, ...]:
         """Give every joint's seat as a pose (4, 4) seen from the tip of the link before; the first one's from the base, on which the arm stands."""
         first, *others = (joint.origin.pose for joint in self.joints)
@@ -248,8 +248,8 @@ def frames(arm: Arm, q: Floats) -> Floats:
     out[0] = np.eye(4)[..., None]
     out[1:, 3] = out[0, 3]
     rows, column = out[:, :3], iter(values.T)
-    for k, joint in enumerate(arm.joints):
-        combined(rows[3 * k], arm.seats[k].tolist(), out=rows[3 * k + 1])
+    for k, (seat, joint) in enumerate(zip(arm.seats, arm.joints, strict=True)):
+        combined(rows[3 * k], seat.tolist(), out=rows[3 * k + 1])
         moved = np.eye(4).tolist() if isinstance(joint, FixedJoint) else motion(joint.twist, next(column))
         combined(rows[3 * k + 1], moved, out=rows[3 * k + 2])
         combined(rows[3 * k + 2], joint.link.tip_pose.tolist(), out=rows[3 * k + 3])

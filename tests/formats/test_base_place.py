@@ -50,6 +50,17 @@ def test_a_place_on_the_base_is_a_fixed_joint_before_the_arm():
     assert all(np.abs(one[name] - other[name]).max() < 1e-12 for name in one)
 
 
+def test_an_arm_is_moved_by_a_new_base():
+    """A copy on another base stands there, also where the first was asked before."""
+    q = np.array([[0.1, 0.3, 0.4]])
+    low, high = native({}), native({"xyz": ["0 mm", "0 mm", "500 mm"]})
+    moved = np.add(tool_points(low, q), (0, 0, 0.5))
+    copy = low.model_copy(update={"base": high.base})
+    for each in (high, copy):
+        assert tool_points(each, q) == pytest.approx(moved)
+        assert frames(each, q)[-1, :, :3, 3] == pytest.approx(moved)
+
+
 def test_an_arm_on_the_ceiling_carries_itself_the_other_way():
     """Turned over, a joint about a horizontal axis holds the opposite torque."""
     q = np.array([[0.0, 0.3, 0.4]])

@@ -29,6 +29,8 @@ _RANKS: Final = tuple(
         "gripper(?:_(?:link|stator|body))?$",
     )
 )
+# Ranks of frames, which stand beside a jaw on one link, before those of bodies.
+_FRAMES: Final = 3
 _FINGERS: Final = re.compile(r"finger|knuckle|thumb|pinky|jaw|(?:^|_)(?:index|pads?|inner|driver)(?:_|$)|gripper_?(?:[lr]_|left_|right_)?joint")
 _GRIPPER: Final = re.compile(r"gripper")
 _WRIST: Final = re.compile(r"wrist|roll|pitch|yaw|rotat|swivel")
@@ -125,13 +127,15 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
         yield spot
         children = tree.children(spot.link)
         paired = Counter(joint.type == "prismatic" or bool(joint.leader) for joint in children if joint.moves)[True] > 1
+        has_tool = any(joint.type == "fixed" and _rank(joint.child) <= _FRAMES for joint in children)
         for joint in reversed(children):
             beyond = replace(spot, link=joint.child, fixed=spot.fixed + 1, depth=spot.depth + 1)
             if joint.type in ("floating", "planar") and spot.way:
                 beyond = replace(beyond, aside=True)
             elif joint.moves or joint.mistakes:
                 pair = paired and (joint.type == "prismatic" or bool(joint.leader))
-                aside = spot.aside or (sparing and (pair or _is_aside(joint, depth[joint.child])))
+                jaw = has_tool and bool(_GRIPPER.search(_words(joint.child))) and not _WRIST.search(_words(joint.name))
+                aside = spot.aside or (sparing and (pair or jaw or _is_aside(joint, depth[joint.child])))
                 beyond = replace(beyond, way=(*spot.way, joint.name), fixed=0, aside=aside, coupled=spot.coupled or bool(joint.leader))
             waiting.append(beyond)
 
