@@ -60,6 +60,7 @@ PANDA = [
         ([*fixed("leftToolFrame", "link3"), *fixed("hand", "link3")], "leftToolFrame"),
         ([*turning("gripper", "link3", "moving_jaw"), *fixed("tcp_of_nothing_else", "link3")], "tcp_of_nothing_else"),
         ([*turning("joint_6", "link3", "gripper"), *fixed("gripper_tcp", "link3"), *fixed("gripper_tcp2", "gripper")], "gripper_tcp"),
+        ([*fixed("tool0_controller", "link3"), *fixed("ur_tool0_link", "link3")], "ur_tool0_link"),
         ([*turning("left_knuckle", "link3", "lk"), *turning("lk_tip", "lk", "left_tip"), *fixed("hand", "link3")], "hand"),
     ],
 )

@@ -188,9 +188,12 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
     return replace(choice(first), others=tuple(spot.link for spot in others), rivals=tuple(map(choice, rivals)))
 
 
-def _merit(spot: _Spot) -> tuple[int, int, int, int]:
-    """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the last moving one, a shorter name."""
-    return -len(spot.way), _rank(spot.link), spot.fixed, len(spot.link)
+def _merit(spot: _Spot) -> tuple[int, int, int, bool]:
+    """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the last moving one, a name that ends in the word."""
+    rank = _rank(spot.link)
+    words = re.sub("_(?:link|frame)$", "", _words(spot.link))
+    last = rank < len(_RANKS) and any(match.end() == len(words) for match in _RANKS[rank].finditer(words))
+    return -len(spot.way), rank, spot.fixed, not last
 
 
 def _ends(spots: list[_Spot]) -> list[tuple[str, ...]]:
