@@ -88,6 +88,11 @@ def repeatability(arm: Arm, q: Floats) -> Floats:
     return expected_repeatability(visit_covariance(screws(arm, q)))[0]
 
 
+def from_one_side(arm: Arm, q: Floats) -> Floats:
+    """Give how far apart plays rest (pose x axis,), m, as every joint comes upwards and downwards."""
+    return (screws(arm, q, approach=1.0).bias[:, 3:] - screws(arm, q, approach=-1.0).bias[:, 3:]).ravel()
+
+
 def smooth(amounts: Floats, of: Callable[[float], Floats], slope: float) -> None:
     """Say that a figure never changes faster than `slope` times its largest size."""
     values = np.array([of(float(amount)) for amount in amounts])
@@ -98,7 +103,7 @@ def smooth(amounts: Floats, of: Callable[[float], Floats], slope: float) -> None
 
 @every_arm
 def test_a_base_that_leans_a_little_repeats_nearly_as_well(make):
-    """From level to a lean of a milliradian, RP at every pose changes in proportion to the lean, never in a step."""
+    """From level to a lean of a milliradian RP, and where plays rest, change at every pose in proportion to the lean, never in a step."""
     arm = make()
     q = poses(arm)
     base = arm.base
@@ -107,6 +112,7 @@ def test_a_base_that_leans_a_little_repeats_nearly_as_well(make):
         return arm.model_copy(update={"base": Base(roll=base.roll.nominal + lean, pitch=base.pitch.nominal + lean / 2)})
 
     smooth(SMALL, lambda lean: repeatability(leaning(lean), q), PER_LEAN)
+    smooth(SMALL, lambda lean: from_one_side(leaning(lean), q), PER_LEAN)
 
 
 @every_arm
