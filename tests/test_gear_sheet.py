@@ -369,6 +369,20 @@ def test_lost_motion_is_never_read_at_a_share_of_the_torque_asked_for(tmp_path):
         lostmotion.gear(path, slope_range=("80 %", "50 %"))
 
 
+def test_mistaken_definitions_are_one_message_and_a_slope_may_start_at_zero(tmp_path):
+    """All three options are read before any is refused; from 0 to 100 % the slope of one stiffness zone is its stiffness."""
+    path = tmp_path / "stated.toml"
+    path.write_text(STATED["strain wave"])
+    done = ran(path, "--torque", "2 mm", "--lost-motion-torque", "-3 %", "--slope-range", "100 %", "50 %", cwd=tmp_path)
+    assert done.returncode == 2
+    assert all(key in done.stderr for key in ("3 mistakes", "--torque", "--lost-motion-torque", "--slope-range")), done.stderr
+    found = lostmotion.gear(path, slope_range=("0 %", "100 %"))
+    assert figure(found, "loop", "stiffness, slope").value == pytest.approx(9.0)
+    path.write_text(STATED["no torque"])
+    with pytest.raises(InputError, match="no rated_torque"):
+        lostmotion.gear(path, torque="60 N m", slope_range=("50 %", "100 %"))
+
+
 def test_stated_scatter_sets_limits(tmp_path):
     """Stiffness ± 20 %, play 1' ± 0.3': wind-up 2' ± 0.4', torsion within the root of both squares."""
     (tmp_path / "x.toml").write_text(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lostmotion.ask.amounts import amount
 from lostmotion.ask.settings import a_path
 from lostmotion.ask.shown import Shown
-from lostmotion.errors import refuse_argument
+from lostmotion.errors import Mistakes, refuse_argument
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -63,35 +63,42 @@ def look_at(
     """Study a gearbox that was read; `names` are those of the three arguments for messages."""
     from lostmotion.studies.gearbox.gear import gear as study
 
-    asked = None if torque is None else amount(names[0], torque, torque_of(found.part))
-    small = None if lost_motion_torque is None else _of_rated(names[1], lost_motion_torque, found.part)
-    slope = None
-    if slope_range is not None:
-        low, high = (_of_rated(names[2], each, found.part) for each in slope_range)
-        if low >= high:
-            raise refuse_argument(names[2], " ".join(map(str, slope_range)), "two rising torques, or shares of the rated one", f"{names[2]} 50% 100%")
-        slope = low, high
+    with Mistakes() as mistakes:
+        asked = None if torque is None else mistakes.of(amount, names[0], torque, torque_of(found.part))
+        small = None if lost_motion_torque is None else mistakes.of(_of_rated, names[1], lost_motion_torque, found.part)
+        slope = None if slope_range is None else mistakes.of(_slope, names[2], slope_range, found.part)
     return Gear(found.name, found.notes, study(found.part, asked, gearboxes, seed, small, slope))
 
 
-def _of_rated(name: str, value: Amount, gearbox: ErrorSource) -> float:
-    """Return a torque stated as such, or as a share of the rated torque in per cent, N m."""
-    wanted = torque_of(gearbox)
+def _slope(name: str, stated: tuple[Amount, Amount], gearbox: ErrorSource) -> tuple[float, float]:
+    if isinstance(stated, str) or len(stated) != 2:  # noqa: PLR2004 - from one to the other
+        raise refuse_argument(name, stated, "two torques, or shares of the rated one", f'{name} = ("50 %", "100 %")')
+    low, high = (_of_rated(name, each, gearbox, from_zero=k == 0) for k, each in enumerate(stated))
+    if low >= high:
+        found = " to ".join(map(str, stated))
+        raise refuse_argument(name, found, "two rising torques, or shares of the rated one", f"{name} '50 %' '100 %'")
+    return low, high
+
+
+def _of_rated(name: str, value: Amount, gearbox: ErrorSource, *, from_zero: bool = False) -> float:
+    """Return a torque stated as such, or as a share of the rated torque in per cent, N m; zero only where asked for."""
+    wanted = torque_of(gearbox, from_zero=from_zero)
     if not (isinstance(value, str) and value.strip().endswith("%")):
         return amount(name, value, wanted)
-    share = amount(name, value, Quantity("", "3 %", above=0, high=2.5))
+    share = amount(name, value, Quantity("", "50 %" if from_zero else "3 %", low=0, above=-1 if from_zero else 0, high=2.5))
     rated = getattr(gearbox, "rated_torque", None)
     if rated is None:
         raise refuse_argument(name, value, "a torque, for this gearbox states no rated_torque to take a share of", f'{name} "{wanted.example}"')
     return float(share * rated)
 
 
-def torque_of(gearbox: ErrorSource) -> Quantity:
+def torque_of(gearbox: ErrorSource, *, from_zero: bool = False) -> Quantity:
     """What may be asked of this gearbox at its output: a torque, or of a drive that slides a force?"""
     from lostmotion.figures.gearbox import units_of
 
     si = units_of(gearbox).torque
-    return Quantity(si, "200 N m" if si == "N m" else "500 N", above=0, high=_MOST)
+    example = "200 N m" if si == "N m" else "500 N"
+    return Quantity(si, example, low=0, high=_MOST) if from_zero else Quantity(si, example, above=0, high=_MOST)
 
 
 @dataclass(frozen=True)
