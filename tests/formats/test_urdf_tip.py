@@ -109,6 +109,18 @@ def test_fingers_without_a_fingers_name_are_a_hand(taken):
     assert len(found.moving) == 5
 
 
+def test_hands_of_two_arms_are_not_ends_of_arms(tmp_path):
+    """The arms are listed, not their fingers."""
+    parts = [link("torso")]
+    for side in ("left", "right"):
+        parts += arm(5, "torso", f"{side}_link", f"{side}_j")[1:]
+        parts += [part for k in range(3) for part in turning(f"{side}_m{k}", f"{side}_link5", f"{side}_p{k}")]
+    path = tmp_path / "r.urdf"
+    path.write_text(robot(*parts), encoding="utf-8")
+    (found,) = mistakes(path)
+    assert found.found == "which of 2 arms? left: left_link5 (5 joints), right: right_link5 (5 joints)"
+
+
 def test_a_gripper_alone_is_read(taken):
     """Where everything is a finger nothing is left out."""
     note, found = taken(link("base"), *turning("finger_1", "base", "finger_link_1"), *turning("finger_2", "finger_link_1", "finger_link_2"))

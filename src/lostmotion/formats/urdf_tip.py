@@ -7,7 +7,7 @@ that are left, behind three moving joints or more, the name decides (`tcp` befor
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -213,17 +213,16 @@ def _by_structure(tree: UrdfTree, spots: list[_Spot], way: tuple[str, ...]) -> _
 def _without_hands(tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named: list[_Spot]) -> list[_Spot]:
     """Put the link that carries them in the place of several short ends on one arm: fingers without a finger's name."""
     nameless = [spot for spot in arms if spot not in named]
-    longest = max((len(spot.way) for spot in nameless), default=0)
-    tied = [spot for spot in nameless if len(spot.way) == longest]
-    if len(tied) < 2:  # noqa: PLR2004 - a hand has two fingers
-        return arms
-    common = 0
-    while all(spot.way[: common + 1] == tied[0].way[: common + 1] for spot in tied) and common < longest:
-        common += 1
-    if common <= _ARM or longest - common > _LONGEST_TAIL:
-        return arms
-    hand = _by_structure(tree, spots, tied[0].way[:common])
-    return [hand, *(spot for spot in arms if spot.way[:common] != hand.way)]
+    beyond: dict[tuple[str, ...], set[str]] = defaultdict(set)
+    for spot in nameless:
+        for k in range(max(_ARM + 1, len(spot.way) - _LONGEST_TAIL), len(spot.way)):
+            beyond[spot.way[:k]].add(spot.way[k])
+    out: dict[str, _Spot] = {}
+    for spot in arms:
+        hands = [way for way in (spot.way[:k] for k in range(len(spot.way))) if len(beyond.get(way, ())) > 1] if spot in nameless else []
+        carrier = _by_structure(tree, spots, hands[0]) if hands else spot
+        out.setdefault(carrier.end, carrier)
+    return list(out.values())
 
 
 def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
