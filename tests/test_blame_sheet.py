@@ -84,8 +84,8 @@ def test_what_cannot_be_answered_is_refused_before_the_work(tmp_path, words, nam
 
 @pytest.mark.parametrize("method", ["analytic", "montecarlo"])
 def test_what_errs_by_nothing_has_no_empty_tables(method):
-    """An arm without errors has no part to halve: neither over the workspace nor at a pose is there a table without a row."""
-    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": "300 mm"}}
+    """An arm stated to be rigid has no part to halve: neither over the workspace nor at a pose is there a table without a row."""
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": "300 mm", "rigid": True}}
     study = lostmotion.study(Arm.model_validate({"name": "ideal", "joints": [joint]}), 16, robots=8, visits=2, method=method).blaming(pose=3)
     assert [section.key for section in study.sheet.sections if not section.rows] == []
     assert not any(section.key.startswith("halving") for section in study.sheet.sections)

@@ -88,14 +88,18 @@ def test_a_described_arm_is_no_lower_bound():
 
 def test_a_described_arm_without_assumed_values_has_none_counted():
     """The sentence is left out where everything is stated."""
-    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "gearbox": {"backlash": 3e-4}, "link": {"length": 0.5}}
+    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "gearbox": {"backlash": 3e-4, "friction_torque": 0.1}}
     verdict = lostmotion.study(lostmotion.Arm(name="x", joints=(joint,)), 32, 8, 3).sheet.verdict
     assert "assumed" not in verdict
     assert "least" not in verdict
 
 
 def test_states_are_plain_data_of_their_own(half):
-    """In Python an arm's states can be asked for by themselves."""
+    """In Python an arm's states can be asked for by themselves, and stand beside every result; a study says in a line what it lacks."""
     known = states(half)
+    study = lostmotion.study(half, 8, 4, 2)
+    assert study.states == known
+    assert f"at least: nothing is described for {FIVE}" in repr(study)
+    assert lostmotion.target(half, error="1 mm", poses=8, robots=20, visits=2).states == known
     assert dataclasses.asdict(known)["joints"][0]["states"]["backlash"] == "stated"
     assert known.ideal_joints == tuple(FIVE.split(", "))

@@ -53,6 +53,8 @@ def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(found):
         assert section["rows"], section["key"]
         for row in section["rows"]:
             for figure in row["figures"]:
+                if figure.get("words"):  # a state, and no number
+                    continue
                 assert figure["unit"], row["label"]
                 assert figure["samples"], row["label"]
                 assert figure["value"] is not None, row["label"]

@@ -190,8 +190,8 @@ def test_a_surface_has_no_volume():
 
 
 def test_an_arm_without_errors_errs_by_nothing():
-    """Lengths and limits only: mean, quantiles and largest are zero, not a histogram's lowest bin."""
-    ideal = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": 0.4}}
+    """An arm stated to be rigid, without other errors: mean, quantiles and largest are zero, not a histogram's lowest bin."""
+    ideal = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": 0.4, "rigid": True}}
     study = lostmotion.study(arm_of(2, **ideal), 16, robots=10, visits=2)
     rows = next(section["rows"] for section in study.result()["sections"] if section["key"] == "error")
     assert {row["figures"][0]["value"] for row in rows} == {0.0}
@@ -268,7 +268,8 @@ def test_the_front_door_keeps_its_promise(arm, capsys):
     assert study.arrays()["error_mean"].attrs["units"] == "m"
     keys = [section["key"] for section in study.result()["sections"]]
     by_level = ["budget_levels", "causes_levels"]
-    assert keys == ["workspace", "error", "iso9283", "levels", "waterfall", "budget", "causes", *by_level, "bending", "torques", "exact_check"]
+    first = ["workspace", "error", "iso9283", "levels", "waterfall", "budget", "causes"]
+    assert keys == [*first, *by_level, "bending", "torques", "exact_check", "states", "assumed"]
 
 
 def test_every_public_name_opens_and_none_is_missing():

@@ -11,6 +11,7 @@ from lostmotion.errors import refuse_argument
 from lostmotion.studies.budget import budget, costs, tally
 from lostmotion.studies.places import in_zone, one_pose
 from lostmotion.studies.poses import Poses
+from lostmotion.studies.provenance import states
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.ask.settings import Zone
     from lostmotion.spatial import Floats
     from lostmotion.studies.budget import Budget, By, Cost
+    from lostmotion.studies.provenance import States
 
 
 class Blamed:
@@ -30,6 +32,11 @@ class Blamed:
         approach: float
         threads: int
         budgets: tuple[Budget, ...]
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
+        return states(self.arm)
 
     def costs(self, by: By = "part", *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> list[Cost]:
         """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.

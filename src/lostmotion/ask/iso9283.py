@@ -9,7 +9,7 @@ from lostmotion.ask.amounts import Three, amount, amounts
 from lostmotion.ask.settings import whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
-from lostmotion.studies.provenance import refuse_undescribed
+from lostmotion.studies.provenance import refuse_undescribed, states
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.studies.iso9283.predicted import Predicted
     from lostmotion.studies.iso9283.visits import Visits
     from lostmotion.studies.iso9283.warm_up import Drift, WarmUp
+    from lostmotion.studies.provenance import States
 
 DEFAULT_ISO_ROBOTS = 1000
 # An arm and its test cube are no larger than this, m.
@@ -237,6 +238,11 @@ class Iso9283(Shown):
     drift: Drift | None
     measured: Measured | None
     compared: tuple[Compared, ...]
+
+    @property
+    def states(self) -> States | None:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values; None without a prediction."""
+        return None if self.predicted is None else states(self.predicted.arm)
 
     @property
     def sheet(self) -> Sheet:

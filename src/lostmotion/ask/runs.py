@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from lostmotion.ask.settings import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, a_path, sign_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, shown
+from lostmotion.studies.provenance import states
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.runs.replay import Replay
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import Outcome
+    from lostmotion.studies.provenance import States
 
 
 def sweep(  # noqa: PLR0913 - a run is these numbers
@@ -117,6 +119,11 @@ class Sweep(Shown):
     arm: Arm
     store: Store
     outcomes: tuple[Outcome, ...]
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of the first design."""
+        return states(self.arm)
 
     @property
     def sheet(self) -> Sheet:

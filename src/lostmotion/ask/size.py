@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
-from lostmotion.studies.provenance import refuse_undescribed
+from lostmotion.studies.provenance import refuse_undescribed, states
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.sizing.aimed import Aimed
     from lostmotion.studies.sizing.sizing import Sizing
 
@@ -117,6 +118,11 @@ class Size(Shown):
     found: Sizing
 
     @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of the sized arm."""
+        return states(self.found.sized)
+
+    @property
     def sheet(self) -> Sheet:
         """Give every figure, as printed, reported and written."""
         from lostmotion.figures.sizing import sizing_sheet
@@ -142,6 +148,11 @@ class Selection(Shown):
 
     found: Aimed
     notes: tuple[str, ...] = ()
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of the sized arm."""
+        return states(self.found.sized)
 
     @property
     def sheet(self) -> Sheet:

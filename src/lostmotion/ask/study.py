@@ -225,6 +225,7 @@ class Study(Answer, Blamed, Shown):
     def __repr__(self) -> str:
         """Tell the result in a few lines."""
         from lostmotion.figures.arm import sections
+        from lostmotion.figures.provenance import ideal_said
 
         wanted = {"error": 4, "iso9283": 4, "budget": 3}
         lines = [
@@ -235,7 +236,8 @@ class Study(Answer, Blamed, Shown):
                 interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""
                 share = f", {row.figures[1]} of the mean square" if section.key == "budget" else ""
                 lines.append(f"  {row.label:32} {row.figures[0]}{interval}{share}")
-        return "\n".join(lines) + ">"
+        ideal = ideal_said(self.states)
+        return "\n".join([*lines, *([f"  at least: {ideal}"] if ideal else [])]) + ">"
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,7 +11,7 @@ from lostmotion.ask.amounts import amounts
 from lostmotion.ask.settings import an_arm, chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, refuse_argument
-from lostmotion.studies.provenance import refuse_undescribed
+from lostmotion.studies.provenance import refuse_undescribed, states
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.studies.answer import Answer
     from lostmotion.studies.poses import Poses
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.targets.production import Judged, Yield
     from lostmotion.studies.targets.targets import Kind, Targets
 
@@ -97,6 +98,11 @@ class Target(Shown):
     """What a target asks of an arm's parts: `summary()`, `report("out/")`, `result()`; `found` holds every number, `found.yields` the yield."""
 
     found: Targets
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
+        return states(self.found.arm)
 
     @property
     def sheet(self) -> Sheet:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.ask.settings import chosen_poses
 from lostmotion.ask.shown import Shown
+from lostmotion.studies.provenance import states
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.figures import Lines, Sheet
     from lostmotion.studies.poses import PoseLaw, Poses
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.statics.statics import HoldingTorque
     from lostmotion.studies.workspace import Workspace
 
@@ -27,6 +29,11 @@ class Undescribed(Shown):
     workspace: Workspace
     worst_torques: list[HoldingTorque]
     lines: Lines | None = None
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
+        return states(self.arm)
 
     @property
     def sheet(self) -> Sheet:

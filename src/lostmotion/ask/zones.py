@@ -12,7 +12,7 @@ from lostmotion.ask.amounts import Three, amounts
 from lostmotion.ask.settings import an_arm, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
-from lostmotion.studies.provenance import refuse_undescribed
+from lostmotion.studies.provenance import refuse_undescribed, states
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.ask.amounts import Amounts
     from lostmotion.figures import Sheet
     from lostmotion.spatial import Floats
+    from lostmotion.studies.provenance import States
     from lostmotion.studies.zones.zones import Zones
 
 # What of a map is an amount, and what it may be; an arm and its work are no larger than this.
@@ -86,6 +87,11 @@ class AccuracyMap(Shown):
 
     found: Zones
     at: Floats | None = None
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
+        return states(self.found.arm)
 
     @property
     def sheet(self) -> Sheet:
