@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import lostmotion
 from lostmotion.formats.measured import read_measured, together
@@ -44,6 +46,37 @@ def visits_of(errors, command, sides=None, instrument=0.0):
         known={},
         load_stated=False,
     )
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    poses=st.integers(1, 24),
+    count=st.integers(1, 8),
+    size=st.sampled_from([1e-7, 1e-5, 1e-3]),
+    off=st.sampled_from([0.0, 1e-6, 1e-3]),
+    flat=st.booleans(),
+)
+def test_every_interval_holds_its_figure(seed, poses, count, size, off, flat):
+    """Whatever was measured, each interval holds the figure beside it, and those of lengths and scatters do not reach below zero."""
+    rng = np.random.default_rng(seed)
+    errors = rng.normal(0, size, (poses, count, 3)) * ([1.0, 0.1, 0.0] if flat else 1.0) + rng.normal(0, off, (poses, 1, 3))
+    visits = visits_of(errors, rng.uniform(-1, 1, (poses, 3)), instrument=1e-6)
+    if count == 1 and poses < 3:
+        with pytest.raises(lostmotion.InputError, match="two visits or more to a pose"):
+            judge(visits)
+        return
+    (found,) = judge(visits).loads
+    lengths = [each for pose in found.poses for each in (pose.accuracy, pose.repeatability, pose.without_instrument, *pose.scatter)]
+    lengths += [each for pooled in found.pooled or () for each in pooled]
+    signed = [each for pose in found.poses for each in pose.axes]
+    if found.distance is not None:
+        lengths, signed = [*lengths, found.distance[1]], [*signed, found.distance[0]]
+    with_interval = [each for each in (*lengths, *signed) if np.isfinite(each.low)]
+    assert with_interval or count == 1
+    for each in with_interval:
+        assert each.low <= each.value <= each.high
+    assert all(each.low >= 0 for each in lengths if np.isfinite(each.low))
 
 
 def test_poses_seen_from_sides_alone_are_refused():
@@ -96,7 +129,8 @@ def test_the_sheet_of_made_up_visits():
     for k, pose in enumerate(found.poses):
         assert pose.accuracy.value == pytest.approx(float(iso.pose_accuracy(errors[k], np.zeros(3))))
         assert pose.repeatability.value == pytest.approx(float(iso.pose_repeatability(errors[k])))
-        assert pose.without_instrument == pytest.approx(np.sqrt(pose.repeatability.value**2 - found.floor**2))
+        assert 0 <= pose.without_instrument.low <= pose.without_instrument.value <= pose.without_instrument.high < pose.repeatability.high
+        assert pose.without_instrument.value == pytest.approx(np.sqrt(pose.repeatability.value**2 - found.floor**2))
         assert pose.fitted < pose.accuracy.value
     assert found.floor == pytest.approx(3.5362e-5, rel=1e-4)
     ends = command[1] + errors[1], command[3] + errors[3]

@@ -38,7 +38,7 @@ def visited(found: Measured) -> str:
     """Say how many visits and readings were measured."""
     along = sum(map(bool, found.visits.path))
     visits = len(found.visits.path) - along
-    counted = [f"{visits} measured visits"] if visits or not along else []
+    counted = [several(visits, "measured visit")] if visits or not along else []
     return "; ".join([*counted, *([f"{along} readings along paths"] if along else [])])
 
 
@@ -80,7 +80,8 @@ def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
     """Say which measured accuracies are so bad that another frame, or other commands than the robot's, are likelier than the arm."""
     out = []
     for load in found.loads:
-        means = [] if load.pooled is None else [("AP_p on the average over poses", load.pooled[0][0].value, 0)]
+        known = [pose.accuracy.value for pose in load.poses if _known(pose.accuracy)]
+        means = [("AP_p on the average over poses", sum(known) / len(known), 0)] if known else []
         means += [(f"AT_p along {path.name}", float(path.figures[0]), 1) for path in load.paths]
         for name, value, along in means:
             sheet = None if predicted is None else predicted.loads[0]
@@ -202,7 +203,7 @@ def _poses(found: Measured) -> list[Section]:
     with_instrument = found.visits.instrument > 0
     repeats = []
     for load, pose in shown:
-        figures = of(pose.repeatability, f"{pose.visits} visits"), *((length(pose.without_instrument),) if with_instrument else ())
+        figures = of(pose.repeatability, f"{pose.visits} visits"), *((of(pose.without_instrument),) if with_instrument else ())
         repeats.append(Row(label(load, pose), figures))
     note = (f"{first}; " if first else "") + (
         "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -70,9 +71,21 @@ def read_table(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
         refuse(file, "", str(error), "comma-separated values", HEADER)
     if len(rows) != len(kept):
         refuse(file, "", "a quoted cell over several lines", "one row per line", HEADER)
+    if len(rows[0]) == 1 and (other := next((mark for mark in "\t|" if mark in rows[0][0]), "")):
+        mark = "tabs" if other == "\t" else shown(other)
+        refuse(file, f"line {kept[0][0]}", f"cells between {mark}", "commas or semicolons between cells", HEADER)
+    if sum(map(_is_number, rows[0])) > len(rows[0]) / 2:
+        refuse(file, f"line {kept[0][0]}", f"numbers, {shown(kept[0][1])}", "a header that names each column with its unit", HEADER)
     if len(rows[0]) > _MOST_COLUMNS:
         refuse(file, "line 1", f"{len(rows[0])} columns", f"at most {_MOST_COLUMNS}", HEADER)
     return rows[0], rows[1:], [number for number, _ in kept[1:]]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell.replace(",", ".")))
+    except ValueError:
+        return False
 
 
 def _headings(file: str, header: list[str]) -> tuple[dict[str, int], dict[str, str], list[Problem]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import InputError, Problem, refuse_argument, shown
+from lostmotion.errors import InputError, Problem, shown
 from lostmotion.studies.intervals import Estimate
 from lostmotion.studies.iso9283.confidence import (
     FEWEST,
@@ -46,7 +46,7 @@ class MeasuredPose:
     accuracy, repeatability   AP_p and RP_l
     axes (6)                  AP_a, AP_b, AP_c, AP_x, AP_y, AP_z
     scatter (6)               3 s about and along the axes: RP_a, RP_b, RP_c first
-    without_instrument        RP_l with the instrument's own scatter taken off, in squares
+    without_instrument        RP_l with the instrument's own scatter taken off, in squares, never below zero
     fitted                    AP_p left with the best-fit frames over all poses
     multi_directional         vAP_p, from visits with a side; NaN without
     rotation (3, 3)           of the tool: commanded, or the attained ones' average where that is not known; NaN where none was measured
@@ -60,7 +60,7 @@ class MeasuredPose:
     repeatability: Estimate
     axes: tuple[Estimate, ...]
     scatter: tuple[Estimate, ...]
-    without_instrument: float
+    without_instrument: Estimate
     fitted: float
     multi_directional: Estimate
     rotation: Floats
@@ -110,7 +110,22 @@ def judge(visits: Visits, level: float = LEVEL) -> Measured:
         there = visits.load == load
         poses = _at_poses(visits.picked(there & ~of_path), level)
         loads.append(MeasuredLoad(load=load, paths=judge_paths(visits.picked(there & of_path), level), **poses))
+    if not any(load.paths or load.pooled is not None for load in loads) and not any(
+        math.isfinite(pose.repeatability.value) for load in loads for pose in load.poses
+    ):
+        _refuse_too_few(visits)
     return Measured(visits, tuple(loads))
+
+
+def _refuse_too_few(visits: Visits) -> None:
+    """Raise InputError for visits that show neither a repeatability nor an accuracy over poses."""
+    file, line = visits.where[0]
+    poses = len(dict.fromkeys(visits.pose))
+    found = f"{len(visits.pose)} visit{'s' * (len(visits.pose) > 1)} to {poses} pose{'s' * (poses > 1)}"
+    if visits.duplicates:
+        found += f", besides {visits.duplicates} duplicate row{'s' * (visits.duplicates > 1)}"
+    expected = "two visits or more to a pose (the standard asks for 30), or three poses or more with their commanded positions"
+    raise InputError([Problem(file, f"line {line}", found, expected, "cycle 1 to 30, one row for each visit")])
 
 
 def _refuse_twice(visits: Visits) -> None:
@@ -147,8 +162,9 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
         return {"poses": (), "distance": None, "pooled": None, "fit": None, "floor": 0.0}
     rows = {name: np.array([k for k in everywhere[name] if not visits.side[k]], dtype=int) for name in names}
     if alone := [name for name, found in rows.items() if not len(found)]:
+        file, line = visits.where[everywhere[alone[0]][0]]
         expected = "visits without a side at every pose too, those of the standard's cycle"
-        raise refuse_argument("side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")
+        raise InputError([Problem(file, f"line {line}, side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")])
     command = np.array([visits.command[found[0]] for found in rows.values()]).reshape(-1, 3)
     barycentre = np.array([visits.attained[found].mean(axis=0) for found in rows.values()]).reshape(-1, 3)
     turned = np.array([visits.rotation[found[0]] for found in rows.values()])
@@ -195,12 +211,17 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
         repeat,
         tuple(student_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, commanded, strict=True)),
         tuple(scatter_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, measured, strict=True)),
-        math.sqrt(max(repeat.value**2 - floor**2, 0.0)) if visits.instrument and repeat.value > 0 else math.nan,
+        _without(repeat, floor) if visits.instrument and repeat.value > 0 else NOTHING,
         fitted,
         from_sides,
         rotation,
         errors,
     )
+
+
+def _without(repeat: Estimate, floor: float) -> Estimate:
+    """Return a repeatability with that of the instrument alone taken off in squares, value and ends alike."""
+    return Estimate(*(math.sqrt(max(each**2 - floor**2, 0.0)) if math.isfinite(each) else each for each in (repeat.value, repeat.low, repeat.high)))
 
 
 def _about_average(orientation: Floats) -> tuple[Floats, Floats]:
