@@ -332,7 +332,11 @@ def test_torsion_of_an_rv_is_read_as_its_maker_does(tmp_path):
     (tmp_path / "rv.toml").write_text('gearbox = "RV-42N"')
     found = lostmotion.gear(tmp_path / "rv.toml", torque="60 N m")
     assert figure(found, "loop", "torsion at 60 N m").value == pytest.approx(1 / 2 + (60 - 12.36) / 113, abs=1e-9)
-    assert str(figure(found, "loop", "torsion at 60 N m")) == "0.922 arcmin"
+    # its maker prints the lost motion and the hysteresis as upper limits
+    assert str(figure(found, "loop", "torsion at 60 N m")) == "≤ 0.922 arcmin"
+    for section, label in (("stated", "lost motion"), ("loop", "play"), ("loop", "friction's loop alone"), ("loop", "whole loop at zero torque")):
+        assert figure(found, section, label).bound == "upper"
+    assert figure(found, "loop", "wind-up at 60 N m").bound == ""
     assert figure(found, "loop", "wind-up at 60 N m").value == pytest.approx(60 / 113)
     row = find_row(found.sheet.sections, "loop", "lost motion")
     assert "± 12.36 N m, 3 % of the rated torque" in row.note

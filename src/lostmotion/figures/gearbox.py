@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from lostmotion.studies.gearbox.readings import Readings
 
 _STATED: Final = "the values stated"
+# Fields that the play, and friction's loop, come from.
+_OF_PLAY: Final = ("backlash", "lost_motion")
+_OF_LOOP: Final = ("hysteresis",)
 _WORDS: Final = (
     ("play", "how far the output turns freely. A load above friction holds it on one side."),
     ("lost motion", "how far the output turns between the middles of the loop at a small torque one way and the other: play, and elastic wind-up."),
@@ -176,7 +179,7 @@ def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]
 
 
 def _play(gearbox: StatedGearbox, units: Units) -> Figure:
-    return _limited(gearbox.play.nominal, gearbox.play.tolerance, units)
+    return _at_most(_limited(gearbox.play.nominal, gearbox.play.tolerance, units), gearbox, _OF_PLAY)
 
 
 def _wound(gearbox: StatedGearbox, wound: float, units: Units) -> Figure:
@@ -187,12 +190,19 @@ def _wound(gearbox: StatedGearbox, wound: float, units: Units) -> Figure:
 def _lost_motion(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
     """Return the lost motion with its limits: those of play and wind-up, independent of each other, by the root of their squares."""
     value = math.nan if read.lost_motion is None else float(read.lost_motion[0])
-    return _limited(value, math.hypot(gearbox.play.tolerance, gearbox.stiffness_scatter * (value - gearbox.play.nominal)), units)
+    tolerance = math.hypot(gearbox.play.tolerance, gearbox.stiffness_scatter * (value - gearbox.play.nominal))
+    return _at_most(_limited(value, tolerance, units), gearbox, _OF_PLAY)
 
 
 def _torsion(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
     value = float(read.torsion[0])
-    return _limited(value, math.hypot(gearbox.play.tolerance / 2, gearbox.stiffness_scatter * float(read.wind_up[0])), units)
+    tolerance = math.hypot(gearbox.play.tolerance / 2, gearbox.stiffness_scatter * float(read.wind_up[0]))
+    return _at_most(_limited(value, tolerance, units), gearbox, _OF_PLAY)
+
+
+def _at_most(figure: Figure, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Figure:
+    """Mark a figure as an upper limit where one of the values that it rests on is a maker's upper limit."""
+    return replace(figure, bound="upper") if any(name in gearbox.upper_limits for name in rests_on) else figure
 
 
 def _limited(value: float, tolerance: float, units: Units) -> Figure:
@@ -225,9 +235,10 @@ def _stated(gearbox: StatedGearbox, units: Units) -> Section:
         rows.append(Row("play", (_play(gearbox, units),), from_lost_motion))
     if gearbox.lost_motion is not None:
         note = f"between ± {100 * gearbox.lost_motion_torque:.3g} % of the rated {units.what}"
-        rows.append(Row("lost motion", (units.of_angle(gearbox.lost_motion, _STATED),), note))
+        rows.append(Row("lost motion", (_at_most(units.of_angle(gearbox.lost_motion, _STATED), gearbox, _OF_PLAY),), note))
     if gearbox.hysteresis is not None:
-        rows.append(Row("friction's loop, full width", (units.of_angle(gearbox.hysteresis, _STATED),), f"at zero {units.what}, play not in it"))
+        width = _at_most(units.of_angle(gearbox.hysteresis, _STATED), gearbox, _OF_LOOP)
+        rows.append(Row("friction's loop, full width", (width,), f"at zero {units.what}, play not in it"))
     if gearbox.friction:
         assumed = "" if gearbox.friction_torque is not None else f"taken as 1 % of the rated {units.what}, none is stated"
         rows.append(Row(f"friction without load, as {units.what}", (units.of_torque(gearbox.friction, _STATED),), assumed))
@@ -261,11 +272,11 @@ def _loop(loop: Loop, read: Readings, study: GearStudy, units: Units) -> Section
     assumed = "" if gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
     crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "traversed by any load"
     rows.append(Row("play", (show.play,), crossed))
-    rows.append(Row("friction's loop alone", (show.angle(read.friction_width),), f"width at zero {units.what}"))
+    rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=_OF_LOOP),), f"width at zero {units.what}"))
     if study.drawn is not None and study.drawn.rubbing is not None:
         half = f"width at {read.asked.torque / 2:.4g} {units.torque}"
         rows.append(Row("friction's loop under load", (show.angle(read.friction_under_load),), half))
-    rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width),), "play and friction"))
+    rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width, rests_on=_OF_PLAY + _OF_LOOP),), "play and friction"))
     if read.lost_motion is not None and read.asked.small is not None:
         share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
         note = f"between the middles of the loop at ± {read.asked.small:.4g} {units.torque}{share}"
@@ -306,9 +317,9 @@ class _Shown:
             return _play(self._stated, self.units)
         return self.angle(self._drawn.play if self._drawn is not None else np.zeros(2))
 
-    def angle(self, values: Floats, bound: Bound = "") -> Figure:
+    def angle(self, values: Floats, bound: Bound = "", rests_on: tuple[str, ...] = ()) -> Figure:
         if self._stated is not None:
-            return self.units.of_angle(float(values[0]), _STATED)
+            return _at_most(self.units.of_angle(float(values[0]), _STATED), self._stated, rests_on)
         return over_samples(values, self.units.angle, self.units.angle_factor, self.samples, bound)
 
     def stiffness(self, values: Floats) -> Figure:
