@@ -298,6 +298,21 @@ def test_a_base_that_is_no_link_is_refused(urdf, sidecar, key):
     assert found.nearest == ("" if "3" in sidecar else "torso")
 
 
+def test_the_base_that_is_suggested_leads_to_an_arm(urdf):
+    """Not the link of a like name at the end of the arm."""
+    parts = [
+        link("wheels", 30),
+        joint("lift", "wheels torso", "prismatic"),
+        *arm(root="torso"),
+        joint("m", "link3 torso_", "fixed", ""),
+        link("torso_"),
+    ]
+    path = urdf(robot(*parts), 'base = "torso__"\n')
+    (found,) = mistakes(path)
+    path.with_suffix(".toml").write_text(found.example, encoding="utf-8")
+    assert len(read(path).moving) == 3
+
+
 def test_a_tip_must_stand_behind_the_base(urdf):
     """Else no chain leads from one to the other; the example does."""
     path = urdf(robot(*arm(4)), 'base = "link3"\ntip = "link1"')

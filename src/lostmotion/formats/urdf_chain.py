@@ -89,7 +89,8 @@ def _base(tree: UrdfTree, said: dict[str, Any], sidecar: str) -> str:
     else:
         said.pop("base")
     if not isinstance(stated, str) or stated not in tree.links:
-        near = nearest(str(stated), tree.links)
+        tip = said.get("tip")
+        near = nearest(str(stated), (link for link in tree.links if _starts(tree, link, tip)))
         expected = f"the name of a link of {tree.file}, where the chain starts, or a table [base]"
         _refuse(tree, sidecar, key, shown(stated), expected, f"{key.rpartition('.')[2]} = {quoted(near or tree.roots[0])}", near)
     return stated
@@ -161,6 +162,25 @@ def _coupled(tree: UrdfTree, joint: UrdfJoint, base: str, at: tuple[str, str], *
 
 def _check(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> None:
     tree.mistakes += _faults(tree, joints, base, tip)
+
+
+def _starts(tree: UrdfTree, base: str, tip: object) -> bool:
+    """Tell a link from which the chain to a tip is a serial arm; without a tip, one that something moves behind."""
+    if isinstance(tip, str) and tip in tree.links:
+        return _reads(tree, base, tip)
+    return any(_reads(tree, base, link) for link in _behind(tree, base))
+
+
+def _behind(tree: UrdfTree, base: str) -> list[str]:
+    """Return the links behind this one as far as the first joints that move."""
+    out: list[str] = []
+    waiting = [base]
+    while waiting:
+        for joint in tree.children(waiting.pop()):
+            out.append(joint.child)
+            if not joint.moves:
+                waiting.append(joint.child)
+    return out
 
 
 def _reads(tree: UrdfTree, base: str, tip: str) -> bool:
