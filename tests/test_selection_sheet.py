@@ -267,6 +267,15 @@ def test_exchanging_a_reducer_changes_the_mass_by_the_difference_of_the_catalogu
     assert slot.put(arm.joints[0], slot.candidates[1]).total_mass == pytest.approx(exchanged)
 
 
+def test_masses_that_leave_parts_out_say_so(tmp_path):
+    """A strain wave gear's mass is that of its component set; beside a whole RV the result says what is not in it."""
+    path = tmp_path / "arm.toml"
+    path.write_text(CATALOGUE_ARM, encoding="utf-8")
+    text = '[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["present", "CSG-40-120"]\n'
+    notes = asked(tmp_path, text, lostmotion.read(path)).notes
+    assert any(note.startswith("mass of CSG-40-120") and "no output bearing" in note for note in notes)
+
+
 def test_a_candidate_of_unknown_mass_counts_as_none_and_is_named(tmp_path):
     """Where only the price is to be small, a row without a mass is weighed as nothing, and the result says so."""
     path = tmp_path / "arm.toml"

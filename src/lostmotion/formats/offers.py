@@ -213,6 +213,8 @@ class Offers:
         part = TypeAdapter(TurningGearbox).validate_python(tree, context={"text": True})
         cost = self._cost(said, name, model)
         in_file = any(row is mine for mine in self.in_file)
+        if row.mass_source and cost.mass is None:
+            self.notes.append(f"mass of {said}: {row.mass_source}")
         return Candidate(
             said,
             part,
