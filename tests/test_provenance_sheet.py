@@ -10,7 +10,9 @@ import pytest
 import lostmotion
 from lostmotion.figures import plain
 from lostmotion.figures.provenance import provenance_sections
+from lostmotion.figures.statics import statics_sheet
 from lostmotion.studies.provenance import states
+from lostmotion.studies.statics.survey import survey
 from tests.formats.conftest import EXAMPLES
 from tests.test_undescribed import urdf
 
@@ -103,3 +105,24 @@ def test_states_are_plain_data_of_their_own(half):
     assert lostmotion.target(half, error="1 mm", poses=8, robots=20, visits=2).states == known
     assert dataclasses.asdict(known)["joints"][0]["states"]["backlash"] == "stated"
     assert known.ideal_joints == tuple(FIVE.split(", "))
+
+
+def test_iso_sheet_statics_and_sweep_say_so(tmp_path):
+    """Of the Z-arm without parts at its last joint each of them names that joint, and calls its figures lower bounds."""
+    text = (EXAMPLES / "z-arm.toml").read_text(encoding="utf-8")
+    head, last = text.split('name = "roll"')
+    kept = [line for line in last.splitlines() if not line.startswith(("gearbox", "bearing", "encoder", "link"))]
+    path = tmp_path / "arm.toml"
+    path.write_text(head + 'name = "roll"' + "\n".join(kept) + "\n", encoding="utf-8")
+    arm = lostmotion.read(path)
+    assert states(arm).ideal_joints == ("roll",)
+    sheets = [
+        lostmotion.iso9283(arm, robots=3, cycles=2).sheet,
+        statics_sheet(survey(arm, lostmotion.sample_poses(arm, 16))),
+        lostmotion.sweep(path, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet,
+    ]
+    for sheet in sheets:
+        assert "t least " in sheet.verdict
+        assert "othing is described for roll (taken as perfect)" in sheet.verdict
+        assert sheet.facts["states"]["ideal_joints"] == ["roll"]
+        assert "states" in [section.key for section in sheet.sections]

@@ -91,6 +91,11 @@ def test_a_default_never_shows_as_stated():
     assert not states(Arm(name="x", joints=(joint(gearbox=stated),))).assumed
 
 
+def test_how_a_lumped_error_varies_is_no_error():
+    """A law without an angle or an offset describes nothing."""
+    assert not states(Arm(name="x", joints=(joint(lumped=Lumped(law="uniform", varies="robot")),))).described
+
+
 def test_a_base_alone_is_an_error_source():
     """A tilt that nobody measured, or a mount that deflects, can be predicted from."""
     for base, kind in ((Base(roll="0 deg ± 1 deg"), "tilt"), (Base(linear_stiffness=(1e6, 1e6, 1e6)), "mount")):

@@ -61,8 +61,8 @@ def skeleton(arm: Arm, path: Path, sidecar: Path | None = None) -> Skeleton:
     tree = {} if source is None else read_toml(source)
     names = _free_names(tree)
     lines = [
-        "# Example values: put those of your parts in their place, and take a key out of `assumed` once its value is known.",
-        "# Joints need not share parts. What is not known is better left out: it is then taken as perfect, and so the result says.",
+        "# Example values: replace them by those of your parts, each then taken out of its list `assumed`.",
+        "# Joints need not share parts. Leave out what is not known: it counts as perfect, and the result says so.",
     ]
     for kind, tables in _EXAMPLES.items():
         if any(_kind(joint) == kind for joint in arm.moving):

@@ -49,6 +49,7 @@ _OF_GEARBOX: Final = {
     "hysteresis": (("hysteresis",), ()),
 }
 _OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero")
+_OF_LUMPED: Final = ("angle", "offset")
 _OF_MOUNT: Final = ("angular_stiffness", "linear_stiffness", "compliance", "tracks")
 # Of bearings given by their figures: what only says how large they are.
 _SIZES_OF_BEARING: Final = frozenset({"span", "pitch_diameter", "closing_force"})
@@ -141,7 +142,7 @@ def _of_joint(joint: Joint) -> dict[str, State]:
         found |= _of_gearbox(joint.gearbox, whole="gearbox" in joint.assumed)
         found["bearing"] = _of_bearing(joint.bearing, whole="bearing" in joint.assumed)
         found["encoder"] = _state(joint.encoder, _OF_ENCODER, ("ratio",), whole="encoder" in joint.assumed)
-        found["lumped"] = _state(joint.lumped, _all(joint.lumped), whole="lumped" in joint.assumed)
+        found["lumped"] = _state(joint.lumped, _OF_LUMPED, _all(joint.lumped), whole="lumped" in joint.assumed)
     found["axis mounting"] = _state(joint.mounting, _all(joint.mounting), whole="mounting" in joint.assumed)
     found |= _of_link(joint.link, whole="link" in joint.assumed)
     return {kind: found[kind] for kind in KINDS if kind in found}
