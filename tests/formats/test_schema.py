@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 
 from lostmotion.formats.schema import json_schema
+from lostmotion.parts.bearing.single import PAIRS
 from tests.formats.conftest import EXAMPLES, JOINT
 
 
@@ -33,6 +34,9 @@ def test_every_example_fits_the_schema(path):
     if "joints" not in tree:
         parts = {key: tree.pop(key) for key in ("gearbox", "bearing") if key in tree}
         assert parts
+        if parts.get("bearing", {}).get("kind") in PAIRS:
+            # an arm's bearings stand in pairs: a single one has the keys of its pair but for the span
+            parts["bearing"] |= {"kind": PAIRS[parts["bearing"]["kind"]], "span": "1 m"}
         tree = {"name": "x", **tree, "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **parts}]}
     elif isinstance(tree["joints"], dict):
         assert path.with_suffix(".urdf").exists()
