@@ -259,6 +259,12 @@ def test_a_range_over_two_turns_is_warned_of(urdf):
     assert "j1 may turn more than twice around" in found.doubts[0]
 
 
+def test_long_names_beside_the_chain_are_nobodys_concern(urdf):
+    """Programs join the names of parts; only the arm's own joints stand in tables."""
+    found = read(urdf(robot(*arm(), joint("x" * 150, "link2 " + "y" * 150, "fixed", ""), link("y" * 150))))
+    assert len(found.joints) == 3
+
+
 def test_a_balancer_is_named(urdf):
     """A URDF has no springs, so the shoulder seems to carry more than it does."""
     rod = joint("balance_rod", "link1 piston", "prismatic")

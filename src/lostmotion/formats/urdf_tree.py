@@ -27,7 +27,7 @@ _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "pl
 _BLANK: Final = " \t\r\n"
 _BLANKS: Final = re.compile(f"[{_BLANK}]+")
 _MOST_ELEMENTS: Final = 1000
-_LONGEST_NAME: Final = 80
+_LONGEST_NAME: Final = 200  # as programs join them; a joint of the arm has a shorter one
 
 
 @dataclass
