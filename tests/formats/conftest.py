@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lostmotion.errors import InputError, Problem
+from lostmotion.errors import InputError, Problem, legible
 from lostmotion.formats import read
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def mistakes(path: Path, sidecar: Path | None = None) -> list[Problem]:
         assert problem.found
         assert problem.expected
         assert problem.example
-        assert str(problem) in str(caught.value)
+        assert legible(str(problem)) in str(caught.value)
         assert max(map(len, str(problem).splitlines())) < 400
     return list(caught.value.problems)
 
