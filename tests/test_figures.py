@@ -61,6 +61,7 @@ def test_digits_of_single_figures():
     ]
     assert Figure(20.17, "µm", 13.6, 25.7).between == "14 … 26"
     assert Figure(20.17, "µm", 13.6, math.nan).between == "13.6 … ?"
+    assert f"{Figure(1.5412, 'mm', 1.4738, math.nan)} {Figure(1.5412, 'mm', 1.4738, math.inf).between}" == "1.54 mm 1.47 … ?"
     assert [str(Figure(value, "N")) for value in (12345.0, 999.6, 0.09996, 12345, np.int64(12345))] == [
         "12300 N",
         "1000 N",

@@ -77,14 +77,15 @@ class Figure:
         """Return the decimal place of the last digit of the value and of both ends.
 
         Without an interval three significant digits are printed. With one, the last digit is the second of the interval's width (JCGM 100:2008,
-        7.2.6, gives an uncertainty at most two digits), and no number has more than four significant digits.
+        7.2.6, gives an uncertainty at most two digits), and no number has more than four significant digits, three where an end is not known.
         """
         known = [abs(each) for each in (self.value, self.low, self.high) if math.isfinite(each)]
         spans = (self.high - self.low, self.high - self.value, self.value - self.low)
         width = next((abs(span) for span in spans if math.isfinite(span)), None)
         if width is None or not known:
             return _places(max(known, default=0.0), _DIGITS)
-        most = _places(max(known), _MOST_DIGITS)
+        closed = math.isfinite(self.low) and math.isfinite(self.high)
+        most = _places(max(known), _MOST_DIGITS if closed else _DIGITS)
         return most if width == 0 else min(_places(width, _DIGITS_OF_WIDTH), most)
 
 

@@ -82,7 +82,7 @@ def _verdict(found: Examined) -> str:
     if 0 < preloaded < 1:
         said.append(f"{100 * preloaded:.0f} % of the bearings built work under preload.")
     if found.settled.converged[1]:
-        said.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {tilt / ARCMIN:.2f}′ with the middle clearance.")
+        said.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {tilt / ARCMIN:.3g}′ with the middle clearance.")
     else:
         said.append("Nothing holds the shaft under this load.")
     return " ".join(said)
