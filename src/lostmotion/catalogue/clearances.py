@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final, Literal, NoReturn
+from typing import Any, Final, Literal, NoReturn, get_args
 
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
@@ -50,8 +50,12 @@ class Table:
 @functools.cache
 def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
     """Return the tables: clearances by kind of bearing, fits by kind of surface. In SI; of shafts and housings the common zones."""
-    of_formulas = {} if file == "clearances" else {name: _of_zones(zones) for name, zones in (("shaft", SHAFT_ZONES), ("housing", HOLE_ZONES))}
-    return of_formulas | {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in packaged(f"{file}.toml").items()}
+    found = {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in packaged(f"{file}.toml").items()}
+    if file == "clearances":
+        return found
+    # each seat before the ring that sits on it
+    found |= {"shaft": _of_zones(SHAFT_ZONES), "housing": _of_zones(HOLE_ZONES)}
+    return {name: found[name] for name in get_args(Surface)}
 
 
 def _of_zones(zones: tuple[str, ...]) -> Table:
