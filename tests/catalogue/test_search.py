@@ -110,7 +110,7 @@ def test_the_whole_catalogue_is_shown_without_a_question():
     assert {section.key for section in catalogue_sheet(Wanted(min_torque=1.0)).sections} == {"gearboxes"}
     facts = catalogue_sheet(Wanted()).facts
     assert len(facts["gearboxes"]) == len(gearboxes())
-    assert facts["bearings"] == ["deep-groove ball", "cylindrical roller", "shaft", "housing", "bearing bore", "bearing outside"]
+    assert facts["bearings"] == ["deep-groove ball", "cylindrical roller", "shaft", "bearing bore", "housing", "bearing outside"]
     assert "PLA" in facts["materials"]
     with pytest.raises(InputError, match="figures of gearboxes"):
         catalogue_sheet(Wanted(min_torque=1.0), "material")
