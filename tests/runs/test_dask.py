@@ -51,6 +51,40 @@ def test_a_scheduler_that_is_not_there_leaves_nothing(arm, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == [arm.name]
 
 
+DIES = """
+import subprocess, sys
+from pathlib import Path
+from lostmotion.errors import LostmotionError
+from lostmotion.runs import workers
+from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.store import Store
+
+scheduler = subprocess.Popen(
+    [sys.executable, "-c", "import asyncio; from distributed import Scheduler\\nasync def run():\\n"
+     "    async with Scheduler(host='127.0.0.1', port=0, dashboard=False) as it:\\n        print(it.address, flush=True); await it.finished()\\n"
+     "asyncio.run(run())"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+workers._SECONDS_TO_CONNECT = 60
+asked = order(Path(sys.argv[1]), poses=64, robots=20, visits=3, seed=1, block=1)
+try:
+    with workers.cluster(scheduler.stdout.readline().strip()) as connected:
+        scheduler.kill()
+        scheduler.wait()
+        carry_out(Store.begin(Path(sys.argv[2]), asked), 1, connected)
+except LostmotionError as error:
+    print(error)
+"""
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_early_is_one_message(arm, tmp_path):
+    """Killed before it hands out its first block: one message that the same command goes on, no traceback of ours or of Dask's."""
+    done = subprocess.run([sys.executable, "-c", DIES, arm, tmp_path / "run"], capture_output=True, text=True, check=False, timeout=240)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("the Dask scheduler is gone")
+    assert "the same command goes on" in done.stdout
+    assert "Traceback" not in done.stderr
+
+
 @pytest.mark.slow
 def test_a_killed_worker_changes_no_byte(arm, tmp_path):
     """On two worker processes, one of them killed in mid-run, a run leaves the same bytes as on a thread."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import logging
 from collections import deque
 from collections.abc import Callable  # noqa: TC003 - read by the named tuple
 from concurrent.futures import ThreadPoolExecutor
@@ -79,25 +80,49 @@ def on_dask(text: bytes, todo: Iterable[tuple[int, int]], cluster: Cluster) -> I
             if len(at) >= _AHEAD * max(workers(), 1):
                 return
 
-    running = as_completed(list(hand_out()), loop=client.loop)
-    for future in running:
+    # A scheduler that dies is noticed by whichever call asks it next: for its workers, to hand a block out, or for a result.
+    with _gone_in_one_message():
+        running = as_completed(list(hand_out()), loop=client.loop)
+    for future in _one_by_one(running):
         packed, versions = _result(future)
         yield *at.pop(future.key), packed, versions
-        future.release()
-        running.update(list(hand_out()))
+        with _gone_in_one_message():
+            future.release()
+            running.update(list(hand_out()))
+
+
+def _one_by_one(running: Iterable[Any]) -> Iterator[Any]:
+    """Give what is done as it comes; raises LostmotionError where nothing comes any more."""
+    each = iter(running)
+    while True:
+        with _gone_in_one_message():
+            future = next(each, None)
+        if future is None:
+            return
+        yield future
+
+
+@contextmanager
+def _gone_in_one_message() -> Iterator[None]:
+    """Say in one message that the scheduler is gone, whatever Dask calls that."""
+    from asyncio import CancelledError as Cancelled
+    from concurrent.futures import CancelledError
+
+    try:
+        yield
+    except (CancelledError, Cancelled, OSError, TimeoutError, RuntimeError) as error:
+        said = f"the Dask scheduler is gone ({type(error).__name__}: {shown(error)})"
+        raise LostmotionError(f"{said}\n  what is done is kept; the same command goes on") from error
 
 
 def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: ANN401 - Dask publishes no types
-    from concurrent.futures import CancelledError
-
     from distributed import KilledWorker
 
     try:
-        packed, versions = future.result()
+        with _gone_in_one_message():
+            packed, versions = future.result()
     except KilledWorker as error:
         raise LostmotionError(f"the workers of one block died again and again: {error}\n  look at their memory; the same command goes on") from error
-    except (CancelledError, OSError) as error:
-        raise LostmotionError(f"the Dask scheduler is gone ({error})\n  what is done is kept; the same command goes on") from error
     return packed, versions
 
 
@@ -111,6 +136,8 @@ def cluster(address: str) -> Iterator[Cluster]:
     check_address(address)
     from distributed import Client, LocalCluster
     from distributed.comm import resolve_address
+
+    _silence_logs()
 
     if local is None:
         try:
@@ -127,6 +154,13 @@ def cluster(address: str) -> Iterator[Cluster]:
         Client(cluster, set_as_default=False) as client,
     ):
         yield Cluster(client, lambda: local)
+
+
+def _silence_logs() -> None:
+    """Keep Dask from logging tracebacks of its own where a scheduler or a worker dies: one message says so."""
+    for name in ("distributed", "tornado", "asyncio", *list(logging.root.manager.loggerDict)):
+        if name.partition(".")[0] in {"distributed", "tornado", "asyncio"}:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _local_workers(address: str) -> int | None:
