@@ -6,6 +6,7 @@ from collections import Counter
 
 import pytest
 
+from lostmotion.errors import InputError
 from tests.formats.fuzzed import LONGEST, formats, outcomes
 
 
@@ -39,3 +40,12 @@ def test_twenty_thousand_spoiled_files_are_refused_or_read(tmp_path):
     counts = look_at(tmp_path, 20_000)
     for kind in formats(tmp_path):
         assert min(counts[kind.name, said] for said in ("read", "refused")) > 50, (kind.name, counts)
+
+
+@pytest.mark.parametrize("text", ["\x1f3", "3\u2028", "\u0663", "\x1f\n3"])
+def test_a_pose_number_of_other_characters_is_refused(tmp_path, text):
+    """Separators that no keyboard has, and digits of other scripts, are one mistake."""
+    place = next(kind for kind in formats(tmp_path) if kind.name == "place.txt")
+    (tmp_path / place.name).write_bytes(text.encode("utf-8"))
+    with pytest.raises(InputError):
+        place.read(tmp_path / place.name)

@@ -151,6 +151,7 @@ elsewhere = 1
         '[sweep]\n"payload.mass" = [2020-01-01]',
         '[sweep]\n"payload.mass" = { from = "-1 kg", to = "1 kg", steps = 3, spacing = "log" }',
         '[sweep]\n"payload.mass" = { from = "1 kg", to = "2 kg", steps = 1001 }',
+        f'[sweep]\n"gearboxes.small.ratio" = {{ from = 1, to = {"9" * 400}, steps = 3 }}',
         '[sweep]\n"payload.mass" = ["1 kg"]\npayload.mass = ["2 kg"]',
         '[sweep]\n"name.x" = ["1 kg"]',
         "[sweep]\n" + "\n".join(f'"gearboxes.small.k{k}" = {{ from = 1, to = 2, steps = 1000 }}' for k in range(5)),

@@ -30,7 +30,7 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
 
     Raises InputError with every mistake: joints that are unknown, missing or named twice, values without a unit of their kind or outside the limits.
     """
-    if re.fullmatch(r"\s*\d{1,9}\s*", text):
+    if re.fullmatch(r"[ \t\r\n]*[0-9]{1,9}[ \t\r\n]*", text):  # \s has more characters than int() takes
         return int(text)
     joints = {joint.name: joint for joint in arm.moving}
     example = " ".join(f"{name}={'10mm' if isinstance(joint, PrismaticJoint) else '30deg'}" for name, joint in joints.items())

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
@@ -218,7 +219,7 @@ def _amount(value: Any) -> tuple[float, str] | None:  # noqa: ANN401 - whatever 
     if isinstance(value, bool):
         return None
     if isinstance(value, int | float):
-        return (float(value), "") if math.isfinite(value) else None
+        return (float(value), "") if abs(value) <= sys.float_info.max else None  # a whole number may be beyond every float
     match = _AMOUNT.match(value) if isinstance(value, str) else None
     number = float(match["number"]) if match else math.nan
     return (number, (match["unit"] or "").strip()) if match and math.isfinite(number) else None
