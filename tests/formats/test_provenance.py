@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import itertools
 import json
+import tomllib
 
 import pytest
 
+import lostmotion
 from lostmotion.catalogue import materials
 from lostmotion.errors import InputError
 from lostmotion.formats import read
 from lostmotion.formats.designs import read_design
+from lostmotion.formats.sized import sized_text
 from lostmotion.studies.provenance import AssumedValue, states
 from tests.formats.conftest import EXAMPLES, JOINT, mistakes
 
@@ -186,3 +189,17 @@ def test_all_mistakes_in_lists_come_at_once(tmp_path):
     found = {problem.key.rpartition(".")[0] for problem in caught.value.problems}
     assert found == {"gearboxes.g", "joints.A", "joints.B.encoder"}
     assert len(list(itertools.chain(caught.value.problems))) == 3
+
+
+def test_a_section_that_was_sized_is_not_assumed_any_more(tmp_path):
+    """The sized file keeps what else is assumed, and where values come from; the arm in memory agrees."""
+    text = 'name = "x"\n[payload]\nmass = "5 kg"\nassumed = ["mass"]\nsource = "brief"\n' + JOINT + 'axis = "y"\n'
+    text += '[joints.link]\nlength = "500 mm ± 1 mm"\nsection = { kind = "tube", outer = "60 mm", wall = "3 mm" }\nmaterial = "steel"\n'
+    path = written(tmp_path / "arm.toml", text + 'assumed = ["length", "section"]\nsource = "sketch"\n')
+    found = lostmotion.size(lostmotion.read(path), poses=16).found
+    sized = tomllib.loads(sized_text(path, None, found))
+    assert sized["joints"][0]["link"]["assumed"] == ["length"]
+    assert sized["joints"][0]["link"]["source"] == "sketch"
+    assert sized["payload"]["assumed"] == ["mass"]
+    again = read(written(tmp_path / "sized.toml", sized_text(path, None, found)))
+    assert again.joints[0].link.assumed == found.sized.joints[0].link.assumed == ("length",)
