@@ -93,7 +93,7 @@ WORDS_OF_A_FILE = re.compile(r"[A-Za-z_]{2,30}")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 UNIT = re.compile(r"(?<=\d )[A-Za-zµ°%/]+(?: [a-z/]+)?")
 QUOTED = re.compile(r'"[^"\n]*"')
-LONGEST = 20.0  # s, that any file may take
+LONGEST = 20.0  # s of the processor, that any file may take
 
 
 class Format(NamedTuple):
@@ -238,7 +238,7 @@ _CHANGES = (_number, _number, _number, _unit, _word, _word, _value, _value, _lin
 
 
 class Outcome(NamedTuple):
-    """What became of one file: refused, read, or wrong with what was raised, and the seconds it took."""
+    """What became of one file: refused, read, or wrong with what was raised, and the processor seconds it took."""
 
     format: str
     number: int
@@ -258,7 +258,7 @@ def outcomes(folder: Path, first: int, last: int, seed: int = 1):
         raw = spoiled(chance.choice(kind.seeds), others if chance.random() < 0.2 else kind.seeds, chance)
         path = folder / kind.name
         path.write_bytes(raw)
-        begin = time.perf_counter()
+        begin = time.process_time()
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
@@ -268,7 +268,7 @@ def outcomes(folder: Path, first: int, last: int, seed: int = 1):
             said = "refused" if str(error).isprintable() or _plain(str(error)) else "wrong: control characters in the message: " + ascii(str(error))
         except Exception:  # noqa: BLE001 - whatever else is raised is what is looked for
             said = "wrong: " + traceback.format_exc(limit=-6)
-        seconds = time.perf_counter() - begin
+        seconds = time.process_time() - begin
         path.unlink()
         if set(os.listdir(folder)) != left:  # noqa: PTH208 - names alone
             said = "wrong: left files behind"
