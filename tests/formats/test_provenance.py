@@ -121,6 +121,9 @@ def test_a_reducer_of_the_catalogue_says_which_values_are_limits(tmp_path):
         assert gearbox.source
         assert "backlash" not in limits or "0.4 arcmin" not in text
     assert gearbox.source.startswith("test report; the rest: ")
+    long = own.replace("test report", "t" * 300)
+    assert read(written(tmp_path / "long.toml", long)).moving[0].gearbox.source == "t" * 300
+    assert mistakes(written(tmp_path / "longer.toml", own.replace("test report", "t" * 301)))
 
 
 def test_a_sidecar_keeps_what_it_says_of_its_values(tmp_path):

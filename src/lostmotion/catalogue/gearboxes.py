@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
-from lostmotion.parts.provenance import NO_VALUES
+from lostmotion.parts.provenance import LONGEST_SOURCE, NO_VALUES
 from lostmotion.parts.source import AngleAmount, AngularStiffness, Inertia, Line, Part, PlayDim, TorqueAmount
 from lostmotion.units import Quantity
 
@@ -173,6 +173,8 @@ class GearboxRow(_Printed):
         own = stated.get("source")
         known = f"{self.source}; typical: {self.typical['source']}" if typical else self.source
         source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
+        if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # an own source that is too long by itself is refused by the model
+            source = source[:LONGEST_SOURCE]
         # what the user wrote of the origin goes with the row's own, unless it is no text: then the model says what is wrong with it
         origin: dict[str, Any] = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
         assumed = stated.get("assumed", [])
