@@ -102,7 +102,7 @@ def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[An
         other = "bearing" if kind == "gearbox" else "gearbox"
         found = f"a {other}; 'lostmotion {_COMMANDS[other]}' reads it" if other in tree else f"no {kind}, and no joints"
         refuse(file, kind, found, f"a {kind} by itself, or an arm with joints", _EXAMPLES[kind])
-    alone = kind == "bearing" and isinstance(tree[kind], dict) and tree[kind].get("kind") in PAIRS
+    alone = kind == "bearing" and isinstance(tree[kind], dict) and tree[kind].get("kind") in list(PAIRS)
     refusals = []
     for joint in _JOINTS:
         draft = _draft(file, stem, copy.deepcopy(tree), kind, dict(joint), alone=alone)
