@@ -116,7 +116,7 @@ def test_budget_bars_add_to_the_whole():
     assert list(figure.data[0].x[:-1]) == sorted(figure.data[0].x[:-1], reverse=True)
 
 
-def test_budget_names_the_dearest_part_first():
+def test_budget_names_the_largest_contributor_first():
     """The bar on top is the part that costs most."""
     study = small_study()
     assert plots.budget(study).layout.yaxis.ticktext[0] == costs(study.sampled.tally)[0].part.removeprefix("joints.")

@@ -89,7 +89,7 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
     tiles = {card.title: (card.number, card.quiet) for card in sheet.cards}
     assert tiles["95 % of positions within"] == (str(row), f"interval {row.between}")
     assert tiles["95 % of positions within, x 100 … 600 mm"][0] == str(inside)
-    assert tiles["dearest part, share of mean square"][1] in sheet.verdict
+    assert tiles["largest contributor, share of mean square"][1] in sheet.verdict
     # One sentence for the study by both routes: Monte Carlo's own.
     assert study.sheet.verdict.count("Expect 95 % of positions") == 1
 
@@ -102,7 +102,7 @@ def test_what_is_not_told_without_sampling_is_said_in_a_sentence():
     first, _, rest = sheet.verdict.partition(". ")
     assert first.startswith("Without sampling the 95 % error is not told")
     assert "--method montecarlo" in first
-    assert "The dearest part is" in rest
+    assert "Largest contributor:" in rest
     assert f"The root mean square over all poses is {length(alone.budget.rms)}." in rest
     assert sheet.cards[0].number == "not known"
 

@@ -397,7 +397,7 @@ def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
-def test_the_sheet_names_the_dearest_parts_and_says_what_can_be_done(swept):
+def test_the_sheet_names_the_largest_contributors_and_says_what_can_be_done(swept):
     """A column for each part, shares that add to all of it; calibration takes what is constant, as in the sheet of one arm."""
     sections = {section.key: section for section in swept.sheet.sections}
     parts = sections["parts"]

@@ -216,21 +216,21 @@ def test_halving_is_what_a_second_run_finds(arm, monkeypatch, by):
     poses = sample_poses(arm, 64)
     found = halving(arm, poses, 40, 4, 1, by=by)
     for gains, label in ((found.gains, label_of(by)), (found.causes, label_of("cause"))):
-        dearest = max(gains, key=lambda name, gains=gains: gains[name].value)
+        largest = max(gains, key=lambda name, gains=gains: gains[name].value)
 
-        def halved(*words, label=label, dearest=dearest, **options):
+        def halved(*words, label=label, largest=largest, **options):
             matrix = screws(*words, **options)
-            return scaled(matrix, np.array([0.5 if label(info) == dearest else 1.0 for info in matrix.infos]))
+            return scaled(matrix, np.array([0.5 if label(info) == largest else 1.0 for info in matrix.infos]))
 
         monkeypatch.setattr(montecarlo, "screws", halved)
         again = montecarlo.run(arm, poses, 40, 4, 1)
-        gain = gains[dearest]
+        gain = gains[largest]
         assert gain.value == pytest.approx(found.before - quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9)
         assert gain.low < gain.value < gain.high
 
 
 def test_halving_at_a_pose_is_what_sums_over_terms_find():
-    """At one pose of the Z-arm, by 65 536 robots: within its interval and 3 % of the figure without sampling, for the dearest three parts."""
+    """At one pose of the Z-arm, by 65 536 robots: within its interval and 3 % of the figure without sampling, for the largest three parts."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q[5:6])

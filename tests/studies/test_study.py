@@ -101,16 +101,16 @@ def test_shares_add_to_one_and_halving_is_what_a_second_run_finds(arm):
 
 
 def test_halving_a_part_that_makes_no_error_buys_nothing(arm):
-    """The paired run finds exactly zero for a part with no lever on the tool, and a gain for the dearest."""
+    """The paired run finds exactly zero for a part with no lever on the tool, and a gain for the largest."""
     arm = arm_of(2, link={"length": 0.0}).model_copy(
         update={"joints": (*arm_of(1).joints, arm_of(2, link={"length": 0.0}, bearing=None, mounting=None).joints[1])}
     )
     poses = sample_poses(arm, 64)
     found = halving(arm, poses, 100, 4, 1)
     assert found.gains["joints.A.gearbox"].value == 0  # turns the tool about itself
-    dearest = costs(Tally.of(screws(arm, poses.q)))[0].part
-    assert found.gains[dearest].value == max(gain.value for gain in found.gains.values())
-    assert found.gains[dearest].low > 0
+    largest = costs(Tally.of(screws(arm, poses.q)))[0].part
+    assert found.gains[largest].value == max(gain.value for gain in found.gains.values())
+    assert found.gains[largest].low > 0
 
 
 def test_repeatability_has_the_constants_of_the_standard():

@@ -39,7 +39,7 @@ class Blamed:
         return states(self.arm)
 
     def costs(self, by: By = "part", *, pose: int | str | Floats | Amounts | None = None, zone: Zone | None = None) -> list[Cost]:
-        """Which part, cause, level or term costs how much, the dearest first: over all poses, at one of them, or in a zone? Exact, no sampling.
+        """Which part, cause, level or term costs how much, the largest first: over all poses, at one of them, or in a zone? Exact, no sampling.
 
         pose  its number in the study, "A=30deg B=-10deg", or joint values (joint,), text with a unit or rad and m
         zone  "x 0.2..0.5 m" in the base's axes, ends as amounts, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)

@@ -70,13 +70,13 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
     told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
     halved = halved_sections("halving", "What halving takes off the 95 % error", blame)
-    dearest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
+    largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
-        verdict=_verdict(told, dearest, blame, known),
-        cards=bounded_cards(_cards(section, told, dearest), known, ("95 % of", "mean", "root", "worst")),
+        verdict=_verdict(told, largest, blame, known),
+        cards=bounded_cards(_cards(section, told, largest), known, ("95 % of", "mean", "root", "worst")),
         sections=(
             section,
             *in_zones,
@@ -100,8 +100,8 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     )
 
 
-def _verdict(told: dict[str, Figure], dearest: Cost | None, blame: Budget, known: States) -> str:
-    """Say how far off the tool is, over all poses ("") and in each zone, and which part is dearest."""
+def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known: States) -> str:
+    """Say how far off the tool is, over all poses ("") and in each zone, and which part contributes most."""
     said = []
     for zone, figure in told.items():
         where = f"In the zone {zone} expect 95 % within" if zone else "Expect 95 % of positions within"
@@ -114,13 +114,13 @@ def _verdict(told: dict[str, Figure], dearest: Cost | None, blame: Budget, known
             said.append(f"Without sampling the 95 % error{here} is not told, for the error is too far from normal; {_REMEDY}.")
     if not math.isfinite(told[""].value):
         said.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
-    if dearest is not None:
-        share = Figure(100 * dearest.share, "%")
-        said.insert(1, f"The dearest part is {dearest.part.removeprefix('joints.')} with {share} of the mean-square error.")
+    if largest is not None:
+        share = Figure(100 * largest.share, "%")
+        said.insert(1, f"Largest contributor: {largest.part.removeprefix('joints.')} with {share} of the mean-square error.")
     return " ".join([*said, *limits_said(known), *assumed_said(known)])
 
 
-def _cards(section: Section, told: dict[str, Figure], dearest: Cost | None) -> list[Card]:
+def _cards(section: Section, told: dict[str, Figure], largest: Cost | None) -> list[Card]:
     """Show the figures that are asked for first, each with its interval."""
     wanted = (
         ("95 % of positions within", "95 % below"),
@@ -132,8 +132,8 @@ def _cards(section: Section, told: dict[str, Figure], dearest: Cost | None) -> l
     found = [(title, row.figures[0]) for title, row in rows if row is not None]
     found += [(f"95 % of positions within, {zone}", figure) for zone, figure in told.items() if zone]
     out = [Card(title, str(figure), f"interval {figure.between}" if figure.between else "") for title, figure in found]
-    if dearest is not None:
-        out.append(Card("dearest part, share of mean square", str(Figure(100 * dearest.share, "%")), dearest.part.removeprefix("joints.")))
+    if largest is not None:
+        out.append(Card("largest contributor, share of mean square", str(Figure(100 * largest.share, "%")), largest.part.removeprefix("joints.")))
     return out
 
 

@@ -206,7 +206,7 @@ def _check(answer: Answer) -> Section:
 
 
 def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
-    """Say in a sentence or three what the user asked: how far off, which part is dearest, how well it repeats."""
+    """Say in a sentence or three what the user asked: how far off, which part contributes most, how well it repeats."""
     error = find_row(found, "error", "95 % below")
     said = []
     if error is not None:
@@ -216,7 +216,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
         said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}.")
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
-        said.append(f"The dearest part is {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
+        said.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
     repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
     if repeats is not None:
         said.append(repeats_said(str(repeats.figures[0]), known))
@@ -261,7 +261,7 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
     ]
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts:
-        cards.append(Card("dearest part, share of mean square", str(parts[0].figures[1]), parts[0].label))
+        cards.append(Card("largest contributor, share of mean square", str(parts[0].figures[1]), parts[0].label))
     for zone, row in _in_zones(found, answer):
         figure = row.figures[0]
         cards.append(Card(f"95 % of positions within, {zone.name}", str(figure), f"interval {figure.interval}" if figure.interval else ""))

@@ -206,7 +206,7 @@ def _masses(order: Order, chosen: Sequence[Outcome]) -> Section:
 
 
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
-    """Lay out what the dearest parts cost in each design, a column for each part: those that cost most over the designs shown."""
+    """Lay out the shares of the largest contributors in each design, a column for each part: those that cost most over the designs shown."""
     exact = f"exact sum over terms, {several(order.poses, 'pose')}"
     shares = [{cost.part.removeprefix("joints."): cost.share for cost in each.costs} for each in chosen]
     names = sorted({name for each in shares for name in each}, key=lambda name: (-sum(each.get(name, 0.0) for each in shares), name))
@@ -217,8 +217,8 @@ def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
             break
         rest = sum(share for name, share in of.items() if name not in shown)
         figures = (Figure(100 * share, "%", samples=exact) for share in (*(of.get(name, 0.0) for name in shown), rest))
-        dearest = max(of, key=lambda name: of[name])
-        rows.append(Row(design_said(order, each.design), tuple(figures), "" if dearest == shown[0] else f"dearest here: {dearest}"))
+        largest = max(of, key=lambda name: of[name])
+        rows.append(Row(design_said(order, each.design), tuple(figures), "" if largest == shown[0] else f"largest contributor here: {largest}"))
     note = "shares of the mean-square error; the part that costs most over these designs comes first"
     return Section("parts", "Which part is to blame", (*shown, "all others"), tuple(rows), note)
 

@@ -211,7 +211,7 @@ def _budget(found: Zones) -> Section | None:
     for cost in first.costs:
         figures = tuple(Figure(100 * of.get(cost.part, 0.0), "%", samples=counted) for of, counted in zip(shares, said, strict=True))
         rows.append(Row(cost.part.removeprefix("joints."), figures))
-    note = f"shares of the mean-square error, exact sums over terms at the poses that the figures rest on ({by_said(found)}); the dearest first"
+    note = f"shares of the mean-square error, exact sums over terms at the poses that the figures rest on ({by_said(found)}); the largest first"
     return Section("budget", "Which part is to blame, where", tuple(each.zone for each in found.budgets), tuple(rows), note)
 
 

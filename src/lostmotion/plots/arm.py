@@ -53,7 +53,7 @@ def plots(answer: Answer) -> list[Plot]:
             lambda answer: waterfall(answer.waterfall),
             "Waterfall of the 95 % error: as built, less what calibration, load compensation and mapping take off.",
         ),
-        ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the dearest on top."),
+        ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the largest on top."),
         (
             "causes",
             "causes",

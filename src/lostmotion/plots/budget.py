@@ -58,7 +58,7 @@ def levels(found: Budget) -> go.Figure:
 
 
 def budget(answer: Answer) -> go.Figure:
-    """Which part is to blame? Shares of the mean-square error in %, the dearest on top, adding to 100; a negative one cancels others."""
+    """Which part is to blame? Shares of the mean-square error in %, the largest on top, adding to 100; a negative one cancels others."""
     import plotly.graph_objects as go
 
     found = costs(answer.sampled.tally)

@@ -147,7 +147,7 @@ def share_by_error(found: Zones) -> go.Figure:
 
 
 def budget_by_zone(found: Zones) -> go.Figure:
-    """Which part costs which share of the mean square (%), in each zone? The dearest of the first zone on top."""
+    """Which part costs which share of the mean square (%), in each zone? The largest contributor of the first zone on top."""
     import plotly.graph_objects as go
 
     first = found.budgets[0].costs[:_PARTS_SHOWN]

@@ -142,7 +142,7 @@ class Cost:
 
 
 def costs(tally: Tally) -> list[Cost]:
-    """What does each part cost over the poses tallied, the dearest first? Exactly nothing where only rounding makes it move the tool (`NOTHING`)."""
+    """What does each part cost over the poses tallied, the largest first? Exactly nothing where only rounding makes it move the tool (`NOTHING`)."""
     mean_square = tally.total / tally.poses
     visits = np.full(len(tally.owners), np.nan) if tally.of_visits is None else tally.of_visits
     out = []
