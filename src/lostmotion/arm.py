@@ -13,12 +13,13 @@ from pydantic import Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.parts.base import Base
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.holding import holdings, spread_evenly
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Place, Vector
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import OF_HELD, Condition, Force, Holding, Line, Mass, Part, Term, Torque
-from lostmotion.spatial import combined, cross, inverse, mapped, motion
+from lostmotion.parts.remarks import remarks_on
+from lostmotion.parts.source import Condition, Force, Holding, Line, Mass, Part, Term, Torque
+from lostmotion.spatial import combined, cross, into, inverse, mapped, motion, out_of
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 STANDARD_GRAVITY = 9.80665
+# What an arm counts as carrying at least where friction is assumed, kg.
+_LEAST_HELD: Final = 0.1
 LONGEST_NAME: Final = 80
 LONGEST_NOTE: Final = 300
 MOST_NOTES: Final = 200
@@ -118,32 +121,7 @@ class Arm(Part):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return the notes, and what is not stated: springs of drawn gearboxes, friction, masses of gearboxes."""
-        return (*self.notes, *self._corrected(), *self._rigid_springs(), *self._frictions_assumed(), *self._masses_of_gearboxes())
-
-    def _corrected(self) -> tuple[str, ...]:
-        corrected = ", ".join(joint.name for joint in self.moving if joint.corrected)
-        said = "its wind-up and backlash are taken as corrected by the controller, but for backlash that a load below the friction leaves open"
-        return (f"encoder on the output of {corrected}: {said}",) if corrected else ()
-
-    def _rigid_springs(self) -> tuple[str, ...]:
-        silent: dict[str, list[str]] = {}
-        for joint in self.moving:
-            if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
-                silent.setdefault(joint.gearbox.rigid_said, []).append(joint.name)
-        return tuple(f"gearbox of {', '.join(joints)}: taken as rigid, for nothing is said of {rigid}" for rigid, joints in silent.items())
-
-    def _frictions_assumed(self) -> tuple[str, ...]:
-        grouped: dict[tuple[str, str, str], dict[str, str]] = {}
-        turning = [joint.name for joint in self.joints if isinstance(joint, RevoluteJoint)]
-        for (joint, part), friction in self.assumed_friction.items():
-            unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
-            grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
-        return tuple(
-            f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose on any slope' if reason == OF_HELD else ''} "
-            f"({', '.join(dict.fromkeys(loads.values()))} {unit}); "
-            "a smaller load does not close the play"
-            for (part, reason, unit), loads in grouped.items()
-        )
+        return (*self.notes, *remarks_on(self))
 
     @functools.cached_property
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:
@@ -167,26 +145,14 @@ class Arm(Part):
 
     @functools.cached_property
     def _holdings(self) -> tuple[Holding, ...]:
-        return _holdings(self)
+        at = frames(self, spread_evenly(self.limits))
+        return holdings(self, at, _wrenches(self, at, self.payload, np.zeros(3)), _LEAST_HELD * STANDARD_GRAVITY)
 
     def carrying(self, payload: Payload) -> Self:
         """Give the arm with another payload and the drives that it has, so with the friction that is assumed of them under its own payload."""
         other = self.model_copy(update={"payload": payload})
         other.__dict__["_holdings"] = self._holdings
         return other
-
-    def _masses_of_gearboxes(self) -> list[str]:
-        stated = [joint for joint in self.moving if joint.gearbox is not None and joint.gearbox.mass]
-        own = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is None and joint.gearbox is not None]
-        within = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is not None and joint.gearbox is not None]
-        notes = []
-        if own:
-            notes.append(f"gearbox masses that weigh at their joints, for which no mass is stated: {', '.join(own)}")
-        if within:
-            notes.append(f"gearbox masses that the stated mass of the joint or link includes, so that they are not added: {', '.join(within)}")
-        if self.unweighed:
-            notes.append(f"mass of {', '.join(self.unweighed)} not stated: counted as none")
-        return notes
 
     @property
     def mass(self) -> float:
@@ -257,16 +223,6 @@ def frames(arm: Arm, q: Floats) -> Floats:
     return out.transpose(0, 3, 1, 2)
 
 
-def _out_of(frame: Floats, vector: Floats) -> Floats:
-    """Give in the base's axes (pose, 3) what is one vector (3,) in the axes of each of the frames (pose, 4, 4)."""
-    return np.asarray(combined(frame.transpose(1, 2, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
-
-
-def _into(frame: Floats, vector: Floats) -> Floats:
-    """Give in the axes of each of the frames (pose, 4, 4) what is one vector (3,) in the base's axes."""
-    return np.asarray(combined(frame.transpose(2, 1, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
-
-
 def tool_points(arm: Arm, q: Floats) -> Floats:
     """Where is the tool point? (pose, 3), m, base frame: `frames(arm, q)[-1, :, :3, 3]` at a tenth of the time, for clouds of poses."""
     values = as_poses(arm, q)
@@ -313,7 +269,7 @@ class _Carried:
 
     def weigh(self, frame: Floats, mass: float, centre: Floats) -> None:
         if mass:
-            self.push(frame[:, :3, 3] + _out_of(frame, np.asarray(centre, dtype=float)), mass * self.gravity)
+            self.push(frame[:, :3, 3] + out_of(frame, np.asarray(centre, dtype=float)), mass * self.gravity)
 
     def push(self, point: Floats, force: Floats) -> None:
         self.force = self.force + force
@@ -334,9 +290,9 @@ def _wrenches(arm: Arm, at: Floats, payload: Payload, gravity: Floats) -> Floats
     carried.weigh(tool, payload.mass, np.array(payload.centre_of_mass))
     carried.weigh(tool, arm.tool.mass, np.array(arm.tool.centre_of_mass))
     if any(payload.force):
-        carried.push(tool[:, :3, 3], _out_of(tool, np.array(payload.force)))
+        carried.push(tool[:, :3, 3], out_of(tool, np.array(payload.force)))
     if any(payload.moment):
-        carried.moment = carried.moment + _out_of(tool, np.array(payload.moment))
+        carried.moment = carried.moment + out_of(tool, np.array(payload.moment))
     note(len(at) - 1)
     for k, joint in reversed(list(enumerate(arm.joints))):
         note(3 * k + 3)
@@ -391,50 +347,6 @@ def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None
     return np.column_stack(out)
 
 
-# What an arm counts as carrying at least where friction is assumed, kg.
-_LEAST_HELD: Final = 0.1
-_HELD_AT: Final = 256
-
-
-def _holdings(arm: Arm) -> tuple[Holding, ...]:
-    """Give `Arm.holding` of every joint: weight and moment of all outboard of it, turned to where they pull hardest, and the process force."""
-    at = frames(arm, _spread_evenly(arm))
-    process = _wrenches(arm, at, arm.payload, np.zeros(3))
-    grams = arm.payload.mass, arm.tool.mass
-    tips = [at[-1, :, :3, 3] + _out_of(at[-1], np.array(centre)) for centre in (arm.payload.centre_of_mass, arm.tool.centre_of_mass)]
-    mass, moved = sum(grams), sum(weight * tip for weight, tip in zip(grams, tips, strict=True))
-    start = next(3 * k + 1 for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint))
-    reach = max(float(np.linalg.norm(point - at[start, :, :3, 3], axis=-1).max()) for point in (at[-1, :, :3, 3], *tips))
-    least = _LEAST_HELD * STANDARD_GRAVITY
-    out = []
-    for k, joint in reversed(list(enumerate(arm.joints))):
-        seat, here = at[3 * k + 1], at[3 * k + 2]
-        mass += joint.link.total_mass
-        moved = moved + joint.link.total_mass * (here[:, :3, 3] + _out_of(here, np.asarray(joint.link.mass_centre, dtype=float)))
-        lever = moved - mass * here[:, :3, 3]
-        turning = joint.twist[:3].any()
-        hung = np.linalg.norm(cross(_out_of(here, joint.twist[:3]), lever), axis=-1) if turning else np.full(len(lever), mass * joint.twist.any())
-        asked = np.abs(mapped(joint.twist, process[3 * k + 2])), *(np.linalg.norm(part, axis=-1) for part in np.split(process[3 * k + 2], 2, axis=-1))
-        load, moment, force = (
-            float((arm.gravity * weight + more).max())
-            for weight, more in zip((hung, np.linalg.norm(lever, axis=-1), np.full(len(lever), mass)), asked, strict=True)
-        )
-        out.append(Holding(max(load, least * (reach if turning else 1.0)), max(force, least), max(moment, least * reach)))
-        mass += joint.total_mass
-        moved = moved + joint.total_mass * (seat[:, :3, 3] + _out_of(seat, np.array(joint.centre_of_mass)))
-    return tuple(reversed(out))
-
-
-def _spread_evenly(arm: Arm) -> Floats:
-    """Give poses (pose, joint) between the joints' limits: multiples of powers of the generalised golden ratio (M. Roberts 2018), never at random."""
-    joints = len(arm.moving)
-    ratio = 2.0
-    for _ in range(60):
-        ratio = (1 + ratio) ** (1 / (joints + 1))  # the root of x^(joints + 1) = x + 1
-    share = (0.5 + np.arange(_HELD_AT)[:, None] * ratio ** -np.arange(1.0, joints + 1)) % 1.0
-    return arm.limits[:, 0] + share * (arm.limits[:, 1] - arm.limits[:, 0])
-
-
 def terms(arm: Arm, q: Floats, *, approach: float | Floats = 0.0, at: Floats | None = None) -> list[PlacedTerm]:
     """Which elementary errors does every part of the arm make at these poses? In walking order.
 
@@ -450,7 +362,7 @@ def conditions(arm: Arm, q: Floats, at: Floats, approach: float | Floats = 0.0) 
     """What does every part feel at these poses? Its owner's name, the index of its place, the part, the condition there; `at` are the frames at q."""
     carried = _wrenches(arm, at, arm.payload, arm.gravity_in_base)
     for owner, place, angle, arriving, axis, source in _sources(arm, q, np.broadcast_to(np.asarray(approach, dtype=float), q.shape)):
-        gravity = _into(at[place], arm.gravity_in_base)
+        gravity = into(at[place], arm.gravity_in_base)
         joint, end = divmod(place - 1, 3)
         holding = functools.partial(arm.holding, joint) if end == 1 else Holding
         yield owner, place, source, Condition(angle, axis, carried[place], gravity, arriving, holding)

@@ -73,6 +73,16 @@ def combined(parts: Floats, matrix: Matrix, out: Floats | None = None) -> Floats
     return result
 
 
+def out_of(frame: Floats, vector: Floats) -> Floats:
+    """Return in the base's axes (pose, 3) a vector (3,) that is the same in the axes of each of the frames (pose, 4, 4)."""
+    return np.asarray(combined(frame.transpose(1, 2, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
+
+
+def into(frame: Floats, vector: Floats) -> Floats:
+    """Return in the axes of each of the frames (pose, 4, 4) one vector (3,) of the base's axes; the result has shape (pose, 3)."""
+    return np.asarray(combined(frame.transpose(2, 1, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
+
+
 def across(axis: Floats) -> tuple[Floats, Floats]:
     """Which two unit directions (3,) lie across a unit axis (3,), and across each other?"""
     round_axis = skew(axis)

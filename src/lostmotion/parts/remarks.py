@@ -1,0 +1,59 @@
+"""Remarks on an arm: what its file does not state, and what an encoder on the output corrects."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.joint import RevoluteJoint
+from lostmotion.parts.source import OF_HELD
+
+if TYPE_CHECKING:
+    from lostmotion.arm import Arm
+
+
+def remarks_on(arm: Arm) -> tuple[str, ...]:
+    """Return, in a sentence each, what encoders correct, members taken as rigid, assumed friction, and masses of gearboxes."""
+    return (*_corrected(arm), *_rigid_members(arm), *_assumed_frictions(arm), *_masses_of_gearboxes(arm))
+
+
+def _corrected(arm: Arm) -> tuple[str, ...]:
+    corrected = ", ".join(joint.name for joint in arm.moving if joint.corrected)
+    said = "its wind-up and backlash are taken as corrected by the controller, but for backlash that a load below the friction leaves open"
+    return (f"encoder on the output of {corrected}: {said}",) if corrected else ()
+
+
+def _rigid_members(arm: Arm) -> tuple[str, ...]:
+    silent: dict[str, list[str]] = {}
+    for joint in arm.moving:
+        if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
+            silent.setdefault(joint.gearbox.rigid_said, []).append(joint.name)
+    return tuple(f"gearbox of {', '.join(joints)}: taken as rigid, for nothing is said of {rigid}" for rigid, joints in silent.items())
+
+
+def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
+    grouped: dict[tuple[str, str, str], dict[str, str]] = {}
+    turning = [joint.name for joint in arm.joints if isinstance(joint, RevoluteJoint)]
+    for (joint, part), friction in arm.assumed_friction.items():
+        unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
+        grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
+    return tuple(
+        f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose on any slope' if reason == OF_HELD else ''} "
+        f"({', '.join(dict.fromkeys(loads.values()))} {unit}); "
+        "a smaller load does not close the play"
+        for (part, reason, unit), loads in grouped.items()
+    )
+
+
+def _masses_of_gearboxes(arm: Arm) -> list[str]:
+    stated = [joint for joint in arm.moving if joint.gearbox is not None and joint.gearbox.mass]
+    own = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is None and joint.gearbox is not None]
+    within = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is not None and joint.gearbox is not None]
+    notes = []
+    if own:
+        notes.append(f"gearbox masses that weigh at their joints, for which no mass is stated: {', '.join(own)}")
+    if within:
+        notes.append(f"gearbox masses that the stated mass of the joint or link includes, so that they are not added: {', '.join(within)}")
+    if arm.unweighed:
+        notes.append(f"mass of {', '.join(arm.unweighed)} not stated: counted as none")
+    return notes
