@@ -8,10 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import lostmotion
+from lostmotion.cli import app
+from lostmotion.errors import InputError
 from lostmotion.figures import find_row
 from lostmotion.figures.first_order import failure, share_left_out
+from lostmotion.studies.large_errors import refuse_large_errors
 from lostmotion.studies.montecarlo.exact import ExactCheck, check
 from lostmotion.studies.poses import sample_poses
 from lostmotion.studies.screws import screws
@@ -87,3 +91,28 @@ def test_failure_begins_at_a_tenth_of_the_error():
     assert [bool(failure(ExactCheck(largest, largest, 10), 1e-3)) for largest in (1e-5, 5e-5, 2e-4)] == [False, False, True]
     assert share_left_out(ExactCheck(0.0, 0.0, 10), 0.0) == 0
     assert share_left_out(ExactCheck(1e-3, 1e-3, 10), math.inf) == math.inf
+
+
+@pytest.mark.parametrize("command", ["map", "target", "size"])
+def test_a_question_without_exact_composition_is_refused(tmp_path, command):
+    """Maps, targets and parts for a target of an arm whose play is sixty degrees are refused in words; with an arcminute they are answered."""
+    asked = {"map": [], "target": ["--error", "5 mm"], "size": ["--target", "5 mm"]}[command]
+    path = arm_with(tmp_path, "60 deg")
+    ran = CliRunner().invoke(app, [command, str(path), "--out", str(tmp_path / "out"), *asked])
+    assert isinstance(ran.exception, InputError)
+    assert "errors small enough to be added up" in str(ran.exception)
+    assert not (tmp_path / "out").exists()
+    refuse_large_errors(lostmotion.read(arm_with(tmp_path, "1 arcmin")))
+
+
+def test_the_limit_lies_near_eleven_degrees(tmp_path):
+    """A turn by a small angle a leaves its tangent by a/2 of the arc, a tenth of it at 0.2 rad: two joints of +-4 degrees pass, of +-16 not."""
+    text = ARM.replace('axis = "y"', 'axis = "z"')
+    one = tmp_path / "one.toml"
+    for play, passes in (("8 deg", True), ("32 deg", False)):
+        one.write_text(text.replace("1 arcmin ± 0.3 arcmin", play, 1), encoding="utf-8")
+        if passes:
+            refuse_large_errors(lostmotion.read(one))
+        else:
+            with pytest.raises(InputError, match="errors of up to"):
+                refuse_large_errors(lostmotion.read(one))

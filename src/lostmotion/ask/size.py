@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.large_errors import refuse_large_errors
 from lostmotion.studies.provenance import refuse_undescribed, states
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def size(  # noqa: PLR0913 - a sizing is these
     arm = an_arm(arm)
     if asked.get("target") is not None:
         refuse_undescribed(arm)  # before what the links lack: without errors there is nothing to keep a target
+        refuse_large_errors(arm)
     in_words = {name: _worded(name, value) for name, value in asked.items()}
     said = read_asked(None if by is None else a_path("by", by), in_words, arm, reducers)
     if said.plan.target is None:
@@ -74,6 +76,7 @@ def size(  # noqa: PLR0913 - a sizing is these
     from lostmotion.studies.sizing.aimed import Counts, aim
 
     refuse_undescribed(arm)
+    refuse_large_errors(arm)
     found = aim(
         arm,
         said.slots,

@@ -11,6 +11,7 @@ from lostmotion.ask.amounts import amounts
 from lostmotion.ask.settings import an_arm, chosen_poses, sign_of, whole_seed, zone_of
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import InputError, Problem, refuse_argument
+from lostmotion.studies.large_errors import refuse_large_errors
 from lostmotion.studies.provenance import refuse_undescribed, states
 from lostmotion.units import Quantity
 
@@ -67,6 +68,7 @@ def target(  # noqa: PLR0913 - a target is these numbers
     kind, value, of = _asked(error, repeatability, share)
     arm, sign, seed = an_arm(arm), sign_of(approach), whole_seed(seed)
     refuse_undescribed(arm)
+    refuse_large_errors(arm)
     workers = threads or os.cpu_count() or 1
     name = ""
     if zone is None:
@@ -150,6 +152,7 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     if isinstance(subject, Arm):
         seed = whole_seed(seed)
         refuse_undescribed(subject)
+        refuse_large_errors(subject)
         chosen = chosen_poses(subject, poses, "sobol", seed)
         return production_of(subject, chosen, value, judged=judged, share=of, robots=robots, visits=visits, seed=seed)
     if not isinstance(subject, Answer):

@@ -12,6 +12,7 @@ from lostmotion.ask.amounts import Three, amounts
 from lostmotion.ask.settings import an_arm, sign_of, whole_seed
 from lostmotion.ask.shown import Shown
 from lostmotion.errors import refuse_argument
+from lostmotion.studies.large_errors import refuse_large_errors
 from lostmotion.studies.provenance import refuse_undescribed, states
 from lostmotion.units import Quantity
 
@@ -78,6 +79,7 @@ def zones(
     if workers < 1:
         raise refuse_argument("threads", threads, "at least 1", "threads = 2")
     refuse_undescribed(arm)
+    refuse_large_errors(arm)
     return AccuracyMap(look_over(arm, wish, seed=seed, approach=sign, threads=workers, progress=progress), point)
 
 

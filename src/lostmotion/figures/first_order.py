@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.figures import Card, length, several
+from lostmotion.studies.montecarlo.exact import FAILS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -16,9 +17,8 @@ if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.montecarlo.exact import ExactCheck
 
-# What exact composition may differ by, as a share of the error: up to the first, first order is enough; beyond the second it fails.
+# What exact composition may differ by, as a share of the error, for first order to be enough.
 ENOUGH: Final = 0.01
-FAILS: Final = 0.1
 _LEVEL: Final = 0.95
 # A nanometre: what differs by less does not matter, however small the error is.
 _NOTHING: Final = 1e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
     from lostmotion.studies.screws import Screws
+
+# Beyond this difference from exact composition, as a share of the error, first order fails.
+FAILS: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
