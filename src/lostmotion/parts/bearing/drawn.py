@@ -125,7 +125,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
         return out + (runout_terms(at, axis, self.radial_runout, self.axial_runout) if turning else [])
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Give the closing force that is stated, or else assumed; where every bearing is preloaded there is no play to close."""
+        """Return the closing force that is stated, or else assumed; where every bearing is preloaded there is no play to close."""
         some_have_play = self.working.nominal + self.working.tolerance > 0
         return closing_friction(self.closing_force, self.rows.span, holding) if some_have_play else None
 

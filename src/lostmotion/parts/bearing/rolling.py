@@ -79,7 +79,7 @@ class RollingPair(Sourced, ErrorSource):
         return [*out, *self._axial(at, axis, closing)]
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Give the closing force that is stated, or else assumed."""
+        """Return the closing force that is stated, or else assumed."""
         return closing_friction(self.closing_force, self.span, holding) if self.clearance.nominal or self.axial_play.nominal else None
 
     def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from lostmotion.laws.rolling_table import Pair
+from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 
 if TYPE_CHECKING:
@@ -22,56 +23,41 @@ def _one(pair: Pair, reach: float) -> Pair:
     return Pair((type(pair.seats[0])(row),), reach, pair.axial)
 
 
-def _refuse_terms() -> NoReturn:
-    raise ValueError("a single bearing is no part of an arm: a row holds next to no moment")
+class _Single(DrawnBearing):
+    """What one bearing has in common with one of another kind; stands before the class of its pair."""
+
+    @property
+    def bearings(self) -> int:
+        """Return that it is one."""
+        return 1
+
+    @property
+    def is_single(self) -> bool:
+        """Return that no second row stands beside it."""
+        return True
+
+    def terms(self, at: Condition) -> NoReturn:
+        """Raise ValueError."""
+        del at
+        raise ValueError("a single bearing is no part of an arm: a row holds next to no moment")
 
 
-class SingleBallBearing(BallPair):
+class SingleBallBearing(_Single, BallPair):
     """One deep-groove or angular-contact ball bearing. An angular-contact one holds towards +z only, with the radial load that this leaves."""
 
     @property
-    def bearings(self) -> int:
-        """Return that it is one."""
-        return 1
-
-    @property
-    def is_single(self) -> bool:
-        """Return that no second row stands beside it."""
-        return True
-
-    @property
     def rows(self) -> Pair:
         """Return its row."""
         return _one(super().rows, self.pitch_diameter)
 
-    def terms(self, at: Condition) -> NoReturn:
-        """Raise ValueError."""
-        del at
-        _refuse_terms()
 
-
-class SingleRollerBearing(RollerPair):
+class SingleRollerBearing(_Single, RollerPair):
     """One cylindrical roller bearing; along the axis it holds nothing."""
 
     @property
-    def bearings(self) -> int:
-        """Return that it is one."""
-        return 1
-
-    @property
-    def is_single(self) -> bool:
-        """Return that no second row stands beside it."""
-        return True
-
-    @property
     def rows(self) -> Pair:
         """Return its row."""
         return _one(super().rows, self.pitch_diameter)
-
-    def terms(self, at: Condition) -> NoReturn:
-        """Raise ValueError."""
-        del at
-        _refuse_terms()
 
 
 def single(pair: BallPair | RollerPair) -> SingleBallBearing | SingleRollerBearing:
