@@ -86,5 +86,7 @@ def test_a_share_is_neither_all_nor_nothing_by_rounding():
         "0.12 %",
         "123 %",
     ]
+    # All shares together miss 100 by the last bits of their sum.
+    assert [str(Figure(value, "%")) for value in (99.99999999999999, 100.00000000000001, 1e-14)] == ["100 %", "100 %", "0 %"]
     assert str(Figure(99.97, "%", 99.91, 99.99)) == "99.97 %"
     assert str(Figure(93.421, "%", 92.0, 95.0)) == "93.4 %"

@@ -189,7 +189,7 @@ def _written(value: float, place: int) -> str:
 
 def _share(value: float) -> str:
     """Return a share in per cent that has no interval: as other numbers, but no finer than 0.01 %, and never rounded to 0 or 100."""
-    if not math.isfinite(value) or value in {0.0, 100.0}:
+    if not math.isfinite(value) or abs(value) < _NOTHING or abs(value - 100) < _NOTHING:  # a sum of all shares misses 100 by its last bits
         return digits(value)
     if abs(value) < 0.005:  # noqa: PLR2004 - would show as 0.00
         return "<0.01"
