@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.formats.sidecar import find_sidecar
-from lostmotion.formats.toml import read_toml
+from lostmotion.formats.toml import key_step, quoted, read_toml
 from lostmotion.parts.joint import PrismaticJoint
 
 if TYPE_CHECKING:
@@ -39,7 +37,6 @@ _EXAMPLES: Final[dict[str, dict[str, dict[str, str]]]] = {
 }
 _KEYS: Final = {"gearboxes": "gearbox", "bearings": "bearing", "encoders": "encoder"}
 _NO_VALUES: Final = ("kind", "side")
-_BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +96,11 @@ def _part(table: str, name: str, keys: dict[str, str]) -> list[str]:
 
 def _joint(joint: RevoluteJoint | PrismaticJoint, names: dict[tuple[str, str], str], there: dict[str, Any], *, urdf: bool) -> list[str]:
     """Return the lines of one joint: its table in a sidecar, else the lines for the table that it has."""
-    kind, name = _kind(joint), json.dumps(joint.name, ensure_ascii=False)
+    kind, name = _kind(joint), quoted(joint.name)
     parts = [f'{key} = "{names[table, kind]}"' for table, key in _KEYS.items() if getattr(joint, key) is None]
     silent = [key for key in _KEYS.values() if getattr(joint, key) is not None]
     parts += [f"# its {', its '.join(silent)}: described without errors; add them there"] if silent else []
     if urdf and joint.name not in there:
-        return ["", f"[joints.{joint.name if _BARE.fullmatch(joint.name) else name}]", *parts]
+        return ["", f"[joints.{key_step(joint.name)}]", *parts]
     where = f"[joints.{name}]" if urdf else f"[[joints]] with name = {name}"
     return ["", f"# In {where}:", *(f"# {line.removeprefix('# ')}" for line in parts)]
