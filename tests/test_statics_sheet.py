@@ -76,7 +76,7 @@ def test_a_reducer_too_weak_is_said():
     assert find_row(sheet.sections, "reducers", "A").note == "the one stated is too weak; none in the catalogue is rated for it"
     assert find_row(sheet.sections, "reducers", "lift").note.startswith("slides")
     assert find_row(sheet.sections, "torques", "lift").figures[-1].value == pytest.approx(2000 * lostmotion.Arm.model_fields["gravity"].default)
-    assert sheet.notes[-1] == "taken as rigid, for nothing is said of how they give: the base; gearboxes of lift; bearings of lift, A; links of A"
+    assert sheet.notes[-1] == "not specified and taken as rigid: the base; gearboxes of lift; bearings of lift, A; links of A"
 
 
 def test_compliance_on_the_sheet_is_the_arms(found):

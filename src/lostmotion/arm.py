@@ -98,7 +98,7 @@ class Arm(Part):
 
     @property
     def seats(self) -> tuple[Floats, ...]:
-        """Give every joint's seat as a pose (4, 4) seen from the tip of the link before; the first one's from the base, on which the arm stands."""
+        """Return every joint's seat as a pose (4, 4) seen from the tip of the link before; the first one's from the base, on which the arm stands."""
         first, *others = (joint.origin.pose for joint in self.joints)
         return (self.base.foot @ first, *others)
 
@@ -109,7 +109,7 @@ class Arm(Part):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Give what makes the arm's own description doubtful, as its reader found: shown as warnings with every figure."""
+        """Return what makes the arm's own description doubtful, as its reader found: shown as warnings with every figure."""
         return self._doubts
 
     def with_doubts(self, doubts: Iterable[str]) -> Self:
@@ -135,7 +135,7 @@ class Arm(Part):
         return out
 
     def holding(self, joint: int) -> Holding:
-        """Give the most that a joint, by its number in `joints`, holds at rest, in any pose and on any slope: what assumed friction is measured by.
+        """Return the most that a joint, by its number in `joints`, holds at rest, in any pose and on any slope: what assumed friction is measured by.
 
         Exact over slopes; over poses the largest of 256 that are spread evenly between the joints' limits. Never less than 0.1 kg at the arm's reach
         asks for, so that an axis through every centre of mass, or an arm whose file states no mass, has friction all the same: that of 2 g there,
@@ -149,7 +149,7 @@ class Arm(Part):
         return holdings(self, at, _wrenches(self, at, self.payload, np.zeros(3)), _LEAST_HELD * STANDARD_GRAVITY)
 
     def carrying(self, payload: Payload) -> Self:
-        """Give the arm with another payload and the drives that it has, so with the friction that is assumed of them under its own payload."""
+        """Return the arm with another payload and the drives that it has, so with the friction that is assumed of them under its own payload."""
         other = self.model_copy(update={"payload": payload})
         other.__dict__["_holdings"] = self._holdings
         return other

@@ -132,7 +132,7 @@ class Distribution:
 
     @property
     def example(self) -> str:
-        """Give an example that passes."""
+        """Return an example that passes."""
         return self.words[0]
 
     def __call__(self, value: Any) -> str | TableRows:  # noqa: ANN401 - whatever a file holds

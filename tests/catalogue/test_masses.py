@@ -27,7 +27,7 @@ def test_a_heavier_reducer_loads_the_joints_before_it(tmp_path):
     arm = arm_from(tmp_path, TWO + 'gearbox = "RV-40E-121"\n')
     assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx([9.3 * STANDARD_GRAVITY * 0.5, 0.0])
     assert arm.mass == pytest.approx(9.3)
-    assert any("weigh at their joints" in note and "B 9.3 kg" in note for note in arm.remarks)
+    assert any("added at joints whose own mass is not stated" in note and "B 9.3 kg" in note for note in arm.remarks)
 
 
 def test_a_stated_mass_of_a_joint_includes_its_reducer(tmp_path):

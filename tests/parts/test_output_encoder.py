@@ -63,7 +63,7 @@ def test_an_arm_says_what_its_output_encoders_correct():
     joints = [RevoluteJoint(name=name, encoder={"side": side}, **fields) for name, side in (("A", "output"), ("B", "motor"), ("C", "output"))]
     arm = Arm(name="vertical", joints=joints)
     (said,) = [remark for remark in arm.remarks if remark.startswith("encoder")]
-    assert said.startswith("encoder on the output of A, C: its wind-up and backlash are taken as corrected by the controller")
+    assert said.startswith("encoder on the output of A, C: the controller corrects wind-up and backlash")
     one = Arm(name="one", joints=joints[:1])
     spread = visit_covariance(screws(one, np.array([[0.0]])))[0]
     assert math.sqrt(np.trace(spread)) == pytest.approx(REACH * PLAY / 2 / math.sqrt(3))

@@ -1,4 +1,4 @@
-"""An arm of which no error source is described: nothing can be said of its accuracy, but where it reaches and what it holds."""
+"""An arm without any described error source: no accuracy, only workspace and holding torques."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Undescribed(Shown):
-    """What can be said of an arm without any error source: `summary()`, `report("out/")`, `result()`."""
+    """The results for an arm without any error source: `summary()`, `report("out/")`, `result()`."""
 
     arm: Arm
     poses: Poses

@@ -193,7 +193,7 @@ class GearboxRow(_Printed):
             words.append(f"{_and(typical)} typical ({self.typical['source']})")
         elif typical:
             words.append(f'for {_and(typical)} values = "typical" is known')
-        words += [f"nothing is said of {_and(silent)}, taken as none"] if silent else []
+        words += [f"{_and(silent)} not specified, taken as none"] if silent else []
         return f"{name} is taken from the catalogue" + "".join(f"; {each}" for each in words) + f". Source: {self.source}"
 
 
@@ -268,7 +268,7 @@ def _size(amount: Any) -> float:  # noqa: ANN401 - an amount with or without its
 
 
 def _is_ratio(stated: Any, ratio: float) -> bool:  # noqa: ANN401 - whatever a file holds
-    """Tell whether this is what a file states as the ratio, as a number or as text."""
+    """Return whether this is what a file states as the ratio, as a number or as text."""
     try:
         return float(stated) == ratio
     except (TypeError, ValueError, OverflowError):

@@ -95,7 +95,7 @@ def main() -> None:
 
 
 def _carried_out() -> tuple[int, str]:
-    """Carry the command out; gives its exit code, and what is to be said of it."""
+    """Run the command and return its exit code and message."""
     try:
         os.getcwd()  # noqa: PTH109 - the same, without a class around it
         app()
@@ -111,7 +111,7 @@ def _carried_out() -> tuple[int, str]:
 
 
 def _of_system(error: OSError) -> tuple[int, str]:
-    """Give exit code and message for what the system refused."""
+    """Return exit code and message for what the system refused."""
     if is_of_output(error):
         return 1, LOST if error.errno == errno.EPIPE else f"the output could not be printed: {error.strerror}; the results are written"
     if isinstance(error, FileNotFoundError) and error.filename is None:

@@ -243,7 +243,7 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
     lines += [(name, _sourced(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
     lines += [("mass", "not stated: counted as none")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
-    lines += [("nothing is said of", ", ".join(row.unstated))] if row.unstated else []
+    lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
     ratio = row.ratio or (100 if row.holds_for(100) else math.ceil(row.ratio_above or 0) + 1)
     use = f"{name}-{ratio:g}" if name in row.models else name
     lines += [("source", _sourced(row.source)), ("in an arm file", f'gearbox = "{use}"')]

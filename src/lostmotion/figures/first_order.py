@@ -56,7 +56,7 @@ def failure(check: ExactCheck, error: float) -> str:
 
 
 def checked(sheet: Sheet, check: ExactCheck, error: float) -> Sheet:
-    """Give a sheet as it is where first order holds for errors of this size (m); else with that in its headline, and no interval of an error.
+    """Return a sheet as it is where first order holds for errors of this size (m); else with that in its headline, and no interval of an error.
 
     The intervals would claim a certainty that is not there; the figures themselves stay, for whoever looks for the mistake.
     """

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def in_unit(size: Size, factor: float) -> Figure:
-    """Give a size at which the errors are `factor` times as large, in the unit that people read."""
+    """Return a size at which the errors are `factor` times as large, in the unit that people read."""
     value = size.at(factor)
     if size.unit == "rad":
         return Figure(value / ARCMIN, "arcmin")
@@ -24,7 +24,7 @@ def in_unit(size: Size, factor: float) -> Figure:
 
 
 def sized(item: Item, factor: Estimate) -> Figure:
-    """Give an item's size with its interval; of one without a size of its own, its errors or its stiffness in per cent of what they are."""
+    """Return an item's size with its interval; of one without a size of its own, its errors or its stiffness in per cent of what they are."""
     stiff = "stiffness" in item.cause
     if item.size is None:
         values = [100 / each if stiff and each else math.inf if stiff else 100 * each for each in (factor.value, factor.low, factor.high)]
@@ -39,7 +39,7 @@ def sized(item: Item, factor: Estimate) -> Figure:
 
 
 def now_sized(item: Item) -> Figure:
-    """Give an item's size as it is."""
+    """Return an item's size as it is."""
     return replace(Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0), stated=True)
 
 

@@ -51,7 +51,7 @@ def allocated(found: Targets) -> list[tuple[str, Joint]]:
 
 
 def yield_figure(one: Yield) -> Figure:
-    """Give the share of robots that keep the target."""
+    """Return the share of robots that keep the target."""
     low, high = one.interval
     counted = f"{several(one.robots, 'robot')} x {several(one.visits, 'visit')} x {several(one.poses, 'pose')}"
     return Figure(100 * one.share, "%", 100 * low, 100 * high, counted)

@@ -77,7 +77,7 @@ def statics_sheet(found: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
 def _rigid(found: Survey) -> list[str]:
     """Name the parts of which nothing is said that gives: none is left out in silence."""
     if not found.parts:
-        return ["every part is taken as rigid: there is no compliance to tell"]
+        return ["every part is taken as rigid: there is no compliance to report"]
     arm = found.arm
     held = [joint.name for joint in arm.moving if joint.encoder is not None and joint.encoder.side == "output"]
     silent = {
@@ -86,7 +86,7 @@ def _rigid(found: Survey) -> list[str]:
         "links": [joint.name for joint in arm.joints if joint.link.reach and not _gives(found, f"joints.{joint.name}.link")],
     }
     rigid = ([] if _gives(found, "base") else ["the base"]) + [f"{kind} of {', '.join(names)}" for kind, names in silent.items() if names]
-    notes = [f"taken as rigid, for nothing is said of how they give: {'; '.join(rigid)}"] if rigid else []
+    notes = [f"not specified and taken as rigid: {'; '.join(rigid)}"] if rigid else []
     return notes + ([f"gearboxes of {', '.join(held)} do not give: a controller with an encoder on the output holds them"] if held else [])
 
 

@@ -50,7 +50,7 @@ class Axis(BaseModel):
 
     @property
     def steps(self) -> list[str]:
-        """Give the names that the key leads through."""
+        """Return the names that the key leads through."""
         return key_steps(self.key)
 
     @property

@@ -87,7 +87,7 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
 
 
 def _origin(joint: UrdfJoint, *, first: bool) -> Place:
-    """Give the place of a joint behind the tip of the link before; a joint that cannot move stands where its limits say."""
+    """Return the place of a joint behind the tip of the link before; a joint that cannot move stands where its limits say."""
     xyz = joint.xyz if first else (0.0, 0.0, 0.0)
     if not joint.locked or not joint.limits[0]:
         return Place(xyz=xyz, rpy=joint.rpy)

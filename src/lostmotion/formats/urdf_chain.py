@@ -184,7 +184,7 @@ def _behind(tree: UrdfTree, base: str) -> list[str]:
 
 
 def _reads(tree: UrdfTree, base: str, tip: str) -> bool:
-    """Tell whether the chain to this link is a serial arm, so that a hint may name it."""
+    """Return whether the chain to this link is a serial arm, so that a hint may name it."""
     joints = tree.path_to(tip, base)
     if not joints or len(joints) > MOST_JOINTS or not any(joint.moves for joint in joints):
         return False

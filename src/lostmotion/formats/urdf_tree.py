@@ -107,7 +107,7 @@ class UrdfTree:
 
     @property
     def roots(self) -> list[str]:
-        """Give the links without a parent."""
+        """Return the links without a parent."""
         return [name for name in self.links if name not in self._parent]
 
     def path_to(self, link: str, base: str | None = None) -> list[UrdfJoint] | None:
@@ -185,7 +185,7 @@ def read_tree(text: str, file: str) -> UrdfTree:
     if not reader.lost:
         tree.connect()
     if reader.lost or len(tree.mistakes) > before or not tree.links:
-        # Without a tree nobody knows which joints move the tool: all their mistakes are told.
+        # Without a tree nobody knows which joints move the tool: all their mistakes are reported.
         every = [*tree.mistakes, *(mistake for joint in tree.joints.values() for mistake in joint.mistakes)]
         refuse_all(sorted(every, key=lambda mistake: _line_in(mistake.file)))
     return tree

@@ -84,7 +84,7 @@ class Built:
 
     @property
     def play(self) -> Floats:
-        """Give the free play (gearbox,), rad, on average over the crank's turn; none where discs press on each other."""
+        """Return the free play (gearbox,), rad, on average over the crank's turn; none where discs press on each other."""
         return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
 
 

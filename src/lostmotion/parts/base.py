@@ -102,7 +102,7 @@ class Base(Sourced, ErrorSource):
 
     @functools.cached_property
     def foot(self) -> Floats:
-        """Give the frame that the arm stands in, as a pose (4, 4) seen from the base."""
+        """Return the frame that the arm stands in, as a pose (4, 4) seen from the base."""
         return pose_of(self.xyz, self.rpy)
 
     @functools.cached_property

@@ -165,7 +165,7 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
-        """Give the parts that err, by name, one of several sources by each; of a gearbox with an encoder on its output only open play."""
+        """Return the parts that err, by name, one of several sources by each; of a gearbox with an encoder on its output only open play."""
         gearbox, encoder = self.gearbox, self.encoder
         if encoder is not None and gearbox is not None:
             own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
@@ -182,13 +182,13 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
 
     @staticmethod
     def _left_open(gearbox: TurningGearbox | SlidingDrive, dead_band: float | None) -> dict[str, ErrorSource]:
-        """Give the play of a gearbox in the loop of an encoder on its output, where it has any, and nothing else of it."""
+        """Return the play of a gearbox in the loop of an encoder on its output, where it has any, and nothing else of it."""
         loose = gearbox.members.get("play") if isinstance(gearbox, Grouped) else gearbox
         return {"gearbox": PlayInLoop(loose, dead_band)} if isinstance(loose, Loose) and loose.play.nominal else {}
 
     @property
     def corrected(self) -> bool:
-        """Tell whether an encoder on the output lets the controller correct what the gearbox does."""
+        """Return whether an encoder on the output lets the controller correct what the gearbox does."""
         return self.gearbox is not None and self.encoder is not None and self.encoder.side == "output"
 
 

@@ -35,7 +35,7 @@ class Link(Sourced):
     section, material   a section all along, or one that changes on the way (stepped, tapered); composite ones have materials of their own
     compliance          instead of a section: matrix (6, 6) at the tip and in its axes
     measured            instead of a section: a force on the tip and what it did
-    rigid               true: the link is rigid on purpose. None of the four: nothing is known of its stiffness, and it is taken as rigid
+    rigid               true: the link is rigid on purpose. None of the four: the stiffness is not specified, and the link is taken as rigid
     mass                left out: as section and material make it; none from a compliance or a measurement
     centre_of_mass      in the joint's frame; left out: as the sections spread the mass, or half way. Stated: the mass is spread evenly on both sides
                         of it, as far as to the nearer end
@@ -100,7 +100,7 @@ class Link(Sourced):
 
     @property
     def is_rigid(self) -> bool:
-        """Tell whether nothing is said of how it gives, or it leads nowhere."""
+        """Return whether its stiffness is not specified, or it has no length."""
         return not self.reach or (self.section is None and self.compliance is None and self.measured is None)
 
     @functools.cached_property

@@ -19,7 +19,7 @@ def remarks_on(arm: Arm) -> tuple[str, ...]:
 
 def _corrected(arm: Arm) -> tuple[str, ...]:
     corrected = ", ".join(joint.name for joint in arm.moving if joint.corrected)
-    said = "its wind-up and backlash are taken as corrected by the controller, but for backlash that a load below the friction leaves open"
+    said = "the controller corrects wind-up and backlash, except backlash that stays open under a load below the friction"
     return (f"encoder on the output of {corrected}: {said}",) if corrected else ()
 
 
@@ -28,7 +28,7 @@ def _rigid_members(arm: Arm) -> tuple[str, ...]:
     for joint in arm.moving:
         if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
             silent.setdefault(joint.gearbox.rigid_said, []).append(joint.name)
-    return tuple(f"gearbox of {', '.join(joints)}: taken as rigid, for nothing is said of {rigid}" for rigid, joints in silent.items())
+    return tuple(f"gearbox of {', '.join(joints)}: not specified and taken as rigid: {rigid}" for rigid, joints in silent.items())
 
 
 def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
@@ -38,7 +38,7 @@ def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
         unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
         grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
     return tuple(
-        f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose on any slope' if reason == OF_HELD else ''} "
+        f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose, at any tilt' if reason == OF_HELD else ''} "
         f"({', '.join(dict.fromkeys(loads.values()))} {unit}); "
         "a smaller load does not close the play"
         for (part, reason, unit), loads in grouped.items()
@@ -51,9 +51,9 @@ def _masses_of_gearboxes(arm: Arm) -> list[str]:
     within = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is not None and joint.gearbox is not None]
     notes = []
     if own:
-        notes.append(f"gearbox masses that weigh at their joints, for which no mass is stated: {', '.join(own)}")
+        notes.append(f"gearbox masses added at joints whose own mass is not stated: {', '.join(own)}")
     if within:
-        notes.append(f"gearbox masses that the stated mass of the joint or link includes, so that they are not added: {', '.join(within)}")
+        notes.append(f"gearbox masses not added, because the stated mass of the joint or link includes them: {', '.join(within)}")
     if arm.unweighed:
         notes.append(f"mass of {', '.join(arm.unweighed)} not stated: counted as none")
     return notes

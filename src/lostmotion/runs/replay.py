@@ -74,7 +74,7 @@ class Replay:
 
     @property
     def reproduced(self) -> bool:
-        """Tell whether block and sum over terms give the stored length again, but for the last digits that other processors or versions change."""
+        """Return whether block and sum over terms give the stored length again, but for the last digits that other processors or versions change."""
         return self.apart <= _SAME and abs(self.kernel - self.found.error) <= _SAME * self.found.error
 
 

@@ -186,7 +186,7 @@ class Store:
         return record
 
     def _record(self, design: int, block: int) -> Record | None:
-        """Give a block where it is there as the ledger says, and is one that a study can make."""
+        """Return a block where it is there as the ledger says, and is one that a study can make."""
         packed = self._packed(design, block)
         try:
             return None if packed is None else check_record(self.order, block, unpack(self.order, packed))

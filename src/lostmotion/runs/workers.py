@@ -92,7 +92,7 @@ def on_dask(text: bytes, todo: Iterable[tuple[int, int]], cluster: Cluster) -> I
 
 
 def _one_by_one(running: Iterable[Any]) -> Iterator[Any]:
-    """Give what is done as it comes; raises LostmotionError where nothing comes any more."""
+    """Return what is done as it comes; raises LostmotionError where nothing comes any more."""
     each = iter(running)
     while True:
         with _gone_in_one_message():

@@ -94,7 +94,7 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     value = quantile(hist, level)
     if math.isinf(value):
         return Estimate(value, math.nan, math.nan)
-    if len(group_hist) < 2:  # noqa: PLR2004 - one robot says nothing of others
+    if len(group_hist) < 2:  # noqa: PLR2004 - one robot does not show how others differ
         return Estimate(min(value, largest), math.nan, math.nan)
     half = share_spread(group_hist, replicate_hist, value).half
     value = min(value, largest)
@@ -122,7 +122,7 @@ def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean:
     off = (centres - mean) ** 2
     members = [hists @ off / np.maximum(hists.sum(axis=1), 1) for hists in (group_hist, replicate_hist)]
     counted = float(group_hist.sum(axis=0) @ off / group_hist.sum())
-    if len(group_hist) < 2 or abs(counted / variance - 1) > _RESOLVED:  # noqa: PLR2004 - one robot says nothing of others
+    if len(group_hist) < 2 or abs(counted / variance - 1) > _RESOLVED:  # noqa: PLR2004 - one robot does not show how others differ
         return Estimate(value, math.nan, math.nan)
     of_variance, freedom = _satterthwaite([_mean_square(each) for each in members], [len(each) - 1 for each in members])
     # On the logarithm, so that no end lies below zero.
@@ -163,7 +163,7 @@ def pooled_mean(robot_means: Floats) -> Estimate:
     Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots (`two_way`). Of lengths: no end is below zero.
     """
     value = float(robot_means.mean())
-    if robot_means.shape[1] < 2:  # noqa: PLR2004 - one robot says nothing of others
+    if robot_means.shape[1] < 2:  # noqa: PLR2004 - one robot does not show how others differ
         return Estimate(value, math.nan, math.nan)
     half = two_way(robot_means).half
     return of_length(value, value - half, value + half)
@@ -223,7 +223,7 @@ def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray
     """
     values = [quantile(hists[0].sum(axis=0), level) for hists in (before, after)]
     value = values[0] - values[1]
-    if len(before[0]) < 2:  # noqa: PLR2004 - one robot says nothing of others
+    if len(before[0]) < 2:  # noqa: PLR2004 - one robot does not show how others differ
         return Estimate(value, math.nan, math.nan)
     squares = [_mean_square(pseudo_values(first, level) - pseudo_values(second, level)) for first, second in zip(before, after, strict=True)]
     variance, freedom = _satterthwaite(squares, [len(hists) - 1 for hists in before])

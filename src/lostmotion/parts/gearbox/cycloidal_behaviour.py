@@ -86,7 +86,7 @@ class Behaviour:
 
     @property
     def loop(self) -> Loop:
-        """Give the loop that friction leaves on the spring of the whole gearbox."""
+        """Return the loop that friction leaves on the spring of the whole gearbox."""
         return Loop(self.torque, self.total, self.friction)
 
 
@@ -291,7 +291,7 @@ class Play(ErrorSource):
     reason: str = ""
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
-        """Give what the drawing states, or else what is assumed."""
+        """Return what the drawing states, or else what is assumed."""
         return Friction(self.friction, self.reason)
 
     def terms(self, at: Condition) -> list[Term]:
@@ -328,7 +328,7 @@ class Loop(ErrorSource):
     friction: Floats
 
     def branches(self, load: Floats) -> tuple[Floats, Floats]:
-        """Give the angles (rad) at which loads (any shape, N m) of either sign leave the output as they rise, and as they fall."""
+        """Return the angles (rad) at which loads (any shape, N m) of either sign leave the output as they rise, and as they fall."""
         rubs = along(np.abs(load), self.torque, self.friction)
         return friction_loop(lambda torque: along_curve(torque, self.torque, self.angle), load, rubs)
 

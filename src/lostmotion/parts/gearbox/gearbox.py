@@ -193,11 +193,11 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def friction(self) -> float:
-        """Give the load below which the way of arriving decides on the side of the play, of the gearbox by itself: 0 where it is not known."""
+        """Return the load below which the way of arriving decides on the side of the play, of the gearbox by itself: 0 where it is not known."""
         return self._friction_in(Holding).load
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Give what is stated, or else what is assumed."""
+        """Return what is stated, or else what is assumed."""
         return self._friction_in(holding) if self.play.nominal else None
 
     def _friction_in(self, holding: Callable[[], Holding]) -> Friction:
@@ -267,10 +267,10 @@ class Loose(Protocol):
 
     @property
     def play(self) -> Toleranced:
-        """Give the whole free play, rad or m."""
+        """Return the whole free play, rad or m."""
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Give the load below which it stays open; None without play."""
+        """Return the load below which it stays open; None without play."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,11 +288,11 @@ class PlayInLoop(ErrorSource):
 
     @property
     def play(self) -> Toleranced:
-        """Give the whole free play."""
+        """Return the whole free play."""
         return self.loose.play
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Give that of the gearbox."""
+        """Return that of the gearbox."""
         return self.loose.play_friction(holding)
 
     def terms(self, at: Condition) -> list[Term]:

@@ -56,7 +56,7 @@ class Loop:
 
     @property
     def lost_motion(self) -> float | None:
-        """Give the lost motion, on the mean of the samples."""
+        """Return the lost motion, on the mean of the samples."""
         return float(self.ends[1] - self.ends[0]) if len(self.ends) else None
 
     @property
@@ -89,7 +89,7 @@ class GearStudy:
 
     @property
     def wind_up(self) -> float | None:
-        """Give the mean wind-up at the torque, play not counted."""
+        """Return the mean wind-up at the torque, play not counted."""
         return None if self.read is None else float(self.read.wind_up.mean())
 
 

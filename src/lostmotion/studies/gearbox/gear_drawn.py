@@ -86,12 +86,12 @@ class Transmission:
 
     @property
     def mean_square(self) -> Floats:
-        """Give the mean square of the error over a turn of the crank (load, gearbox), rad^2."""
+        """Return the mean square of the error over a turn of the crank (load, gearbox), rad^2."""
         return np.asarray((self.errors[:, :-1] ** 2).mean(axis=1))
 
     @property
     def amplitude(self) -> Floats:
-        """Give the amplitudes (load, wave), rad, the root mean square over gearboxes."""
+        """Return the amplitudes (load, wave), rad, the root mean square over gearboxes."""
         return np.asarray(np.sqrt(self.power.mean(axis=2)))
 
 
@@ -123,7 +123,7 @@ class Drawn:
 
     @property
     def lost_motion(self) -> Floats:
-        """Give the lost motion (gearbox,), rad; of a drawing its torque is always known."""
+        """Return the lost motion (gearbox,), rad; of a drawing its torque is always known."""
         if self.read.lost_motion is None:
             raise ValueError("no torque for the lost motion")
         return self.read.lost_motion

@@ -41,7 +41,7 @@ class ExactCheck:
 
 
 def join(checks: Sequence[ExactCheck]) -> ExactCheck:
-    """Give the check of several samples together."""
+    """Return the check of several samples together."""
     samples = sum(check.samples for check in checks)
     mean = sum(check.mean * check.samples for check in checks) / max(samples, 1)
     return ExactCheck(

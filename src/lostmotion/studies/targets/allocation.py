@@ -138,7 +138,7 @@ def _equal_parts(form: Floats, pull: Floats, part: float) -> Floats | None:
             return None
         if decrement < _CLOSE:
             break
-    if np.abs(f * (unit @ f + pull) - 1).max() > 1e-10:  # noqa: PLR2004 - parts are told to 1e-9
+    if np.abs(f * (unit @ f + pull) - 1).max() > 1e-10:  # noqa: PLR2004 - parts are computed to 1e-9
         return None
     return np.asarray(f * np.sqrt(part) / scale)
 

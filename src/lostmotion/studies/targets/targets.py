@@ -273,7 +273,7 @@ class _Search:
         return Joint(factors, parts_of(self.form, factors), value, self._verified(of_terms), usual, self._yields(of_terms))
 
     def _equal_effect(self) -> Joint | None:
-        """Give every item the same part, but none a larger size than a usual one: what such items leave free goes to the others."""
+        """Return every item the same part, but none a larger size than a usual one: what such items leave free goes to the others."""
         from scipy.optimize import brentq
 
         factors = equal_effect(self.form)
