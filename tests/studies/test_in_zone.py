@@ -227,6 +227,8 @@ def test_a_study_without_sampling_says_it_too(arm, study):
         "budget_at_1",
         "causes_at_1",
         "halving_at_1",
+        "states",
+        "assumed",
     ]
     for key in ("zone_1_analytic", "budget_at_1"):
         assert repr(sections[key].rows) == repr(both[key].rows)  # as text: no number is not itself
@@ -237,8 +239,9 @@ def test_a_zone_has_one_name_in_every_verb(study):
     text, ends = "z 0..500 mm, x -1..1 m", {"z": (0.0, 0.5), "x": (-1, 1)}
     assert study.costs(zone=text) == study.costs(zone=ends) == study.costs(zone={"z": (0, "500 mm"), "x": ("-1 m", 1.0)})
     assert study.blaming(zone=text).budgets == study.blaming(zone=ends).budgets
-    ideal = lostmotion.Arm(name="ideal", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 0.5}},))
-    one, other = (lostmotion.target(ideal, error="1 µm", poses=16, zone=zone, robots=30, visits=2) for zone in ("x 0.3..1 m", {"x": (0.3, 1.0)}))
+    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 0.5}, "lumped": {"angle": 1e-3}}
+    plain = lostmotion.Arm(name="plain", joints=(joint,))
+    one, other = (lostmotion.target(plain, error="1 mm", poses=16, zone=zone, robots=30, visits=2) for zone in ("x 0.3..1 m", {"x": (0.3, 1.0)}))
     assert one.found.zone == other.found.zone == "x 300 … 1000 mm"
     np.testing.assert_array_equal(one.found.poses.q, other.found.poses.q)
 
