@@ -101,6 +101,7 @@ def test_messages_write_control_characters_out():
     assert str(LostmotionError(f"'{HOSTILE}'\n  expected µm ± 1°")).splitlines()[1] == "  expected µm ± 1°"
     assert legible(HOSTILE) == "\\x1b]0;owned\\x07\\x1b[2J\\x9b31m\\u202eevil"
     assert legible("\ud800") == "\\ud800"
+    assert legible("\ud7ff\ue000") == "\\ud7ff\\ue000"  # unassigned, private
 
 
 def test_a_sheet_writes_control_characters_out(capsys):

@@ -109,8 +109,9 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return close[0] if close else ""
 
 
-# Categories of characters that a terminal obeys or hides: controls, formats, halves of characters, separators of lines.
-_UNSEEN: Final = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+# Categories of characters that a terminal obeys, hides or has no shape for: controls, formats, halves of characters, separators of lines, private
+# and unassigned ones.
+_UNSEEN: Final = frozenset({"Cc", "Cf", "Cn", "Co", "Cs", "Zl", "Zp"})
 
 
 def legible(text: str) -> str:
