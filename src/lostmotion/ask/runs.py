@@ -164,7 +164,7 @@ class Replayed(Shown):
     @property
     def sheet(self) -> Sheet:
         """Give every figure, as printed and written."""
-        from lostmotion.figures.runs import replay_sheet
+        from lostmotion.figures.replay import replay_sheet
 
         return replay_sheet(self.arm, self.store.order, self.found)
 

@@ -13,7 +13,7 @@ from lostmotion.figures.budget import asked_sections, by_level_sections, halved_
 from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, ideal_said, limits_said, provenance_facts, provenance_sections
+from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, error_said, limits_said, provenance_facts, provenance_sections
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.montecarlo import kernel
@@ -104,11 +104,9 @@ def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known
     """Say how far off the tool is, over all poses ("") and in each zone, and which part contributes most."""
     said = []
     for zone, figure in told.items():
-        where = f"In the zone {zone} expect 95 % within" if zone else "Expect 95 % of positions within"
         if math.isfinite(figure.value):
-            ideal = "" if zone else ideal_said(known)
             within = f"{figure} ({figure.between})"
-            said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"{where} {at_least(within, known)}.")
+            said.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
         else:
             here = f" in the zone {zone}" if zone else ""
             said.append(f"Without sampling the 95 % error{here} is not told, for the error is too far from normal; {_REMEDY}.")

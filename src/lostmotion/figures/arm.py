@@ -14,7 +14,7 @@ from lostmotion.figures.provenance import (
     assumed_said,
     at_least,
     bounded_cards,
-    ideal_said,
+    error_said,
     limits_said,
     provenance_facts,
     provenance_sections,
@@ -212,8 +212,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     if error is not None:
         figure = error.figures[0]
         within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
-        ideal = ideal_said(known)
-        said.append(f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}.")
+        said.append(error_said(within, known))
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
         said.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")

@@ -52,6 +52,12 @@ def at_least(text: object, known: States) -> str:
     return f"at most {text}" if in_error(known) else str(text)
 
 
+def error_said(within: str, known: States) -> str:
+    """Return the first sentence of a headline: the error that 95 % of positions stay within, as a bound where its values are such."""
+    ideal = ideal_said(known)
+    return f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}."
+
+
 def repeats_said(repeats: str, known: States) -> str:
     """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
     if known.ideal_joints:

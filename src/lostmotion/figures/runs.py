@@ -1,4 +1,4 @@
-"""The figures of a big run: each design's error, AP and RP, what each gains on the first, extremes; and one extreme term by term."""
+"""The figures of a big run: each design's error, AP and RP, what each gains on the first, and extremes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.figures import Card, Figure, Row, Section, Sheet, digits, length, several
+from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.figures.budget import REMEDIES, SURE
 from lostmotion.figures.first_order import failed, failure, judged, share_left_out, unsure
 from lostmotion.figures.not_counted import of_sweep
@@ -17,7 +17,7 @@ from lostmotion.figures.provenance import (
     at_least,
     bounded_cards,
     caveats,
-    ideal_said,
+    error_said,
     limits_said,
     provenance_facts,
     provenance_sections,
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from lostmotion.arm import Arm
     from lostmotion.formats.sweep import Axis
     from lostmotion.runs.order import Order
-    from lostmotion.runs.replay import Replay
     from lostmotion.runs.summary import Outcome, Worst
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.provenance import States
@@ -40,9 +39,6 @@ if TYPE_CHECKING:
 LEVEL: Final = 0.95
 # A table that is longer is not read; result.json holds every design.
 _MOST_ROWS: Final = 60
-_MOST_TERMS: Final = 400
-# Of the length: terms below it are told together, in a line.
-_LEAST_TERM: Final = 1e-3
 _MOST_EXTREMES: Final = 10
 _MOST_PARTS: Final = 3
 # Of a value in the name of a design: tables and lists may be long.
@@ -298,9 +294,7 @@ def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
     if len(ranked) == 1:
         repeats = f" {repeats_said(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
         within = f"{best_said} ({best_said.interval or 'no interval'})"
-        ideal = ideal_said(known)
-        text = f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}."
-        return " ".join([text + repeats, *limits_said(known), *assumed_said(known)])
+        return " ".join([error_said(within, known) + repeats, *limits_said(known), *assumed_said(known)])
     text = (
         f"Of {several(len(ranked), 'design')} the most accurate is {design_said(order, best.design)}: "
         f"95 % of positions within {at_least(best_said, of_best)}. "
@@ -359,104 +353,14 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         "mass_kg": outcome.mass,
         "mass_not_stated": list(outcome.unweighed),
         "parts": [{"part": cost.part, "alone_m": cost.alone, "share": cost.share} for cost in outcome.costs],
-        "worst": [_extreme(each) for each in outcome.worst],
+        "worst": [extreme_facts(each) for each in outcome.worst],
     }
 
 
-def _extreme(found: Worst) -> dict[str, Any]:
+def extreme_facts(found: Worst) -> dict[str, Any]:
+    """Return an extreme as plain data, in m and rad."""
     return {"pose": found.pose, "robot": found.robot, "visit": found.visit, "error_m": found.error, "q": found.q.tolist()}
 
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-NOT_REPRODUCED: Final = "The stored figure is not reproduced, so the store is damaged or was made by other code:"
-
-
-def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
-    """How did one extreme come about?"""
-    at = found.found
-    said = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (f", {design_said(order, at.design)}" if order.axes else "")
-    same = "the same to the last bit" if found.kernel == at.error else f"apart by {abs(found.kernel - at.error):.1e} m"
-    notes = (f"the store was made with other versions, so that last bits may differ: {', '.join(found.others)}",) if found.others else ()
-    pose = tuple(
-        Row(joint, (Figure(math.degrees(value), "°", stated=True) if kind == "revolute" else Figure(value * 1e3, "mm", stated=True),))
-        for (joint, kind), value in zip(found.joints, at.q, strict=True)
-    )
-    tool = tuple(Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
-    exactly = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
-    lengths = (
-        Row("stored", (Figure(at.error * 1e6, "µm"),), "what the run kept"),
-        Row("its block computed again", (Figure(found.kernel * 1e6, "µm"),), same),
-        Row("sum over terms", (Figure(found.length * 1e6, "µm"),), f"apart by {found.apart:.1e} of it"),
-        Row("exact composition", (Figure(exactly * 1e6, "µm"),), "rotations multiplied out; the study itself is of first order"),
-    )
-    return Sheet(
-        name=name,
-        subject="an extreme replayed",
-        verdict=f"An error of {length(at.error)}: {said}." if found.reproduced else f"{NOT_REPRODUCED} {said}.",
-        cards=(),
-        sections=(
-            Section("length", "Length of the error", ("value",), lengths),
-            Section("pose", "Joint values", ("value",), pose),
-            Section("tool", "Tool, base frame", ("should be at", "is off by"), tool, _attitude(found)),
-            *_terms(found),
-        ),
-        counts=said,
-        notes=notes,
-        source=f"seed {order.seed}.",
-        seed=order.seed,
-        facts={
-            **_extreme(at),
-            "design": at.design,
-            "stated": order.stated(at.design),
-            "replayed_m": found.length,
-            "same_bits": found.kernel == at.error,
-            "reproduced": found.reproduced,
-        },
-    )
-
-
-def _attitude(found: Replay) -> str:
-    turn = found.tool[:3, :3]
-    yaw, pitch, roll = (
-        math.atan2(turn[1, 0], turn[0, 0]),
-        math.atan2(-turn[2, 0], math.hypot(turn[2, 1], turn[2, 2])),
-        math.atan2(turn[2, 1], turn[2, 2]),
-    )
-    return f"turned by roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}° from the base"
-
-
-def _terms(found: Replay) -> list[Section]:
-    """Lay out every term that tells, by where it comes from: its draw and what it adds to the length; then whereto each moves the tool."""
-    shown = [term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length]
-    out, moves = [], []
-    for key, (title, levels) in _LEVELS.items():
-        rows = []
-        for term in (term for term in shown if term.level in levels):
-            name = term.name.removeprefix("joints.")
-            rows.append(Row(name, (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(_share(term.along, found), "%"))))
-            moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
-        if rows:
-            whole = sum(term.along for term in found.terms if term.level in levels)
-            note = f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the length"
-            out.append(Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note))
-    note = "along, above: these shifts along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
-    rest = found.terms[len(shown) :]
-    if rest:
-        together = digits(sum(term.along for term in rest) * 1e6)
-        note += f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the length, add {together} µm together"
-    return [*out, Section("moves", "Whereto each term moves the tool, base frame", tuple("XYZ"), tuple(moves), note)]
-
-
-def _share(along: float, found: Replay) -> float:
-    return 100 * along / found.length if found.length else 0.0
-
-
-# Where terms come from: the section's title, and the levels of chance that it holds.
-_LEVELS: Final = {
-    "design": ("Terms that follow from load and pose", ("design",)),
-    "robot": ("Terms of this robot", ("robot",)),
-    "visit": ("Terms of this visit", ("visit", "robot x visit")),
-}
