@@ -44,7 +44,7 @@ class Problem:
 
 
 class LostmotionError(Exception):
-    """Anything this package refuses to do, said in one message for the user.
+    """Anything this package refuses to do, reported in one message for the user.
 
     Names and paths may come from a stranger's file: control characters in the message are written out, so that a terminal obeys none of them.
     """

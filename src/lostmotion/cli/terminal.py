@@ -44,7 +44,7 @@ def _knows_unicode(stream: TextIO | None) -> bool:
 
 
 def open_up() -> bool:
-    """Make both streams fit to be written to; gives whether standard output is there at all.
+    """Make both streams fit to be written to; return whether standard output exists.
 
     Characters that an encoding lacks are replaced instead of raising. In the place of closed streams a null device is opened, or the next file
     that is opened would take their numbers, and a stray word would end in a report.
@@ -74,7 +74,7 @@ def _plainly(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 def flush() -> OSError | None:
-    """Write what still waits to be printed; gives what went wrong."""
+    """Write buffered output; return the error, if any."""
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -83,7 +83,7 @@ def flush() -> OSError | None:
 
 
 def is_of_output(error: OSError) -> bool:
-    """Tell an error of a stream from one of a file, which names it."""
+    """Return whether an error is one of a stream; an error of a file names the file."""
     return error.filename is None and error.errno in _OUTPUT_ERRORS
 
 

@@ -279,7 +279,7 @@ class Offers:
         example = _PRESENT_EXAMPLE.format(joint=key_step(joint.name))
         if weighs and math.isnan(mass):
             if self.worth.mass or any(cost.mass is not None for cost in self._costs.values()):
-                found = f"the mass of gearboxes of {joint.name}, and not of the present one, {name}, which gives way to them"
+                found = f"the mass of gearboxes of {joint.name}, but not of the present one, {name}, which they replace"
                 expected = f"how much of the joint's mass of {joint.total_mass:g} kg is its present gearbox; 0 kg where it is not in it"
                 self._refuse(_key(PRESENT, joint.name), found, expected, example)
                 return None

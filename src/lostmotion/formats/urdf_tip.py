@@ -101,7 +101,7 @@ def _goes_on(found: Choice, behind: Choice) -> bool:
 
 
 def is_balancer(name: str) -> bool:
-    """Tell the name of a balancing cylinder or spring."""
+    """Return whether this is the name of a balancing cylinder or spring."""
     return bool(_BALANCER.search(_words(name)))
 
 

@@ -64,7 +64,7 @@ class UrdfJoint:
 
     @property
     def locked(self) -> bool:
-        """Tell a joint whose lower limit is its upper one: it stands there."""
+        """Return whether the lower limit equals the upper one, so that the joint is held there."""
         return self.type in _LIMITED and not self.mistakes and self.limits[0] == self.limits[1]
 
     @property
@@ -245,7 +245,7 @@ class _Reader:
             self._motion(element, joint)
 
     def _motion(self, element: etree._Element, joint: UrdfJoint) -> None:
-        """Read what only a moving joint has; on others it means nothing and nobody reads it."""
+        """Read what only a moving joint has; on others it has no meaning and is not read."""
         kept, self.tree.mistakes = self.tree.mistakes, joint.mistakes
         joint.limits = self._limits(element, joint.path, joint.type)
         if joint.limits != (0.0, 0.0) or not joint.locked:

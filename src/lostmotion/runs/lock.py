@@ -39,11 +39,11 @@ def lock(folder: Path, wait: float = 0.0) -> Iterator[None]:
             time.sleep(_SECONDS_BETWEEN)
         yield
     finally:
-        os.close(handle)  # gives the lock back
+        os.close(handle)  # releases the lock
 
 
 def _taken(handle: int, path: Path) -> bool:
-    """Take the lock if nobody holds it."""
+    """Take the lock if it is free; return whether it was taken."""
     try:
         try:
             import fcntl
@@ -53,7 +53,7 @@ def _taken(handle: int, path: Path) -> bool:
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
         else:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):  # what flock and Windows say where another holds it
+    except (BlockingIOError, PermissionError):  # raised by flock and by Windows while another process holds the lock
         return False
     except OSError as error:
         said = (

@@ -92,7 +92,7 @@ class Store:
             lines = ["its order cannot be read"]
         said = "\n".join(f"  {line}" for line in lines or ["written differently"])
         raise OutputExistsError(
-            f"'{self.folder}' holds another run, which this one cannot go on with:\n{said}\n  name another folder with --out, or remove that one"
+            f"'{self.folder}' holds another run, which this one cannot continue:\n{said}\n  name another folder with --out, or remove that one"
         )
 
     @classmethod
