@@ -13,6 +13,8 @@ from lostmotion.parts.source import Line, Part
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from lostmotion.parts.source import Friction
+
 ASSUMED: Final = "assumed"
 UPPER_LIMIT: Final = "maker's upper limit"
 # The reason of a default begins with this word.
@@ -74,6 +76,11 @@ class Sourced(Part):
 def value_keys(model: type[Part]) -> list[str]:
     """Return the keys of a table that hold values, in order."""
     return [name for name in model.model_fields if name not in NO_VALUES]
+
+
+def default_friction(key: str, friction: Friction | None) -> dict[str, str]:
+    """Return the entry of `assumptions` for friction that is not stated under `key`; empty where it is stated or not needed."""
+    return {key: f"{DEFAULT}, {friction.reason}"} if friction is not None and friction.reason else {}
 
 
 def _refusal(why: str, expected: str, key: str, near: str, listing: str = "assumed") -> PydanticCustomError:

@@ -14,6 +14,7 @@ from lostmotion.laws.rolling_table import Pair, ShiftTable, shift_table
 from lostmotion.parts.bearing.mounted import MountedBearing
 from lostmotion.parts.bearing.rolling import closing_friction, per_shift
 from lostmotion.parts.bearing.runout import runout_terms
+from lostmotion.parts.provenance import default_friction
 from lostmotion.parts.source import Condition, Draw, ErrorSource, ForceAmount, Friction, Holding, LengthAmount, Term
 from lostmotion.spatial import across, cross, mapped
 
@@ -45,9 +46,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
-        friction = self.play_friction(Holding)
-        default = {"closing_force": f"default, {friction.reason}"} if friction is not None and friction.reason else {}
-        return {**super().assumptions, **default}
+        return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
 
     @property
     @abstractmethod

@@ -8,7 +8,7 @@ import numpy as np
 
 from lostmotion.laws.chance import Cosine, Sine, TwoSided
 from lostmotion.laws.clearance import seated, seated_across
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.provenance import Sourced, default_friction
 from lostmotion.parts.source import (
     HELD_SHARE,
     OF_HELD,
@@ -61,9 +61,7 @@ class RollingPair(Sourced, ErrorSource):
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
-        friction = self.play_friction(Holding)
-        default = {"closing_force": f"default, {friction.reason}"} if friction is not None and friction.reason else {}
-        return {**super().assumptions, **default}
+        return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
 
     def terms(self, at: Condition) -> list[Term]:
         """Shift and tilt in the clearances, axial play, and elastic give."""

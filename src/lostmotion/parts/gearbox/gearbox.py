@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.laws.chance import Normal, TwoSided, Uniform
 from lostmotion.laws.clearance import seated
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
-from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced
+from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, default_friction
 from lostmotion.parts.source import (
     HELD_SHARE,
     OF_HELD,
@@ -133,9 +133,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         out = {**super().assumptions, **dict.fromkeys(self.upper_limits, UPPER_LIMIT)}
         if self.lost_motion is not None and "lost_motion_torque" not in self.model_fields_set:
             out["lost_motion_torque"] = "default, 3 % of the rated torque"
-        if (friction := self.play_friction(Holding)) is not None and friction.reason:
-            out["friction_torque"] = f"default, {friction.reason}"
-        return out
+        return out | default_friction("friction_torque", self.play_friction(Holding))
 
     @property
     def zones(self) -> list[float]:
