@@ -165,8 +165,22 @@ def test_the_skeleton_of_a_toml_says_where_each_line_goes(tmp_path):
 
 
 def test_explicit_zeros_are_a_description():
-    """Who states that everything is perfect gets the answer to that: zero."""
+    """Who states that everything is perfect is told that this predicts nothing, and which joint has not even that."""
     joints = (RevoluteJoint(name="A", limits=(-1.0, 1.0), lumped={"angle": 0.0}, link=Link(length=0.5)), PrismaticJoint(name="B", limits=(0.0, 1.0)))
     study = lostmotion.study(Arm(name="x", joints=joints), 8, 4, 2)
     assert study.sampled.group_hist.sum() > 0
-    assert study.sheet.verdict.startswith("At least 0 µm")
+    assert study.sheet.verdict.startswith("Every error that is described is zero, and nothing is described for B (taken as perfect)")
+
+
+def test_zero_is_no_prediction():
+    """Where every described error is zero, or none differs from visit to visit, headline and cards predict nothing instead of printing 0 µm."""
+    cases = (({}, "Every error that is described is zero"), ({"length_tolerance": 1e-4}, "No error that is described differs from visit"))
+    for tolerance, said in cases:
+        link = {"length": 0.5, "rigid": True, **tolerance}
+        arm = lostmotion.Arm(name="plain", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": link, "lumped": {"angle": 0.0}},))
+        sheet = lostmotion.study(arm, poses=8, robots=20, visits=3).sheet
+        assert said in sheet.verdict
+        assert " 0 µm" not in sheet.verdict
+        assert "0 µm" not in {card.number for card in sheet.cards}
+        if not tolerance:
+            assert "Every error that is described is zero" in lostmotion.study(arm, poses=8, method="analytic").sheet.verdict

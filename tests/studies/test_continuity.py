@@ -228,7 +228,7 @@ def test_friction_that_nobody_states_is_assumed_and_reported():
     assert of_axis["A", "bearing"].load == pytest.approx(0.02 * (grams * STANDARD_GRAVITY / 2 + holds / 0.06))
     assert arm(rated_torque="80 N m").assumed_friction["A", "gearbox"].load == pytest.approx(0.8)
     assert ("A", "gearbox") not in arm(friction_torque="0 N m").assumed_friction
-    (gearbox, bearing) = arm().remarks
+    (_, gearbox, bearing) = arm().remarks
     assert gearbox.startswith("friction of the gearbox of A: not stated, assumed 2 %")
     assert "(0.392 N m)" in gearbox
     assert bearing.startswith("friction of the bearing of A: not stated, assumed 2 %")

@@ -13,7 +13,16 @@ from lostmotion.figures.budget import asked_sections, by_level_sections, halved_
 from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.figures.provenance import assumed_said, at_least, bounded_cards, error_said, limits_said, provenance_facts, provenance_sections
+from lostmotion.figures.provenance import (
+    assumed_said,
+    at_least,
+    bounded_cards,
+    error_said,
+    limits_said,
+    no_error_said,
+    provenance_facts,
+    provenance_sections,
+)
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.montecarlo import kernel
@@ -104,7 +113,9 @@ def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known
     """Say how far off the tool is, over all poses ("") and in each zone, and which part contributes most."""
     said = []
     for zone, figure in told.items():
-        if math.isfinite(figure.value):
+        if figure.value == 0:
+            said += [] if zone else [no_error_said(known)]
+        elif math.isfinite(figure.value):
             within = f"{figure} ({figure.between})"
             said.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
         else:

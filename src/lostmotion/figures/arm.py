@@ -16,6 +16,7 @@ from lostmotion.figures.provenance import (
     bounded_cards,
     error_said,
     limits_said,
+    no_error_said,
     provenance_facts,
     provenance_sections,
     repeats_said,
@@ -209,7 +210,9 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     """Say in a sentence or three what the user asked: how far off, which part contributes most, how well it repeats."""
     error = find_row(found, "error", "95 % below")
     said = []
-    if error is not None:
+    if error is not None and error.figures[0].value == 0:
+        said.append(no_error_said(known))
+    elif error is not None:
         figure = error.figures[0]
         within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
         said.append(error_said(within, known))
@@ -217,8 +220,10 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     if parts and parts[0].figures[1].value > 0:
         said.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
     repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
-    if repeats is not None:
+    if repeats is not None and repeats.figures[0].value:
         said.append(repeats_said(str(repeats.figures[0]), known))
+    elif repeats is not None and (error is None or error.figures[0].value):
+        said.append("No error that is described differs from visit to visit, so no repeatability is predicted.")
     for zone, row in _in_zones(found, answer):
         inside = row.figures[0]
         said.append(f"In the zone {zone.name} expect 95 % within {at_least(inside, known)}{f' ({inside.interval})' if inside.interval else ''}.")
@@ -256,7 +261,7 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
     cards = [
         Card(title, str(row.figures[0]), f"interval {row.figures[0].interval}" if row.figures[0].interval else row.note)
         for title, row in rows
-        if row is not None
+        if row is not None and row.figures[0].value  # nothing described errs so: zero is not a prediction
     ]
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts:

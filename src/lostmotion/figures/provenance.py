@@ -96,6 +96,12 @@ def ideal_said(known: States) -> str:
     return f"nothing is described for {', '.join(known.ideal_joints)} (taken as perfect)" if known.ideal_joints else ""
 
 
+def no_error_said(known: States) -> str:
+    """Return the headline of an arm of which every described error is zero: that is no prediction, and the joints without any are named."""
+    ideal = ideal_said(known)
+    return f"Every error that is described is zero{f', and {ideal}' if ideal else ''}: no accuracy is predicted."
+
+
 def caveats(known: States) -> list[str]:
     """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
     ideal = ideal_said(known)

@@ -75,7 +75,7 @@ def statics_sheet(found: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
 
 
 def _rigid(found: Survey) -> list[str]:
-    """Name the parts of which nothing is said that gives: none is left out in silence."""
+    """Name the parts whose compliance is not specified: none is neglected in silence."""
     if not found.parts:
         return ["every part is taken as rigid: there is no compliance to report"]
     arm = found.arm
@@ -83,7 +83,7 @@ def _rigid(found: Survey) -> list[str]:
     silent = {
         "gearboxes": [joint.name for joint in arm.moving if joint.name not in held and not _gives(found, f"joints.{joint.name}.gearbox")],
         "bearings": [joint.name for joint in arm.moving if not _gives(found, f"joints.{joint.name}.bearing")],
-        "links": [joint.name for joint in arm.joints if joint.link.reach and not _gives(found, f"joints.{joint.name}.link")],
+        "links": [joint.name for joint in arm.joints if joint.link.reach and not joint.link.rigid and not _gives(found, f"joints.{joint.name}.link")],
     }
     rigid = ([] if _gives(found, "base") else ["the base"]) + [f"{kind} of {', '.join(names)}" for kind, names in silent.items() if names]
     notes = [f"not specified and taken as rigid: {'; '.join(rigid)}"] if rigid else []

@@ -210,6 +210,8 @@ def _look_for_macros(robot: etree._Element, file: str) -> list[str]:
             for value in element.attrib.values():
                 if _LEFT_OVER.search(str(value)):
                     _refuse_xacro(file, line_of(element), shown(str(value)))
+    if left and robot.find("link") is None:
+        _refuse_xacro(file, line_of(robot), "definitions of macros, and no link")
     return included[:_MOST_REPAIRS] + ([f"{left[0]}: xacro definitions that nothing uses are passed over"] if left else [])
 
 

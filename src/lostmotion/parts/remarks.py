@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def remarks_on(arm: Arm) -> tuple[str, ...]:
-    """Return, in a sentence each, what encoders correct, members taken as rigid, assumed friction, and masses of gearboxes."""
-    return (*_corrected(arm), *_rigid_members(arm), *_assumed_frictions(arm), *_masses_of_gearboxes(arm))
+    """Return, in a sentence each, what encoders correct, rigid members, gearboxes without a rating, assumed friction, gearbox masses."""
+    return (*_corrected(arm), *_rigid_members(arm), *_unrated(arm), *_assumed_frictions(arm), *_masses_of_gearboxes(arm))
 
 
 def _corrected(arm: Arm) -> tuple[str, ...]:
@@ -31,6 +31,11 @@ def _rigid_members(arm: Arm) -> tuple[str, ...]:
     return tuple(f"gearbox of {', '.join(joints)}: not specified and taken as rigid: {rigid}" for rigid, joints in silent.items())
 
 
+def _unrated(arm: Arm) -> tuple[str, ...]:
+    unrated = ", ".join(joint.name for joint in arm.moving if joint.gearbox is not None and joint.gearbox.rated_torque is None)
+    return (f"rated torque of the gearbox of {unrated}: not stated, so overload is not checked there",) if unrated else ()
+
+
 def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
     grouped: dict[tuple[str, str, str], dict[str, str]] = {}
     turning = [joint.name for joint in arm.joints if isinstance(joint, RevoluteJoint)]
@@ -39,7 +44,7 @@ def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
         grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
     return tuple(
         f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose, at any tilt' if reason == OF_HELD else ''} "
-        f"({', '.join(dict.fromkeys(loads.values()))} {unit}); "
+        f"({', '.join(loads.values() if len(set(loads.values())) > 1 else [*loads.values()][:1])} {unit}); "
         "a smaller load does not close the play"
         for (part, reason, unit), loads in grouped.items()
     )
