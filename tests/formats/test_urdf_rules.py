@@ -190,6 +190,13 @@ def test_xacro_that_counts_is_named_with_what_to_do(urdf, left, declared):
     assert "xacro arm.urdf.xacro > arm.urdf" in found.example
 
 
+def test_macros_alone_are_xacro(urdf):
+    """A file that only defines macros has no link of its own: it is named as xacro, not as a URDF that lacks its links."""
+    macro = '<xacro:macro name="m"><link name="a"/><link name="b"/></xacro:macro>'
+    (found,) = mistakes(urdf(robot(macro).replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"')))
+    assert found.found.startswith("this is xacro")
+
+
 @pytest.mark.parametrize("ending", [".urdf", ".xml", ".sdf", ".mjcf", ".xacro", ".toml", ""])
 @pytest.mark.parametrize(
     ("text", "name"),
