@@ -269,3 +269,70 @@ def test_places_and_turns_are_three_finite_numbers(wrong):
     """From Python, too, a centre or a turn that is none is one clear message under its name."""
     with pytest.raises(lostmotion.InputError, match=r"three lengths|three angles|not a finite number"):
         lostmotion.iso9283(lostmotion.read(Z_ARM), **wrong)
+
+
+LOOPS = """name = "loops"
+[[joints]]
+name = "A"
+type = "revolute"
+axis = "z"
+limits = ["-90 deg", "90 deg"]
+gearbox = { hysteresis = "1 arcmin", ratio = 100, rated_torque = "50 N m", stiffness = "20 N m/arcmin" }
+mounting = { tilt = "1 arcmin" }
+link = { length = "100 mm", direction = "z", mass = "2 kg" }
+[[joints]]
+name = "B"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+gearbox = { hysteresis = "1 arcmin", ratio = 100, rated_torque = "50 N m", stiffness = "20 N m/arcmin" }
+mounting = { tilt = "1 arcmin" }
+link = { length = "400 mm", mass = "2 kg" }
+[[joints]]
+name = "C"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+GEARBOX
+link = { length = "300 mm", mass = "2 kg" }
+"""
+LOOP = 'gearbox = { hysteresis = "1 arcmin", ratio = 100, rated_torque = "50 N m", stiffness = "20 N m/arcmin" }'
+
+
+def loops(tmp_path, text):
+    """Predict the sheet of an arm that is written so."""
+    path = tmp_path / "loops.toml"
+    path.write_text(text, encoding="utf-8")
+    return lostmotion.iso9283(lostmotion.read(path), robots=70, cycles=4)
+
+
+@pytest.mark.parametrize("last", [LOOP, ""])
+def test_a_zero_is_never_a_headline(tmp_path, last):
+    """Loops repeat exactly where every joint arrives from one side: then no repeatability is predicted there, and the other figure leads."""
+    found = loops(tmp_path, LOOPS.replace("GEARBOX", last))
+    sheet = found.sheet
+    assert found.predicted.loads[0].repeatability.max() < 1e-15
+    either = find_row(sheet.sections, "either", "worst").figures[0]
+    bound = "" if last else "at least "
+    assert sheet.verdict.startswith(
+        f"Of the arms built to this design 95 % will repeat within {bound}{either} ({either.interval}) where joints arrive"
+    )
+    assert "from one side nothing that is described varies from visit to visit, so no repeatability is predicted there" in sheet.verdict
+    assert not re.search(r"(within|least|most) 0 ", sheet.verdict)
+    fitted = find_row(sheet.sections, "fitted", "worst").figures[0]
+    assert f"{bound}{fitted} ({fitted.interval}) with best-fit frames" in sheet.verdict
+    assert [card.title for card in sheet.cards[:2]] == ["RP_l, from either side", "RP_l, 95 % of arms"]
+    assert sheet.cards[1].number == "none described"
+    rows = [row for key in ("rp100", "rp10", "turns") for section in sheet.sections if section.key == key for row in section.rows]
+    rows += [row for section in sheet.sections for row in section.rows if row.label.startswith(("RD,", "RT_"))]
+    assert {str(figure) for row in rows for figure in row.figures} == {"none described"}
+    written = [each for section in found.result()["sections"] if section["key"] == "rp100" for row in section["rows"] for each in row["figures"]]
+    assert {(each["value"], each["interval"], each["words"]) for each in written} == {(None, None, "none described")}
+
+
+def test_an_arm_whose_errors_never_change_has_no_repeatability(tmp_path):
+    """Tilted axes are tilted at every visit: the headline says that no repeatability is predicted, and the cards begin with accuracy."""
+    text = re.sub(r'hysteresis = "1 arcmin", ', "", LOOPS.replace("GEARBOX", ""))
+    sheet = loops(tmp_path, text).sheet
+    assert sheet.verdict.startswith("Nothing that is described varies from visit to visit, from whichever side joints arrive")
+    assert sheet.cards[0].title == "AP_p, 95 % of arms"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import lostmotion
@@ -85,13 +87,15 @@ def test_a_joint_taken_as_perfect_beside_a_limit_leaves_no_bound(tmp_path):
 
 
 def test_the_sheet_of_iso_9283_says_at_most(tmp_path):
-    """RP_l where the loop's limit drives it, at the poses of the test cube."""
-    arm = arm_of(tmp_path, "limit")
-    sheet = lostmotion.iso9283(arm, robots=50, cycles=4).sheet
-    repeats = "repeat within at most" in sheet.verdict
-    assert repeats == any(each["share_between_visits"] > 1e-3 for each in sheet.facts["states"]["upper_limits"])
-    assert "within at most" in sheet.verdict
+    """Loops at their makers' limits bound every figure that the headline gives: from either side, at the commanded point and with fitted frames."""
+    sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, cycles=4).sheet
+    assert re.search(r"95 % will repeat within at most [^:]* where joints arrive from either side", sheet.verdict)
+    assert re.search(r"will lie within at most [^:]* of the commanded point", sheet.verdict)
+    assert re.search(r"at most [\d.]+ .?m( \([^)]*\))? with best-fit frames", sheet.verdict)
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict
+    assert [card.number[:2] for card in sheet.cards[:4]] == ["≤ ", "no", "≤ ", "≤ "]
+    typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), robots=50, cycles=4).sheet
+    assert "at most" not in typical.verdict
 
 
 def test_shares_of_limits_are_those_of_the_budget(tmp_path):

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.figures import ARCMIN, ARCSEC, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures import ARCMIN, ARCSEC, Figure, Row, Section, Sheet, length
 from lostmotion.figures.first_order import checked, failure, judged
 from lostmotion.figures.overload import overload_warnings
-from lostmotion.figures.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections, repeats_bounded
+from lostmotion.figures.provenance import provenance_facts, provenance_sections
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
 from lostmotion.studies.iso9283.paths import PATH_FIGURES
@@ -20,19 +20,21 @@ from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Callable, Collection
 
+    from lostmotion.figures import Card
     from lostmotion.spatial import Floats
     from lostmotion.studies.intervals import Estimate
     from lostmotion.studies.iso9283.compared import Compared
     from lostmotion.studies.iso9283.measured import Measured
     from lostmotion.studies.iso9283.predicted import LoadSheet, Predicted
     from lostmotion.studies.iso9283.warm_up import Drift
-    from lostmotion.studies.provenance import States
 
 _AXES: Final = ("x", "y", "z", "a", "b", "c")
 # Of an arcmin: below it seconds are read more easily.
 _SMALL_ANGLE: Final = 0.1
+# m, rad: a scatter below it is what rounding leaves of none.
+_NO_SCATTER: Final = 1e-13
 # Robots, of which less than three lie above the 95 %.
 _FEW: Final = 60
 _MEAN, _MOST = "mean", "95 % below"
@@ -50,6 +52,10 @@ _WORDS: Final = (
     (
         "thirty visits",
         "RP_l of 30 visits is a sample: of a round normal scatter, 3.536 sigma on the average, 3.616 with many visits, 0.329 up or down by chance.",
+    ),
+    (
+        "none described",
+        "nothing that is described varies from visit to visit there: no repeatability is predicted, which does not mean that it is zero.",
     ),
     ("from either side", "RP_l if joints arrived from either side at random: play that the standard's cycle keeps on one side then shows in full."),
     (
@@ -76,6 +82,7 @@ def iso_sheet(
     predicted: Predicted | None, drifted: Drift | None, measured: Measured | None, compared: list[Compared], notes: tuple[str, ...] = ()
 ) -> Sheet:
     """What is there to say by ISO 9283 of an arm, predicted, measured or both?"""
+    from lostmotion.figures.iso9283_headline import predicted_cards, predicted_verdict
     from lostmotion.figures.iso9283_measured import (
         compared_section,
         doubts,
@@ -98,8 +105,10 @@ def iso_sheet(
     if predicted is not None:
         sections += _predicted(predicted, drifted)
         known = with_limits(states(predicted.arm), predicted.arm, predicted.cube.q, predicted.approach)
-        cards += bounded_cards(_cards(predicted), known, ("RP_l", "AP_p"))
-        verdict.append(_verdict(predicted, known))
+        # Limits count in the scatter from either side that do not in that from one side.
+        either = with_limits(states(predicted.arm), predicted.arm, predicted.cube.q)
+        cards += predicted_cards(predicted, known, either)
+        verdict.append(predicted_verdict(predicted, known, either))
         facts |= {**_facts(predicted), **provenance_facts(known)}
         about = provenance_sections(known)
         counted.append(f"{predicted.robots} robots x {predicted.cycles} cycles x 5 poses, seed {predicted.seed}")
@@ -144,6 +153,11 @@ def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
+def of_scatter(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
+    """Give a repeatability as `of` does; words in place of a number where nothing that is described varies from visit to visit."""
+    return Figure(math.nan, "1", samples=samples, words="none described") if estimate.value < _NO_SCATTER else of(estimate, samples, angle=angle)
+
+
 def under(label: str, load: float, loads: Collection[object]) -> str:
     """Give a label with its share of the payload, where figures stand under several; no space, at which a narrow screen would fold it."""
     return f"{label}, {100 * load:g}%" if len(loads) > 1 else label
@@ -172,30 +186,6 @@ def _counted(found: Predicted) -> str:
 
 def _percent(load: float) -> str:
     return f"{100 * load:.0f} % of the payload"
-
-
-def _verdict(found: Predicted, known: States) -> str:
-    sheet = found.loads[0]
-    repeat, accurate = over_robots(sheet.repeatability.max(axis=0)).high, over_robots(sheet.accuracy.max(axis=0)).high
-    fitted, either = over_robots(sheet.fitted.max(axis=0)).high, over_robots(sheet.from_any_side.max(axis=0)).high
-    text = (
-        f"Of the arms built to this design 95 % will repeat within {repeats_bounded(of(repeat), known)} "
-        f"(RP_l from one side at the worst of the five poses, {_percent(1.0)}; {of(either)} where joints arrive from either side). "
-        f"In 95 % of them the average of an arm's visits will lie within {at_least(of(accurate), known)} of the commanded point "
-        f"(AP_p at its worst pose; {of(fitted)} with best-fit frames)."
-    )
-    return " ".join([text, *caveats(known)])
-
-
-def _cards(found: Predicted) -> list[Card]:
-    sheet = found.loads[0]
-    return [
-        Card("RP_l, 95 % of arms", str(of(over_robots(sheet.repeatability.max(axis=0)).high)), "worst of five poses, one side"),
-        Card("RP_l, from either side", str(of(over_robots(sheet.from_any_side.max(axis=0)).high)), "95 % of arms, worst pose"),
-        Card("AP_p, 95 % of arms", str(of(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses, as it is"),
-        Card("AP_p, best-fit frames", str(of(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
-        Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
-    ]
 
 
 def _cube(found: Predicted) -> Section:
@@ -232,19 +222,19 @@ def _poses(found: Predicted) -> Section:
     return Section("poses", "The five poses", ("x", "y", "z"), tuple(rows), note)
 
 
-def _rows(values: Floats, counted: str) -> tuple[Row, ...]:
+def _rows(values: Floats, counted: str, shown: Callable[..., Figure] = of) -> tuple[Row, ...]:
     """Give a row for each pose of values (pose, robot), and one for the worst of them in each robot."""
     spreads = [(name, over_robots(values[k])) for k, name in enumerate(NAMES)]
     spreads.append(("worst", over_robots(values.max(axis=0))))
-    return tuple(Row(name, (of(spread.mean, counted), of(spread.high, counted))) for name, spread in spreads)
+    return tuple(Row(name, (shown(spread.mean, counted), shown(spread.high, counted))) for name, spread in spreads)
 
 
-def _both_loads(found: Predicted, values: tuple[Floats, ...]) -> tuple[tuple[str, ...], tuple[Row, ...]]:
+def _both_loads(found: Predicted, values: tuple[Floats, ...], shown: Callable[..., Figure] = of) -> tuple[tuple[str, ...], tuple[Row, ...]]:
     """Give the columns and rows of values (pose, robot) that are told for each load beside the other, what 95 % of robots stay below."""
     counted = _counted(found)
     columns = tuple(f"{100 * sheet.load:.0f} % load, {_MOST}" for sheet in found.loads)
-    rows = [Row(name, tuple(of(over_robots(each[k]).high, counted) for each in values)) for k, name in enumerate(NAMES)]
-    rows.append(Row("worst", tuple(of(over_robots(each.max(axis=0)).high, counted) for each in values)))
+    rows = [Row(name, tuple(shown(over_robots(each[k]).high, counted) for each in values)) for k, name in enumerate(NAMES)]
+    rows.append(Row("worst", tuple(shown(over_robots(each.max(axis=0)).high, counted) for each in values)))
     return columns, tuple(rows)
 
 
@@ -262,12 +252,15 @@ def _fitted(found: Predicted) -> Section:
 def _repeatability(found: Predicted, sheet: LoadSheet) -> Section:
     note = (
         "from one side, as the standard's cycle makes every joint arrive; what scatters from visit to visit is what the parts state "
-        "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top. A normal scatter of the same "
-        f"covariance would show {_each(sheet.expected)} at P1 to P5 on the average of sets of {found.cycles} visits, which read low, "
-        f"and {_each(sheet.limit)} with more and more visits"
+        "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top"
     )
+    if sheet.repeatability.max() >= _NO_SCATTER:
+        note += (
+            f". A normal scatter of the same covariance would show {_each(sheet.expected)} at P1 to P5 on the average of sets of {found.cycles} "
+            f"visits, which read low, and {_each(sheet.limit)} with more and more visits"
+        )
     title = f"RP_l, {_percent(sheet.load)}"
-    return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.repeatability, _counted(found)), note)
+    return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.repeatability, _counted(found), of_scatter), note)
 
 
 def _each(values: Floats) -> str:
@@ -275,7 +268,7 @@ def _each(values: Floats) -> str:
 
 
 def _either_side(found: Predicted) -> Section:
-    columns, rows = _both_loads(found, tuple(sheet.from_any_side for sheet in found.loads))
+    columns, rows = _both_loads(found, tuple(sheet.from_any_side for sheet in found.loads), of_scatter)
     note = "not the standard's cycle: joints arrive from either side at random, and play that no load holds closed shows in full"
     return Section("either", "RP_l from either side", columns, rows, note)
 
@@ -291,7 +284,7 @@ def _by_axis(found: Predicted) -> list[Section]:
             accurate.append(Row(f"{letter}-{name}", tuple(of(each, counted, angle=angle) for each in figures)))
             if angle:
                 spread = over_robots(sheet.scatter[k, :, axis % 3])
-                repeats.append(Row(f"{letter}-{name}", tuple(of(each, counted, angle=True) for each in (spread.mean, spread.high))))
+                repeats.append(Row(f"{letter}-{name}", tuple(of_scatter(each, counted, angle=True) for each in (spread.mean, spread.high))))
     note = "signed mean; the 95 % are of the size"
     return [
         Section("axes", "AP by axis", (_MEAN, _MOST), tuple(accurate), f"AP_x, AP_y, AP_z, AP_a, AP_b, AP_c: {note}"),
@@ -320,7 +313,8 @@ def _distance(found: Predicted) -> Section:
     for k, name in enumerate(("AD_p", "RD")):
         for sheet in found.loads:
             values = sheet.distance[k]
-            figures = of(over_robots(values, signed=name == "AD_p").mean, counted), of(over_robots(np.abs(values)).high, counted)
+            shown = of if name == "AD_p" else of_scatter
+            figures = shown(over_robots(values, signed=name == "AD_p").mean, counted), shown(over_robots(np.abs(values)).high, counted)
             rows.append(Row(under(f"{name}, {ends}", sheet.load, found.loads), figures))
     note = "AD_p is signed, above zero too far; its 95 % are of the size. RD is ± 3 s"
     return Section("distance", "Distance AD_p, RD", (_MEAN, _MOST), tuple(rows), note)
@@ -334,7 +328,8 @@ def _path(found: Predicted) -> Section:
     for k, word in enumerate(PATH_FIGURES):
         for sheet in found.loads:
             spread = over_robots(sheet.path[k])
-            figures = tuple(of(each, counted, angle=word[-1] in "abc") for each in (spread.mean, spread.high))
+            shown = of_scatter if word.startswith("RT") else of
+            figures = tuple(shown(each, counted, angle=word[-1] in "abc") for each in (spread.mean, spread.high))
             rows.append(Row(under(word, sheet.load, found.loads), figures))
     worst = float(found.loads[0].path_profile[0, :, 0].argmax()) / (found.path_points - 1) * float(np.linalg.norm(b - a))
     note = (
@@ -374,7 +369,12 @@ def _remarks(found: Predicted) -> list[str]:
     if found.still:
         out.append(f"joints that stand still in the cycle: {', '.join(found.still)}; their play is taken to rest on one side")
     sheet = found.loads[0]
-    if sheet.repeatability.max() < 0.1 * sheet.from_any_side.max():
+    if sheet.repeatability.max() < _NO_SCATTER:
+        out.append(
+            "from one side nothing that is described varies from visit to visit, so no repeatability is predicted there; a real arm adds friction, "
+            "control and warmth"
+        )
+    elif sheet.repeatability.max() < 0.1 * sheet.from_any_side.max():
         out.append(
             "RP_l from one side is small because the parts state little that changes from visit to visit; a real arm adds friction, control "
             "and warmth: see 'from either side' for what its play can do"
