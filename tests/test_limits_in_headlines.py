@@ -66,7 +66,8 @@ def test_the_headline_of_a_study_says_at_most_and_names_the_limit(tmp_path, meth
     assert "95 % of positions within at most" in limit.verdict
     assert "Makers' upper limits stand for hysteresis of X-10" in limit.verdict
     assert "The largest of them is hysteresis at" in limit.verdict
-    assert limit.cards[0].number.startswith("≤ ")
+    assert "(as far as errors are described)" in limit.verdict.split("Makers'")[0]
+    assert not any("≤" in card.number for card in limit.cards)
     assert {each["key"] for each in limit.facts["states"]["upper_limits"]} == {"hysteresis"}
     if method == "montecarlo":
         assert "95 % of the robots built repeat within at most" in limit.verdict
@@ -77,13 +78,39 @@ def test_the_headline_of_a_study_says_at_most_and_names_the_limit(tmp_path, meth
 
 
 def test_a_joint_taken_as_perfect_beside_a_limit_leaves_no_bound(tmp_path):
-    """'At least' stays, and the sentence says that the figures bound the error from neither side."""
+    """'At least' stays, the sentence says that what rests on limits may also be less, and the card carries no sign."""
     extra = '[[joints]]\nname = "D"\ntype = "revolute"\nlimits = ["-90 deg", "90 deg"]\n'
     path = tmp_path / "arm.toml"
     path.write_text(text_of("limit").replace("[[reducers]]", extra + "[[reducers]]", 1), encoding="utf-8")
-    verdict = lostmotion.study(lostmotion.read(path), poses=16, robots=32, visits=4).sheet.verdict
-    assert verdict.startswith("At least")
-    assert "bound the error from neither side" in verdict
+    sheet = lostmotion.study(lostmotion.read(path), poses=16, robots=32, visits=4).sheet
+    assert sheet.verdict.startswith("At least")
+    assert "neither side" not in sheet.verdict
+    assert "parts of these figures rest on them, so the true error may also be less" in sheet.verdict
+    assert sheet.cards[0].number[0].isdigit()
+
+
+FULL = """[[joints]]
+name = "A"
+type = "revolute"
+limits = ["-90 deg", "90 deg"]
+gearbox = { catalogue = "X-10", ratio = 100, backlash = "0.1 arcmin", transmission_error = "0.1 arcmin" }
+bearing = { kind = "rolling", span = "40 mm", clearance = "2 µm" }
+encoder = { resolution = "1 arcsec" }
+mounting = { tilt = "1 arcmin" }
+link = { length = "300 mm", length_tolerance = "0.1 mm", rigid = true, mass = "2 kg" }
+"""
+
+
+@pytest.mark.parametrize(("left_out", "bounded"), [("", True), ("encoder", False), ("bearing", False), ("mounting", False)])
+def test_a_limit_bounds_an_error_only_where_every_kind_is_described(tmp_path, left_out, bounded):
+    """One joint with every kind of error: 'at most' without more, and the card's sign; with one kind less it holds only of what is described."""
+    path = tmp_path / "arm.toml"
+    lines = [line for line in FULL.splitlines() if not left_out or not line.startswith(left_out)]
+    path.write_text("\n".join(['name = "x"', *lines, ROWS]), encoding="utf-8")
+    sheet = lostmotion.study(lostmotion.read(path), poses=16, robots=32, visits=4, method="analytic").sheet
+    assert "within at most" in sheet.verdict
+    assert ("as far as errors are described" not in sheet.verdict) == bounded
+    assert sheet.cards[0].number.startswith("≤ ") == bounded
 
 
 def test_the_sheet_of_iso_9283_says_at_most(tmp_path):

@@ -226,7 +226,8 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
         said.append("No error that is described differs from visit to visit, so no repeatability is predicted.")
     for zone, row in _in_zones(found, answer):
         inside = row.figures[0]
-        said.append(f"In the zone {zone.name} expect 95 % within {at_least(inside, known)}{f' ({inside.interval})' if inside.interval else ''}.")
+        within = f"{inside}{f' ({inside.interval})' if inside.interval else ''}"
+        said.append(f"In the zone {zone.name} expect 95 % within {at_least(within, known)}.")
     if answer.stopping is not None:
         said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
     said += [f"{sentence}." for sentence in stopped_in(answer.zones)]

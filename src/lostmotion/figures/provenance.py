@@ -49,7 +49,7 @@ def at_least(text: object, known: States) -> str:
     """Return a figure of the headline, as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count."""
     if known.ideal_joints:
         return f"at least {text}"
-    return f"at most {text}" if in_error(known) else str(text)
+    return _at_most(text, known) if in_error(known) else str(text)
 
 
 def error_said(within: str, known: States) -> str:
@@ -69,7 +69,12 @@ def repeats_bounded(repeats: object, known: States) -> str:
     """Return a repeatability as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count in it."""
     if known.ideal_joints:
         return f"at least {repeats}"
-    return f"at most {repeats}" if in_repeats(known) else str(repeats)
+    return _at_most(repeats, known) if in_repeats(known) else str(repeats)
+
+
+def _at_most(text: object, known: States) -> str:
+    """Return a figure as an upper bound; where kinds of error are not described for every joint it bounds only what is described."""
+    return f"at most {text}" + (" (as far as errors are described)" if known.ideal_kinds else "")
 
 
 def limits_said(known: States) -> list[str]:
@@ -87,7 +92,9 @@ def limits_said(known: States) -> list[str]:
         sizes += f" and {Figure(100 * repeat.of_repeat, '%')} of its part between visits"
     elif repeat.of_repeat:
         sizes += f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, {Figure(100 * repeat.of_repeat, '%')}"
-    ends = ": errors that rest on them are at most these" if not known.ideal_joints else ", so that these figures bound the error from neither side"
+    ends = ": errors that rest on them are at most these"
+    if known.ideal_joints:
+        ends = "; parts of these figures rest on them, so the true error may also be less"
     return [f"Makers' upper limits stand for {named}{ends}. The largest of them is {first.key.replace('_', ' ')} at {first.joint}: {sizes}."]
 
 
@@ -105,7 +112,8 @@ def no_error_said(known: States) -> str:
 def caveats(known: States) -> list[str]:
     """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
     ideal = ideal_said(known)
-    return [*([f"{ideal[0].upper()}{ideal[1:]}: errors are at least these."] if ideal else []), *limits_said(known), *assumed_said(known)]
+    ends = ", so the true error may be larger" if known.limits else ": errors are at least these"
+    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *limits_said(known), *assumed_said(known)]
 
 
 def assumed_said(known: States) -> list[str]:
@@ -115,7 +123,7 @@ def assumed_said(known: States) -> list[str]:
 
 
 def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
-    """Return cards, those whose title begins with one of `bounded` as lower bounds or upper bounds where their values are such."""
+    """Return cards, those whose title begins with one of `bounded` with the sign of a lower or an upper bound where they are one."""
     return tuple(replace(card, number=_bounded(card, known)) if card.title.startswith(tuple(bounded)) else card for card in cards)
 
 
@@ -123,10 +131,12 @@ def _bounded(card: Card, known: States) -> str:
     number = card.number.removeprefix("≥ ").removeprefix("≤ ")
     if not number[:1].isdigit():
         return card.number
-    if known.ideal_joints:
-        return f"≥ {number}"
     counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
-    return f"≤ {number}" if counts else card.number
+    if known.ideal_joints:
+        return number if counts else f"≥ {number}"
+    if counts:  # a card has no room to say that it bounds only what is described
+        return number if known.ideal_kinds else f"≤ {number}"
+    return card.number
 
 
 def _states_section(known: States) -> Section:

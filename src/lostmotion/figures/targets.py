@@ -258,13 +258,13 @@ def _target(found: Targets) -> Figure:
 
 
 def _verdict(found: Targets, known: States) -> str:
-    now = _of(found.now)
+    now = f"{_of(found.now)}{f' ({_of(found.now).interval})' if _of(found.now).interval else ''}"
     said = (
         f"{100 * found.share:g} % of positions are within {at_least(now, known)}"
         if found.kind == "error"
         else f"{100 * found.share:g} % of robots repeat within {repeats_bounded(now, known)}"
     )
-    said += f"{f' ({now.interval})' if now.interval else ''}: the target of {_target(found)} is {'kept' if kept(found) else 'missed'}."
+    said += f": the target of {_target(found)} is {'kept' if kept(found) else 'missed'}."
     if found.equal_factor is not None:
         factor = float(np.nanmax(found.equal_factor.factors))
         said += f" All errors {'may grow' if factor > 1 else 'must shrink'} to {factor:.3g} of what they are, all alike."

@@ -103,6 +103,11 @@ class States:
         return tuple(each.joint for each in self.joints if each.ideal)
 
     @property
+    def ideal_kinds(self) -> tuple[str, ...]:
+        """Return the kinds of error that are not described for every moving joint; what lumps several kinds together is no kind of its own."""
+        return tuple(kind for kind in KINDS if kind != "lumped" and any(each.states.get(kind) == "ideal" for each in self.joints))
+
+    @property
     def described(self) -> bool:
         """Return whether the arm has any error source: without one no accuracy can be predicted."""
         return not (all(each.ideal for each in (*self.joints, *self.fixed)) and all(state == "ideal" for state in self.base.values()))
