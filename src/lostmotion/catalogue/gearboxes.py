@@ -35,6 +35,8 @@ _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error",
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
+# How sure a source is, as the data file marks it: [R] read, [M 95] from memory, 95 % sure.
+_MARK: Final = re.compile(r"\s*\[(?:R|M (?P<sure>\d\d))\]")
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
 
 
@@ -171,7 +173,7 @@ class GearboxRow(_Printed):
             kept["inertia"] = f"{inertia!r} kg m^2"
         limits = [name for name in self.upper_limits if name in kept and name not in stated and name not in typical]
         own = stated.get("source")
-        known = f"{self.source}; typical: {self.typical['source']}" if typical else self.source
+        known = spelt(f"{self.source}; typical: {self.typical['source']}" if typical else self.source)
         source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
         if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # an own source that is too long by itself is refused by the model
             source = source[:LONGEST_SOURCE]
@@ -190,11 +192,16 @@ class GearboxRow(_Printed):
         silent = [field for field in self.unstated if field not in stated]
         words = [f"{_and(limits)} {'is' if len(limits) == 1 else 'are'} the maker's upper limit"] if limits else []
         if typical and values == "typical":
-            words.append(f"{_and(typical)} typical ({self.typical['source']})")
+            words.append(f"{_and(typical)} typical ({spelt(self.typical['source'])})")
         elif typical:
             words.append(f'for {_and(typical)} values = "typical" is known')
         words += [f"{_and(silent)} not specified, taken as none"] if silent else []
-        return f"{name} is taken from the catalogue" + "".join(f"; {each}" for each in words) + f". Source: {self.source}"
+        return f"{name} is taken from the catalogue" + "".join(f"; {each}" for each in words) + f". Source: {spelt(self.source)}"
+
+
+def spelt(source: str) -> str:
+    """Return a source with its marks in words: "read", or "from memory" and how sure."""
+    return _MARK.sub(lambda mark: f" (from memory, {mark['sure']} % sure)" if mark["sure"] else " (read)", source)
 
 
 @functools.cache
