@@ -105,7 +105,7 @@ def test_every_example_has_its_sheet(path):
         assert section.rows, section.key
         for row in section.rows:
             assert len(row.figures) == len(section.columns)
-            assert all(figure.unit and figure.samples and math.isfinite(figure.value) for figure in row.figures), row.label
+            assert all(figure.words or (figure.unit and figure.samples and math.isfinite(figure.value)) for figure in row.figures), row.label
     keys = {section.key for section in sheet.sections}
     for plot in bearing_plots(found):
         assert plot.section in keys
@@ -120,7 +120,7 @@ def test_catalogue_bearings_have_a_sheet_too():
     """A bearing described by its clearance or its stiffness shows what is stated and what it adds to the error."""
     for part in (RollingPair(clearance=6e-5, span=0.05, radial_stiffness=1e8), CrossedRoller(axial_stiffness=1e9, pitch_diameter=0.1)):
         sheet = bearing_sheet("x", part, LOAD, None)
-        assert [section.key for section in sheet.sections] == ["stated", "terms"]
+        assert [section.key for section in sheet.sections] == ["stated", "terms", *(["assumed"] if part.assumptions else [])]
         assert all(section.rows for section in sheet.sections)
     tilt = bearing_sheet("x", RollingPair(clearance=6e-5, span=0.05), LOAD, None)
     assert find_row(tilt.sections, "stated", "tilt in it, either way").figures[0].value == pytest.approx(4.1, rel=0.01)
@@ -237,3 +237,23 @@ def test_a_single_bearing_is_drawn_and_printed(tmp_path):
     one = examine(part, BearingLoad(2000.0), 20)
     keys = {section.key for section in bearing_sheet("6209", part, one.load, one).sections}
     assert {plot.section for plot in bearing_plots(one)} <= keys
+
+
+OF_STATED = '[bearing]\nkind = "crossed roller"\nradial_runout = "2 µm"\nmoment_stiffness = "100 N m/arcmin"\nassumed = ["radial_runout"]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "keys"),
+    [((EXAMPLES / "6209-pair.toml").read_text(), {"inner_ring_warmer", "span"}), (OF_STATED, {"radial_runout"})],
+    ids=["drawn", "stated"],
+)
+def test_assumed_values_of_a_bearing_are_counted_and_listed(tmp_path, text, keys):
+    """What a bearing's table lists as assumed is counted in the headline, listed, and in result.json, of a drawing and of stated values."""
+    (tmp_path / "b.toml").write_text(text)
+    done = ran("b.toml", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Assumed values" in done.stdout
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assumed = result["states"]["assumed"]
+    assert keys <= {each["key"] for each in assumed if each["reason"] == "assumed" and each["part"] == "bearing"}
+    assert f"This rests on {len(assumed)} assumed value" in " ".join(done.stdout.split())

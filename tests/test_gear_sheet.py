@@ -285,7 +285,7 @@ def test_every_sheet_and_plot_is_whole(name, tmp_path):
         assert section.rows, section.key
         for row in section.rows:
             assert len(row.figures) == len(section.columns)
-            assert all(each.unit and each.samples and math.isfinite(each.value) for each in row.figures), row.label
+            assert all(each.words or (each.unit and each.samples and math.isfinite(each.value)) for each in row.figures), row.label
     keys = {section.key for section in sheet.sections}
     for plot in gearbox_plots(found.study):
         assert plot.section in keys
@@ -311,7 +311,7 @@ def test_without_a_torque_nothing_is_made_up(tmp_path):
     """A strain wave gear whose maker states no rated torque shows its zones, no loop, and says how to give one."""
     found = stated(tmp_path, "no torque")
     assert found.study.loop is None
-    assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission"}
+    assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission", "assumed"}
     assert any("--torque" in note for note in found.sheet.notes)
     given = gear(found.study.gearbox, 60.0)
     assert given.wind_up == pytest.approx(float(given.loop.friction_rising[-1] + given.gearbox.hysteresis / 2))
@@ -688,3 +688,44 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
         done = subprocess.run([sys.executable, "-m", "lostmotion", *map(str, words)], cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode, said in done.stderr, "Traceback" in done.stderr) == (2, True, False), (words, done.stderr)
     assert [path.name for path in tmp_path.iterdir()] == ["full"]
+
+
+def test_assumed_values_of_a_drawing_are_counted_and_listed():
+    """Every assumed key of a drawing, of its first stage and of its materials is counted in the headline, listed, and in result.json."""
+    found = looked_at("two-stage-lobes")
+    gearbox = found.study.gearbox
+    listed = found.sheet.facts["states"]["assumed"]
+    stated = {("gearbox", key) for key in gearbox.assumed} | {("gearbox.first_stage", key) for key in gearbox.first_stage.assumed}
+    assert stated
+    assert stated <= {(each["part"], each["key"]) for each in listed}
+    assert f"This rests on {len(listed)} assumed values, see the table." in found.sheet.verdict
+    (section,) = (each for each in found.sheet.sections if each.key == "assumed")
+    assert all(key in " ".join(row.note for row in section.rows) for _, key in stated)
+
+
+@pytest.mark.parametrize(("stands", "keys"), [("gearbox", {"backlash"}), ("joint", {"backlash", "stiffness", "rated_torque"})])
+def test_assumed_values_of_stated_figures_reach_screen_and_result(tmp_path, stands, keys):
+    """A play that is assumed by its table, or a gearbox that is assumed as a whole by its joint, is so on the screen and in result.json."""
+    own = 'assumed = ["backlash"], ' if stands == "gearbox" else ""
+    whole = 'assumed = ["gearbox"]' if stands == "joint" else ""
+    (tmp_path / "arm.toml").write_text(
+        f'name = "arm"\n[[joints]]\nname = "a"\ntype = "revolute"\naxis = "z"\nlimits = ["-90 deg", "90 deg"]\n{whole}\n'
+        f'gearbox = {{ {own}backlash = "1 arcmin", stiffness = "20 N m/arcmin", rated_torque = "100 N m", friction_torque = "1 N m" }}\n'
+    )
+    done = ran("arm.toml", "--joint", "a", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Assumed values" in done.stdout
+    assert " assumed value" in done.stdout
+    assumed = json.loads((tmp_path / "out" / "result.json").read_text())["states"]["assumed"]
+    assert keys <= {each["key"] for each in assumed}
+    assert {each["reason"] for each in assumed} == {"assumed"}
+    assert "Assumed values" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_a_gearbox_that_is_stated_in_full_rests_on_nothing_assumed(tmp_path):
+    """Where no value is assumed neither the headline nor a table says so."""
+    path = tmp_path / "stated.toml"
+    path.write_text(f'{STATED["worm"]}\nfriction_torque = "1 N m"')
+    sheet = lostmotion.gear(path).sheet
+    assert sheet.facts["states"]["assumed"] == []
+    assert "assumed" not in sheet.verdict

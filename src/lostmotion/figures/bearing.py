@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.figures.provenance import with_assumed
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.mounted import STEPS
 from lostmotion.parts.bearing.rolling import RollingPair
@@ -34,7 +35,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
     said = described(load)
     if examined is None:
         verdict = f"Described by its stated values, not by its drawing. Under {said} the table shows what it adds to an arm's error."
-        return Sheet(
+        sheet = Sheet(
             name=name,
             subject="bearing",
             verdict=verdict,
@@ -44,8 +45,9 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
             words=_WORDS,
             source=f"load: {said}",
         )
+        return with_assumed(sheet, bearing, "bearing")
     sections = (_clearance(examined), _built(examined), _play(examined), _shifts(examined), _elements(examined), _stiffness(examined))
-    return Sheet(
+    sheet = Sheet(
         name=name,
         subject="bearing",
         counts=f"{said}; {examined.count} bearings built, seed {examined.seed}",
@@ -58,6 +60,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
         seed=examined.seed,
         facts={"bearing": name, "seed": examined.seed, "built": examined.count, "load": _plain_load(load)},
     )
+    return with_assumed(sheet, bearing, "bearing")
 
 
 def described(load: BearingLoad) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet
 from lostmotion.figures.cycloidal import Bound, cards_of_drawing, doubts_of_drawing, over_samples, sections_of_drawing, verdict_of_drawing
+from lostmotion.figures.provenance import with_assumed
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.kinds import SlidingDrive
@@ -82,10 +83,10 @@ def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> S
     """What is there to say about a gearbox?"""
     gearbox, drawn = study.gearbox, study.drawn
     if not isinstance(gearbox, CycloidalGearbox):
-        return _of_figures(name, study, gearbox, notes)
+        return with_assumed(_of_figures(name, study, gearbox, notes), gearbox, "gearbox")
     if drawn is None:
         raise ValueError("a gearbox by its drawing without what its drawing tells")
-    return _of_drawing(name, study, gearbox, drawn, notes)
+    return with_assumed(_of_drawing(name, study, gearbox, drawn, notes), gearbox, "gearbox")
 
 
 def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tuple[str, ...]) -> Sheet:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, several
 from lostmotion.studies.limits import in_error, in_repeats
-from lostmotion.studies.provenance import KINDS
+from lostmotion.studies.provenance import KINDS, assumed_in_part
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from lostmotion.figures import Sheet
     from lostmotion.studies.provenance import AssumedValue, JointStates, States
 
 # Columns in a word or two, so that the table fits on a screen.
@@ -20,6 +21,7 @@ _HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
 # Titles of cards that show scatter between visits alone.
 _REPEATS: Final = ("repeatability", "RP")
 _MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
+_SHARED: Final = "a part that several joints share is listed under the first of them"
 
 
 def provenance_sections(known: States) -> tuple[Section, ...]:
@@ -40,9 +42,19 @@ def provenance_facts(known: States) -> dict[str, Any]:
                 {"joint": each.joint, "model": each.model, "key": each.key, "share": each.of_error, "share_between_visits": each.of_repeat}
                 for each in known.limits
             ],
-            "assumed": [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in known.assumed],
+            "assumed": _assumed_facts(known.assumed),
         }
     }
+
+
+def with_assumed(sheet: Sheet, part: object, owner: str) -> Sheet:
+    """Return the sheet of one part with what is assumed of it: counted in the headline, as a table, and in what result.json holds."""
+    assumed = assumed_in_part(part, owner)
+    facts = {**sheet.facts, "states": {"assumed": _assumed_facts(assumed)}}
+    if not assumed:
+        return replace(sheet, facts=facts)
+    verdict = " ".join([sheet.verdict, *_rests_on(assumed)])
+    return replace(sheet, verdict=verdict, sections=(*sheet.sections, *_assumed_section(assumed, "")), facts=facts)
 
 
 def at_least(text: object, known: States) -> str:
@@ -118,7 +130,11 @@ def caveats(known: States) -> list[str]:
 
 def assumed_said(known: States) -> list[str]:
     """Return the sentence of the headline that counts the assumed values; none where there are none."""
-    count = len(known.assumed)
+    return _rests_on(known.assumed)
+
+
+def _rests_on(assumed: Sequence[AssumedValue]) -> list[str]:
+    count = len(assumed)
     return [f"This rests on {several(count, 'assumed value')}, see the table."] if count else []
 
 
@@ -158,7 +174,11 @@ def _cell(line: JointStates, kind: str) -> Figure:
     return Figure(math.nan, "1", words=line.states.get(kind, "-"))
 
 
-def _assumed_section(assumed: Sequence[AssumedValue]) -> tuple[Section]:
+def _assumed_facts(assumed: Sequence[AssumedValue]) -> list[dict[str, str]]:
+    return [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in assumed]
+
+
+def _assumed_section(assumed: Sequence[AssumedValue], note: str = _SHARED) -> tuple[Section]:
     """Return the assumed values, those of one part with one reason in a line."""
     together: dict[tuple[str, str, str], list[str]] = {}
     for each in assumed:
@@ -167,5 +187,4 @@ def _assumed_section(assumed: Sequence[AssumedValue]) -> tuple[Section]:
         Row(owner, (Figure(math.nan, "1", words=reason),), ", ".join(keys) + (f"; {source}" if source else ""))
         for (owner, reason, source), keys in together.items()
     )
-    note = "a part that several joints share is listed under the first of them"
     return (Section("assumed", "Assumed values", ("reason",), rows, note),)

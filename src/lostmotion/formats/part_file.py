@@ -26,6 +26,7 @@ from lostmotion.formats.text import begins_as_xml, refuse
 from lostmotion.formats.toml import read_toml
 from lostmotion.parts.bearing.single import OF_PAIRS, PAIRS, single
 from lostmotion.parts.joint import FixedJoint
+from lostmotion.parts.provenance import value_keys
 
 if TYPE_CHECKING:
     from lostmotion.arm import Arm
@@ -93,6 +94,8 @@ def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any
     part = None if isinstance(found, FixedJoint) else getattr(found, kind)
     if part is None:
         refuse(file, "--joint", f"the joint '{joint}', which has no {kind}", names, example)
+    if kind in found.assumed:  # the joint says that all of it is assumed
+        part = part.model_copy(update={"assumed": tuple(key for key in value_keys(type(part)) if key in part.model_fields_set)})
     return OnePart(cut(f"{arm.name}, {kind} of joint {joint}", LONGEST_NAME), part, arm.notes)
 
 

@@ -129,6 +129,11 @@ def states(arm: Arm) -> States:
     )
 
 
+def assumed_in_part(part: object, owner: str) -> tuple[AssumedValue, ...]:
+    """Return every assumed value of one part and of the parts that it is made of; `owner` is what the part is called, "gearbox"."""
+    return tuple(value for value, _ in _walk(part, owner, ""))
+
+
 def refuse_undescribed(arm: Arm) -> None:
     """Refuse to predict the accuracy of an arm of which no error source is described. Raises InputError that says what to add, and where."""
     if not states(arm).described:
