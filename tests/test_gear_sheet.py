@@ -729,3 +729,23 @@ def test_a_gearbox_that_is_stated_in_full_rests_on_nothing_assumed(tmp_path):
     sheet = lostmotion.gear(path).sheet
     assert sheet.facts["states"]["assumed"] == []
     assert "assumed" not in sheet.verdict
+
+
+def test_a_stated_play_of_zero_is_no_ideal_one_and_only_its_own_row_is_noted(tmp_path):
+    """A strain wave gear whose row states no play is not called ideal in it, and no note on the reducer of another joint is printed."""
+    joints = (
+        f'[[joints]]\nname = "{name}"\ntype = "revolute"\naxis = "z"\nlimits = ["-90 deg", "90 deg"]\ngearbox = "{model}"\n'
+        for name, model in (("a", "RV-20E-121"), ("c", "CSG-20-100"))
+    )
+    (tmp_path / "arm.toml").write_text('name = "arm"\n' + "".join(joints))
+    sheet = lostmotion.gear(tmp_path / "arm.toml", "c").sheet
+    assert sheet.verdict.startswith("A catalogue gearbox by stated figures.")
+    assert not any("RV-20E" in note for note in sheet.notes)
+    assert any(note.startswith("CSG-20-100 is taken from the catalogue") for note in sheet.notes)
+
+
+def test_a_gearbox_of_ones_own_is_none_of_the_catalogue(tmp_path):
+    """A user's own gearbox is not called one of the catalogue; what it states as zero is stated, and what it leaves out is ideal."""
+    path = tmp_path / "own.toml"
+    path.write_text('[gearbox]\nbacklash = "0 arcmin"\nhysteresis = "0 arcmin"\ntransmission_error = "0 arcmin"')
+    assert lostmotion.gear(path).sheet.verdict.startswith("A gearbox by stated figures; not specified and taken as ideal: stiffness.")

@@ -27,6 +27,8 @@ Ratio = Annotated[float, Quantity("", "100", above=0)]
 _NONE: Final[Rows] = {}
 # However many rows a user has, so many of their names are looked through for the nearest.
 _NEAR_OWN: Final = 100
+# What follows the name in the note on a row that is used.
+TAKEN: Final = " is taken from the catalogue"
 _MOST_MAKERS: Final = 4
 
 # Who states one of these fields says in other words what the row says in those: they go.
@@ -196,7 +198,7 @@ class GearboxRow(_Printed):
         elif typical:
             words.append(f'for {_and(typical)} values = "typical" is known')
         words += [f"{_and(silent)} not specified, taken as none"] if silent else []
-        return f"{name} is taken from the catalogue" + "".join(f"; {each}" for each in words) + f". Source: {spelt(self.source)}"
+        return name + TAKEN + "".join(f"; {each}" for each in words) + f". Source: {spelt(self.source)}"
 
 
 def spelt(source: str) -> str:

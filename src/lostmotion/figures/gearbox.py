@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.catalogue.gearboxes import find_rows
+from lostmotion.errors import InputError
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet
 from lostmotion.figures.cycloidal import Bound, cards_of_drawing, doubts_of_drawing, over_samples, sections_of_drawing, verdict_of_drawing
 from lostmotion.figures.provenance import with_assumed
@@ -154,9 +156,16 @@ def _doubts(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str
 
 
 def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
-    named = {"stiffness": gearbox.zones, "play": gearbox.play.nominal, "hysteresis": gearbox.hysteresis, "transmission error": gearbox.waves}
+    errors = [name for name in gearbox.model_fields_set if name.endswith("_error") and getattr(gearbox, name) is not None]
+    named = {
+        "stiffness": bool(gearbox.zones),
+        "play": _states_play(gearbox),
+        "hysteresis": gearbox.hysteresis is not None,
+        "transmission error": bool(errors),
+    }
     silent = ", ".join(name for name, stated in named.items() if not stated)
-    said = [f"A {gearbox.kind} gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
+    kind = "" if gearbox.kind == "catalogue" and not _of_catalogue(gearbox) else f"{gearbox.kind} "
+    said = [f"A {kind}gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
     if study.loop is not None:
         said.append(f"Play {_play(gearbox, units)}.")
     if study.read is not None and study.read.lost_motion is not None:
@@ -167,10 +176,23 @@ def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
     return " ".join(said)
 
 
+def _states_play(gearbox: StatedGearbox) -> bool:
+    """Return whether the play is stated, be it as zero."""
+    return gearbox.backlash is not None or gearbox.lost_motion is not None
+
+
+def _of_catalogue(gearbox: StatedGearbox) -> bool:
+    """Return whether its model is one of the catalogue's; a user's own gearbox has another name, or none."""
+    try:
+        return bool(gearbox.model) and bool(find_rows(gearbox.model))
+    except InputError:
+        return False
+
+
 def _cards(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]:
     ratio, read = _ratio(gearbox), study.read
     cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
-    cards.append(Card("play", str(_play(gearbox, units)), "" if gearbox.play.nominal else "none is stated"))
+    cards.append(Card("play", str(_play(gearbox, units)), "" if _states_play(gearbox) else "none is stated"))
     if read is not None and read.lost_motion is not None:
         cards.append(Card("lost motion", str(_lost_motion(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
     if study.wind_up and read is not None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 
 from lostmotion.arm import LONGEST_NAME
+from lostmotion.catalogue.gearboxes import TAKEN
 from lostmotion.errors import InputError, shown
 from lostmotion.formats import READERS, read
 from lostmotion.formats.bounds import cut, listed, nearest
@@ -96,7 +97,13 @@ def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any
         refuse(file, "--joint", f"the joint '{joint}', which has no {kind}", names, example)
     if kind in found.assumed:  # the joint says that all of it is assumed
         part = part.model_copy(update={"assumed": tuple(key for key in value_keys(type(part)) if key in part.model_fields_set)})
-    return OnePart(cut(f"{arm.name}, {kind} of joint {joint}", LONGEST_NAME), part, arm.notes)
+    return OnePart(cut(f"{arm.name}, {kind} of joint {joint}", LONGEST_NAME), part, _notes_on(arm, part))
+
+
+def _notes_on(arm: Arm, part: object) -> tuple[str, ...]:
+    """Return the notes of an arm without those on catalogue rows that only parts of other joints are from."""
+    others = {getattr(each.gearbox, "model", "") for each in arm.moving} - {getattr(part, "model", "")}
+    return tuple(note for note in arm.notes if not any(note.startswith(model + TAKEN) for model in others))
 
 
 def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[Any]:
