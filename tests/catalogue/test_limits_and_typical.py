@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lostmotion.arm import terms
-from lostmotion.catalogue.gearboxes import gearboxes
+from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
 from lostmotion.formats import read
 from tests.formats.conftest import JOINT, told  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN
@@ -119,3 +119,14 @@ def test_the_moment_of_inertia_goes_by_the_ratio(tmp_path):
     """An RV-40E-121 has 0.137 kg cm^2 at its input; of a ratio that is not printed none is known."""
     arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E-121"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "RV-40E-122"\n')
     assert [joint.gearbox.inertia for joint in arm.moving] == [pytest.approx(1.37e-5), None]
+
+
+def test_figures_from_memory_are_assumed_and_their_source_says_how_sure():
+    """The stiffness of an RV-20E is from memory, that of an RV-42N was read; a user's own value is a fact in either."""
+    memory, read_there = (find_gearbox(name)[0].with_own({}) for name in ("RV-20E", "RV-42N"))
+    assert "stiffness" in memory["assumed"]
+    assert "rated_torque" in memory["assumed"]
+    assert "from memory, 95 % sure" in memory["source"]
+    assert read_there["assumed"] == ["mass"]
+    assert "mass: Nabtesco, RV-N series, rating table (from memory, 85 % sure)" in read_there["source"]
+    assert "stiffness" not in find_gearbox("RV-20E")[0].with_own({"stiffness": "50 N m/arcmin"})["assumed"]

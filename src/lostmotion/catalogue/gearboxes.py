@@ -165,7 +165,7 @@ class GearboxRow(_Printed):
         """Return the fields of a gearbox whose owner states some of them: theirs go before the row's, with the row's limits and source added.
 
         `values` says which the row's errors have where the maker prints only upper limits: the "limit" itself, or the "typical" value where the row
-        knows one, which is then assumed.
+        knows one, which is then assumed. Values whose source is from memory are assumed besides.
         """
         replaced = {other for name in stated for other in _REPLACES.get(name, ())}
         typical = {name: self.typical[name] for name in self.typical_fields if name not in stated} if values == "typical" else {}
@@ -175,16 +175,25 @@ class GearboxRow(_Printed):
             kept["inertia"] = f"{inertia!r} kg m^2"
         limits = [name for name in self.upper_limits if name in kept and name not in stated and name not in typical]
         own = stated.get("source")
-        known = spelt(f"{self.source}; typical: {self.typical['source']}" if typical else self.source)
+        others = {"typical": self.typical["source"] if typical else "", "mass": self.mass_source, "inertia": self.inertia_source}
+        besides = [f"{name}: {said}" for name, said in others.items() if said and (name == "typical" or (name in kept and name not in stated))]
+        known = spelt("; ".join([self.source, *besides]))
         source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
         if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # an own source that is too long by itself is refused by the model
             source = source[:LONGEST_SOURCE]
         # what the user wrote of the origin goes with the row's own, unless it is no text: then the model says what is wrong with it
         origin: dict[str, Any] = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
         assumed = stated.get("assumed", [])
-        if typical and isinstance(assumed, list):
-            origin["assumed"] = [*assumed, *(name for name in typical if name in kept)]
+        doubted = [name for name in kept if name not in stated and name not in limits and name not in NO_VALUES and self._doubted(name, typical)]
+        if doubted and isinstance(assumed, list):
+            origin["assumed"] = [*assumed, *doubted]
         return {"kind": "catalogue", **kept, **stated, **origin, **({"source": source} if own is None or isinstance(own, str) else {})}
+
+    def _doubted(self, name: str, typical: Mapping[str, Any]) -> bool:
+        """Return whether a field's value is no fact: a typical one, or one from memory."""
+        own = {"mass": self.mass_source, "inertia": self.inertia_source}.get(name)
+        mark = _MARK.search(own or self.source)
+        return name in typical or bool(mark and mark["sure"])
 
     def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
         """Say in one line what a user of this row should know of the fields they did not state themselves."""
