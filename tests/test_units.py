@@ -367,3 +367,9 @@ def test_every_table_that_is_taken_is_a_distribution(values: list[float], steps:
     u = np.linspace(0, 1, 1001)[1:-1]
     assert np.abs(table.quantile(u)).max() <= table.bound * (1 + 1e-12)
     assert isinstance(table.is_stepped, bool)
+
+
+def test_a_power_of_zero_is_no_unit():
+    """A metre to the power of zero is refused in words: the unit library itself fails on it."""
+    with pytest.raises(UnitError, match=r"'m\^0' is not a known unit"):
+        read_quantity("3 m^0", "m")

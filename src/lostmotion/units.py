@@ -184,7 +184,7 @@ def _factor(unit: str, si: str) -> float:
     except pint.DimensionalityError:
         said = f"'{unit}' is not a unit of" if unit else "without a unit of"
         raise UnitError(f"{said} {_SPOKEN.get(si, si)}") from None
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError):
+    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError, KeyError):  # "m^0" is a KeyError to pint
         raise UnitError(f"'{unit}' is not a known unit") from None
 
 
