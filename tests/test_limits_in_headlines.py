@@ -118,7 +118,7 @@ def test_the_sheet_of_iso_9283_says_at_most(tmp_path):
     sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, cycles=4).sheet
     assert re.search(r"95 % will repeat within at most [^:]* where joints arrive from either side", sheet.verdict)
     assert re.search(r"will lie within at most [^:]* of the commanded point", sheet.verdict)
-    assert re.search(r"at most [\d.]+ .?m( \([^)]*\))? with best-fit frames", sheet.verdict)
+    assert re.search(r"at most [\d.]+ .?m( \([^)]*\))* with best-fit frames", sheet.verdict)
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict
     assert [card.number[:2] for card in sheet.cards[:4]] == ["≤ ", "no", "≤ ", "≤ "]
     typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), robots=50, cycles=4).sheet
