@@ -8,6 +8,8 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -19,6 +21,7 @@ import zarr
 from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.runs.blocks import COLUMNS, Record, compute, pack, unpack
 from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.lock import lock
 from lostmotion.runs.order import Order, order_of
 from lostmotion.runs.store import Store
 from lostmotion.runs.stream import poses_between
@@ -164,6 +167,23 @@ def test_only_one_run_works_in_a_folder(small, copy):
     store = Store.begin(copy, small.order)
     with store.locked(), pytest.raises(LostmotionError, match="another process"):
         carry_out(Store.begin(copy, small.order))
+
+
+def test_a_run_waits_for_one_that_only_reads_the_order(small, copy):
+    """Whoever holds the lock for a moment, to find that the folder is another run's, does not stop the run whose folder it is."""
+    pytest.importorskip("fcntl")
+    store, held = Store.begin(copy, small.order), threading.Event()
+
+    def reads_the_order():
+        with lock(copy):
+            held.set()
+            time.sleep(0.2)
+
+    reader = threading.Thread(target=reads_the_order)
+    reader.start()
+    held.wait()
+    assert carry_out(store) == 0
+    reader.join()
 
 
 def started_together(arm, tmp_path, trials):

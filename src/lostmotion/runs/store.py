@@ -39,6 +39,8 @@ _LARGEST_ORDER: Final = 20_000_000
 _OF_ORDER: Final = "run.json"
 # A run that begins holds the lock while it writes a few small files.
 _SECONDS_TO_BEGIN: Final = 60.0
+# One that finds another order there holds it for less.
+_SECONDS_TO_LOOK: Final = 2.0
 _PARTIAL: Final = re.compile(rf"\.[0-9a-f]{{8}}{re.escape(PARTIAL)}$")
 
 
@@ -122,7 +124,8 @@ class Store:
 
         Raises LostmotionError where one is at work, OutputExistsError where run.json states another order by now.
         """
-        with lock(self.folder):
+        # Waits for a run of another order that has come to the same folder, and only reads that it must go.
+        with lock(self.folder, wait=_SECONDS_TO_LOOK):
             self._refuse_other_order(read_regular(self.folder / ORDER, _LARGEST_ORDER))
             yield
 
