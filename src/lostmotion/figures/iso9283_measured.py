@@ -288,7 +288,7 @@ def _where_read(paths: list[MeasuredPath]) -> str:
                 f"All cycles were read at the same {many} places, and the figures are those of the readings there"
                 if shared
                 else f"The cycles were read at different places: each one's nearest reading is moved to {many} evenly spaced planes by as much as "
-                "the other cycles change on the way there. RT is within 2 % of that of readings at shared places, unless the path bends between them"
+                "the other cycles change on the way there. RT is within 3 % of that of readings at shared places, unless the path bends between them"
             )
             said.append(how.replace("read at", f"read{along} at", 1))
     return ". ".join(said)
