@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from lostmotion.arm import Arm, frames
 from lostmotion.laws.beam import SectionValues
@@ -106,3 +109,10 @@ def test_the_frame_itself_bends_as_a_cantilever():
     spread = np.linalg.solve(k, spread_load(length, np.array([0, 1.0, 0]))[6:])
     assert spread[1] == pytest.approx(length**4 / (8 * YOUNG * 1e-7) + length**2 / (2 * 0.5 * SHEAR * 5e-4), rel=1e-12)
     assert spread[5] == pytest.approx(length**3 / (6 * YOUNG * 1e-7), rel=1e-12)
+
+
+def test_a_direction_beyond_every_float_is_refused():
+    """A direction whose length no float holds is refused in words, without a warning of the arithmetic."""
+    for direction in ((1e200, 1e200, 0.0), (math.nan, 0.0, 1.0), (math.inf, 0.0, 0.0), (0.0, 0.0, 0.0)):
+        with pytest.raises(ValidationError):
+            RevoluteJoint(name="A", limits=(-1.0, 1.0), axis=direction)

@@ -20,7 +20,9 @@ Vector = Annotated[tuple[Length, Length, Length], Field(description="x, y, z, ea
 
 
 def _is_direction(stated: str | tuple[float, float, float]) -> str | tuple[float, float, float]:
-    if isinstance(stated, tuple) and not (np.all(np.isfinite(stated)) and 0 < float(np.linalg.norm(stated)) < math.inf):
+    with np.errstate(over="ignore"):  # a length beyond every float is infinite, and refused
+        length = float(np.linalg.norm(stated)) if isinstance(stated, tuple) else 1.0
+    if not 0 < length < math.inf:  # never true of a NaN
         context = {"why": f"the direction {list(stated)}", "expected": "a finite direction that is not zero", "example": "[0, 0, 1]"}
         raise PydanticCustomError("direction", "{why}", context)
     return stated
