@@ -14,9 +14,9 @@ import lostmotion
 from lostmotion.cli import app
 from lostmotion.errors import InputError
 from lostmotion.figures import find_row
-from lostmotion.figures.first_order import failure, share_left_out
+from lostmotion.figures.first_order import failure
 from lostmotion.studies.large_errors import refuse_large_errors
-from lostmotion.studies.montecarlo.exact import ExactCheck, check
+from lostmotion.studies.montecarlo.exact import ExactCheck, check, share_left_out
 from lostmotion.studies.poses import sample_poses
 from lostmotion.studies.screws import screws
 from tests.runs.conftest import ARM, SWEEP

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.figures.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.figures.error import error_section, iso_section, joint_values
-from lostmotion.figures.first_order import checked, judged, share_left_out
+from lostmotion.figures.first_order import checked, judged
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.provenance import (
@@ -25,6 +25,7 @@ from lostmotion.figures.stopping import stopping_section, told
 from lostmotion.figures.waterfall import waterfall_section
 from lostmotion.studies.intervals import pooled_mean, pooled_quantile
 from lostmotion.studies.limits import with_limits
+from lostmotion.studies.montecarlo.exact import share_left_out
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.causes import NEXT
 from lostmotion.studies.statics.overload import overloads

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.figures import Card, length, several
-from lostmotion.studies.montecarlo.exact import FAILS
+from lostmotion.studies.montecarlo.exact import FAILS, share_left_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,20 +20,9 @@ if TYPE_CHECKING:
 # What exact composition may differ by, as a share of the error, for first order to be enough.
 ENOUGH: Final = 0.01
 _LEVEL: Final = 0.95
-# A nanometre: what differs by less does not matter, however small the error is.
-_NOTHING: Final = 1e-9
 # Sections whose figures do not come from the sum of errors.
 _SOUND: Final = frozenset({"workspace", "torques", "bending", "exact_check", "check", "cube"})
 _SOUND_CARDS: Final = frozenset({"reach from the base", "test cube"})
-
-
-def share_left_out(check: ExactCheck, error: float) -> float:
-    """Which share of an error (m) does the first-order sum leave out, at most, as far as was compared? Infinite for an error beyond all figures."""
-    if not math.isfinite(error) or not math.isfinite(check.largest):
-        return math.inf
-    if check.largest <= _NOTHING:
-        return 0.0
-    return check.largest / error if error > 0 else math.inf
 
 
 def judged(check: ExactCheck, error: float) -> str:

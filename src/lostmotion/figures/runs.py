@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.figures.budget import REMEDIES, SURE
-from lostmotion.figures.first_order import failed, failure, judged, share_left_out, unsure
+from lostmotion.figures.first_order import failed, failure, judged, unsure
 from lostmotion.figures.not_counted import of_sweep
 from lostmotion.figures.overload import overload_warnings
 from lostmotion.figures.provenance import (
@@ -23,6 +23,7 @@ from lostmotion.figures.provenance import (
     provenance_sections,
     repeats_said,
 )
+from lostmotion.studies.montecarlo.exact import share_left_out
 from lostmotion.studies.provenance import states
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import InputError, Problem
-from lostmotion.studies.montecarlo.exact import FAILS, check
+from lostmotion.studies.montecarlo.exact import FAILS, check, share_left_out
 from lostmotion.studies.poses import sample_poses
 from lostmotion.studies.screws import screws
 
@@ -19,8 +19,6 @@ _POSES: Final = 16
 _ROBOTS: Final = 16
 _VISITS: Final = 4
 _SEED: Final = 1
-# A nanometre: what exact composition differs by less does not matter, however small the error is.
-_NOTHING: Final = 1e-9
 
 
 def refuse_large_errors(arm: Arm) -> None:
@@ -31,7 +29,7 @@ def refuse_large_errors(arm: Arm) -> None:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         found = check(screws(arm, sample_poses(arm, _POSES).q), 0, np.arange(_POSES), _SEED, _ROBOTS, _VISITS)
-    if found.largest <= max(FAILS * found.length, _NOTHING):  # never true of a NaN
+    if share_left_out(found, found.length) <= FAILS:
         return
     said = f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong by {found.largest * 1e3:.2g} mm"
     expected = "errors small enough to be added up; look for a mistake in the largest, which `lostmotion run FILE` lists"

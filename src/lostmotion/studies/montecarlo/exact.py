@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 # Beyond this difference from exact composition, as a share of the error, first order fails.
 FAILS: Final = 0.1
+# A nanometre: what differs by less does not matter, however small the error is.
+_NOTHING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +41,15 @@ class ExactCheck:
     samples: int
     turn: float = 0.0
     length: float = 0.0
+
+
+def share_left_out(check: ExactCheck, error: float) -> float:
+    """Return the share of an error (m) that the first-order sum leaves out at most, as far as compared; infinite for an error beyond all figures."""
+    if not math.isfinite(error) or not math.isfinite(check.largest):
+        return math.inf
+    if check.largest <= _NOTHING:
+        return 0.0
+    return check.largest / error if error > 0 else math.inf
 
 
 def join(checks: Sequence[ExactCheck]) -> ExactCheck:
