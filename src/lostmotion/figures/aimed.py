@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.not_counted import of_choice
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from lostmotion.studies.intervals import Estimate
@@ -41,7 +40,7 @@ def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
         cards=tuple(_cards(found)),
         sections=(*(section for section in _sections(found, counted, small) if section.rows), *provenance_sections(known)),
         counts=f"search at {found.searched} poses; full study: {counted}",
-        warnings=(*found.sized.doubts, *overload_warnings(overloads(found.sized))),
+        warnings=arm_warnings(found.sized),
         notes=(of_choice(found), *found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version and seed give the same bytes.",

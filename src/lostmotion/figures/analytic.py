@@ -12,7 +12,7 @@ from lostmotion.figures import Card, Figure, Row, Section, Sheet, find_row, leng
 from lostmotion.figures.budget import asked_sections, by_level_sections, halved_sections, levels_section
 from lostmotion.figures.error import joint_values, limit_rows
 from lostmotion.figures.in_zone import BESIDE, OWN, beside, said
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import (
     assumed_said,
     at_least,
@@ -27,7 +27,6 @@ from lostmotion.studies.intervals import pooled_mean, pooled_quantile, root_mean
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.montecarlo import kernel
 from lostmotion.studies.provenance import states
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -95,7 +94,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *asked_sections(places),
             *provenance_sections(known),
         ),
-        warnings=(*arm.doubts, *overload_warnings(overloads(arm, poses))),
+        warnings=arm_warnings(arm, poses),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn, except to see what halving takes off",

@@ -9,7 +9,7 @@ from lostmotion.figures.budget import asked_sections, budget_section, by_level_s
 from lostmotion.figures.error import error_section, iso_section, joint_values
 from lostmotion.figures.first_order import checked, judged
 from lostmotion.figures.in_zone import WHOLE, stopped_in, zone_sections, zone_stopping
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import (
     assumed_said,
     at_least,
@@ -28,7 +28,6 @@ from lostmotion.studies.limits import with_limits
 from lostmotion.studies.montecarlo.exact import share_left_out
 from lostmotion.studies.provenance import states
 from lostmotion.studies.statics.causes import NEXT
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +70,7 @@ def sheet(answer: Answer) -> Sheet:
         verdict=_verdict(found, answer, known),
         cards=bounded_cards(_cards(found, answer), known, _ERRORS),
         sections=(*found, *provenance_sections(known)),
-        warnings=(*answer.arm.doubts, *overload_warnings(overloads(answer.arm, answer.poses))),
+        warnings=arm_warnings(answer.arm, answer.poses),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),

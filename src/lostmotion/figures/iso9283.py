@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.figures import ARCMIN, ARCSEC, Figure, Row, Section, Sheet, length
 from lostmotion.figures.first_order import checked, failure, judged
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import provenance_facts, provenance_sections
 from lostmotion.studies.iso9283.compared import over_robots
 from lostmotion.studies.iso9283.cube import NAMES
@@ -17,7 +17,6 @@ from lostmotion.studies.iso9283.paths import PATH_FIGURES
 from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -133,7 +132,7 @@ def iso_sheet(
         cards=tuple(cards),
         sections=(*sections, *about),
         counts="; ".join(counted),
-        warnings=() if predicted is None else (*predicted.arm.doubts, *overload_warnings(overloads(predicted.arm))),
+        warnings=() if predicted is None else arm_warnings(predicted.arm),
         notes=notes,
         words=_WORDS,
         source=f"{'; '.join(counted)}. The same files, version and seed give the same bytes.",

@@ -1,14 +1,17 @@
-"""The warning about drives that hold more than they are rated for."""
+"""What a sheet about an arm warns of: drives that hold more than they are rated for, and doubts of its description."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from lostmotion.figures import Figure, several
+from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from lostmotion.arm import Arm
+    from lostmotion.studies.poses import Poses
     from lostmotion.studies.statics.overload import Overload
 
 
@@ -19,3 +22,8 @@ def overload_warnings(found: Iterable[Overload]) -> tuple[str, ...]:
         f"rated {Figure(each.rated, each.unit, stated=True)}; every figure assumes that the drive holds"
         for each in found
     )
+
+
+def arm_warnings(arm: Arm, poses: Poses | None = None) -> tuple[str, ...]:
+    """Return what every sheet about an arm warns of: doubtful data of its description, and overloaded drives, `poses` as for `overloads`."""
+    return (*arm.doubts, *overload_warnings(overloads(arm, poses)))

@@ -9,14 +9,13 @@ import numpy as np
 
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.figures.not_counted import of_sizing
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.parts.family import said
 from lostmotion.parts.section import Sized
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
 from lostmotion.studies.sizing.sizing import PAPER
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from typing import Any
@@ -50,7 +49,7 @@ def sizing_sheet(found: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
         cards=tuple(_cards(found)),
         sections=(_sections(found), _bending(found, counted), _loads(found), _trade(found), _afresh(found), *provenance_sections(known)),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {math.degrees(found.tilt):.3g}°"),
-        warnings=(*found.sized.doubts, *overload_warnings(overloads(found.sized))),
+        warnings=arm_warnings(found.sized),
         notes=(of_sizing(found), *found.arm.remarks, *_remarks(found), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version, poses, seed and limits give the same bytes.",

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Wanted, figures_of, search
 from lostmotion.figures import ARCMIN, Card, Figure, Row, Section, Sheet, length
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import (
     at_least,
     caveats,
@@ -19,7 +19,6 @@ from lostmotion.figures.provenance import (
 )
 from lostmotion.studies.provenance import NOT_DESCRIBED, states
 from lostmotion.studies.statics.causes import CAUSES
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,7 +59,7 @@ def statics_sheet(found: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
         cards=tuple(_cards(found)),
         sections=(*sections, *provenance_sections(known)),
         counts=counted + ("" if found.tilt is None else f", base tilted up to {_degrees(found.tilt)}"),
-        warnings=(*found.arm.doubts, *overload_warnings(overloads(found.arm, found.poses))),
+        warnings=arm_warnings(found.arm, found.poses),
         notes=(*found.arm.remarks, *_rigid(found), *_doubts(found)),
         words=_WORDS,
         source=f"{counted}. The same file, version, poses and tilt give the same bytes.",

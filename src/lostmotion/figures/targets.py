@@ -10,12 +10,11 @@ import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.figures.item_sizes import exactly, now_sized, sized, times, usual_limit
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.production import allocated, allocated_section, yield_facts, yield_figure, yield_section
 from lostmotion.figures.provenance import at_least, caveats, provenance_facts, provenance_sections, repeats_bounded
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -64,7 +63,7 @@ def targets_sheet(found: Targets) -> Sheet:
         cards=tuple(_cards(found)),
         sections=(*sections, *provenance_sections(known)),
         counts=counted,
-        warnings=(*found.arm.doubts, *overload_warnings(overloads(found.arm))),
+        warnings=arm_warnings(found.arm),
         notes=(*found.arm.remarks, *_remarks(found)),
         words=_WORDS,
         source=f"seed {found.seed}: {counted}, {found.poses.law}. The same arm, version, seed, counts and target give the same bytes.",

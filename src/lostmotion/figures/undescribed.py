@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 from lostmotion.figures import Card, Lines, Sheet, several
 from lostmotion.figures.arm import torques_section, workspace_section
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import provenance_facts, provenance_sections
 from lostmotion.studies.provenance import NOT_DESCRIBED, states
-from lostmotion.studies.statics.overload import overloads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +31,7 @@ def undescribed_sheet(arm: Arm, poses: Poses, space: Workspace, worst: Sequence[
         "gearboxes, the play or stiffness of bearings, the errors of encoders, the sections or length tolerances of links.",
         cards=(Card("reach from the base", str(reach.rows[0].figures[0]), "largest of the sample"),),
         sections=(reach, torques_section(arm, poses, worst), *provenance_sections(known)),
-        warnings=(*arm.doubts, *overload_warnings(overloads(arm, poses))),
+        warnings=arm_warnings(arm, poses),
         notes=arm.remarks,
         source=f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the same bytes.",
         facts={"arm": arm.name, "poses": {"count": len(poses), "law": poses.law}, **provenance_facts(known)},

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.figures import Card, Figure, Row, Section, Sheet, length, several
-from lostmotion.figures.overload import overload_warnings
+from lostmotion.figures.overload import arm_warnings
 from lostmotion.figures.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.figures.zones_places import boxes_said, in_box, places_facts, places_section
 from lostmotion.figures.zones_said import (
@@ -28,7 +28,6 @@ from lostmotion.figures.zones_said import (
 )
 from lostmotion.studies.limits import with_limits
 from lostmotion.studies.provenance import states
-from lostmotion.studies.statics.overload import overloads
 from lostmotion.studies.zones.by_cell import BYS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ def zones_sheet(found: Zones, at: Floats | None = None) -> Sheet:
             if section is not None
         ),
         counts=f"{several(int(np.isfinite(found.shown).sum()), 'cell')} of {edge_said(found)}, {per_cell_said(found)}",
-        warnings=(*found.arm.doubts, *overload_warnings(overloads(found.arm))),
+        warnings=arm_warnings(found.arm),
         notes=(*found.arm.remarks, *_remarks(found), *_off_the_map(found, at)),
         words=_WORDS,
         source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} looked at, seed {found.seed}. "
