@@ -37,7 +37,7 @@ _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error",
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
-# How sure a source is, as the data file marks it: [R] read, [M 95] from memory, 95 % sure.
+# Confidence in a source, as the data file marks it: [R] read, [M 95] from memory, 95 % sure.
 _MARK: Final = re.compile(r"\s*\[(?:R|M (?P<sure>\d\d))\]")
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
 
@@ -211,7 +211,7 @@ class GearboxRow(_Printed):
 
 
 def spelt(source: str) -> str:
-    """Return a source with its marks in words: "read", or "from memory" and how sure."""
+    """Return a source with its marks in words: "read", or "from memory" with its confidence."""
     return _MARK.sub(lambda mark: f" (from memory, {mark['sure']} % sure)" if mark["sure"] else " (read)", source)
 
 

@@ -88,7 +88,7 @@ def is_of_output(error: OSError) -> bool:
 
 
 def give_up() -> None:
-    """Send what cannot be printed nowhere, or Python complains once more when it closes the streams."""
+    """Send what cannot be printed nowhere, or Python reports a second error when it closes the streams."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):

@@ -233,8 +233,8 @@ def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
         return False
     if _mirrored(spot.link, first.link) or _mirrored(spot.end, first.end):
         return True
-    alike = len(spot.way) == len(first.way)
-    return alike and (spot in named or first not in named or own >= _ARM)
+    same_length = len(spot.way) == len(first.way)
+    return same_length and (spot in named or first not in named or own >= _ARM)
 
 
 def _common(one: tuple[str, ...], other: tuple[str, ...]) -> int:

@@ -117,7 +117,7 @@ def _parsed(text: str) -> etree._Element:
 
 
 def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree._Element, list[str]]:
-    """Parse the text once more after repairs that keep every line where it was; raise the first error where they do not help."""
+    """Parse the text again after repairs that keep every line where it was; raise the first error where they do not help."""
     notes: list[str] = []
     first = text.find("<")
     if text[: max(first, 0)].strip():

@@ -276,7 +276,7 @@ class PlayInLoop(ErrorSource):
     """What an encoder on the output leaves of a gearbox: the play, where the load is below friction; `dead_band` ± rad or m, None: all of the play.
 
     Above friction the flanks are closed and the controller turns the motor until the output is in place. Below it the output is coupled to nothing
-    but friction: it rests wherever the controller left it within its dead band, or hunts to and fro from flank to flank, so that at the moment of
+    but friction: it rests wherever the controller left it within its dead band, or hunts between the flanks, so that at the moment of
     reading every place within the play, or the dead band where that is the smaller, is alike: a uniform law, where an encoder on the motor leaves it
     at one flank or the other. Half its width is min(play / 2, dead_band) times the share that the load leaves free, as `laws.clearance` has it.
     """

@@ -220,7 +220,7 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
 
 
 def _without(repeat: Estimate, floor: float) -> Estimate:
-    """Return a repeatability with that of the instrument alone taken off in squares, value and ends alike."""
+    """Return a repeatability with that of the instrument alone taken off in squares, both the value and its ends."""
     return Estimate(*(math.sqrt(max(each**2 - floor**2, 0.0)) if math.isfinite(each) else each for each in (repeat.value, repeat.low, repeat.high)))
 
 
