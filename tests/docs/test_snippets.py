@@ -1,0 +1,119 @@
+"""Every snippet of the README and of the tour is read, parsed or executed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomlkit
+import typer.main
+
+import lostmotion
+from lostmotion.cli import app
+from lostmotion.formats.designs import read_sweep
+from lostmotion.formats.sizing import read_asked
+from tests.docs.pages import ROOT, TOUR, snippets
+
+EXAMPLES = ROOT / "examples"
+SHARED = ("gearboxes", "bearings", "encoders", "sections", "materials", "reducers")
+JOINT = {"name": "only", "type": "revolute", "limits": ["-90 deg", "90 deg"]}
+
+
+def _blocks(language):
+    return [pytest.param(block, id=str(block)) for page in TOUR for block in snippets(page, language)]
+
+
+def _arm_of(block):
+    """Return a block as a whole arm file: a name and a joint where it has none, and the shared parts of the page's other blocks."""
+    tree = tomllib.loads(block.text)
+    for other in snippets(block.page, "toml"):
+        for table, parts in tomllib.loads(other.text).items():
+            if table in SHARED and table != "reducers":
+                tree[table] = {**parts, **tree.get(table, {})}
+    return {"name": "arm", "joints": [JOINT], **tree}
+
+
+@pytest.mark.parametrize("block", _blocks("toml"))
+def test_every_toml_snippet_is_accepted(block, tmp_path):
+    """An arm, a sidecar, a sizing file or a sweep: each is read without a mistake, and each value has its unit."""
+    tree = tomllib.loads(block.text)
+    file = tmp_path / "snippet.toml"
+    if "sizing" in tree:
+        file.write_text(block.text, "utf-8")
+        assert read_asked(file, {}, lostmotion.read(EXAMPLES / "z-arm.toml")).plan is not None
+    elif isinstance(tree.get("joints"), dict):
+        file.write_text(block.text, "utf-8")
+        assert lostmotion.read(EXAMPLES / "ur5e.urdf", file).joints
+    elif "sweep" in tree and "gearboxes.cycloidal.backlash" in tree["sweep"]:
+        file.write_text(block.text, "utf-8")
+        assert len(read_sweep(EXAMPLES / "z-arm.toml", None, file)[1]) == len(tree["sweep"])
+    else:
+        file.write_text(tomlkit.dumps(_arm_of(block)), "utf-8")
+        assert lostmotion.read(file).joints
+
+
+@pytest.mark.parametrize("block", _blocks("sh"))
+def test_every_command_line_is_one_that_the_command_takes(block):
+    """Each line names a command with options that it has, and files of the examples that exist."""
+    group = typer.main.get_command(app)
+    for text in block.text.splitlines():
+        command = text.partition("#")[0].split("&&")[-1].strip()
+        if not command.startswith("lostmotion "):
+            assert command.startswith("pip install ") or command == "pytest", command
+            continue
+        name, *words = shlex.split(command)[1:]
+        group.commands[name].make_context(name, words)
+        for word in words:
+            assert not word.startswith("examples/") or (ROOT / word).exists(), word
+
+
+@pytest.mark.parametrize("page", TOUR, ids=lambda page: page.name)
+def test_every_command_of_a_table_is_one_that_the_command_takes(page):
+    """Commands within sentences and tables parse as those in blocks do."""
+    group = typer.main.get_command(app)
+    for command in re.findall(r"`lostmotion (\w+(?: [^`]+)?)`", page.read_text("utf-8")):
+        name, *words = shlex.split(command)
+        if words and not words[0].isupper() and "--help" not in words:
+            group.commands[name].make_context(name, words)
+        assert name in group.commands
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in TOUR if snippets(page, "python")], ids=lambda page: page.name)
+def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
+    """A reader who types a page's snippets one after the other gets no error."""
+    (tmp_path / "examples").symlink_to(EXAMPLES)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in snippets(page, "python"):
+        exec(compile(block.text, str(block), "exec"), names)  # noqa: S102 - our own pages
+
+
+def test_every_option_of_the_tour_exists():
+    """An option that the tour names is one of some command."""
+    known = {option for command in typer.main.get_command(app).commands.values() for parameter in command.params for option in parameter.opts}
+    known |= {"--help"}
+    for page in TOUR:
+        for option in re.findall(r"`(--[a-z0-9-]+)", page.read_text("utf-8")):
+            assert option in known, f"{page.name}: {option}"
+
+
+def test_every_link_leads_to_a_page_and_a_heading():
+    """No link of a page is broken, whether to a file, a folder or a heading."""
+    for page in (*TOUR, *sorted((ROOT / "docs" / "theory").glob("*.md")), ROOT / "docs" / "conventions.md"):
+        for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+            if target.startswith("http"):
+                continue
+            name, _, anchor = target.partition("#")
+            path = (page.parent / name).resolve() if name else page
+            assert path.exists(), f"{page.name}: {target}"
+            if anchor:
+                assert anchor in _anchors(path), f"{page.name}: {target}"
+
+
+def _anchors(page: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
