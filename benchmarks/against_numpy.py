@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from lostmotion import Arm, sample_poses
-from lostmotion.studies.montecarlo.montecarlo import run
+from lostmotion.propagation.montecarlo.montecarlo import run
 
 SIGMA = 3.27 * math.pi / 10800 / 3
 OFFSET = 30e-6

@@ -18,10 +18,10 @@ from against_numpy import ur5e
 from scipy import stats
 
 import lostmotion
+from lostmotion.error_model.poses import Poses
 from lostmotion.laws.normal_length import normal_length
-from lostmotion.studies.analytic.analytic import LEVELS, analytic
-from lostmotion.studies.analytic.pooled import pooled
-from lostmotion.studies.poses import Poses
+from lostmotion.propagation.analytic.analytic import LEVELS, analytic
+from lostmotion.propagation.analytic.pooled import pooled
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

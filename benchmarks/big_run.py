@@ -13,11 +13,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 from lostmotion.runs.summary import summarise
-from lostmotion.studies.montecarlo.montecarlo import run
-from lostmotion.studies.poses import sample_poses
 
 ARM = Path(__file__).parents[1] / "examples" / "z-arm.toml"
 ROBOTS, VISITS = 1000, 30

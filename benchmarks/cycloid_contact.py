@@ -7,7 +7,7 @@ A stage of 40 pins (R 77.5, Rr 4, e 1.5, width 15 mm, steel), Johnson's law, bea
 
 Contestants, alternating, best of three:
     SciPy loop      scipy.optimize.root per case on the three balances, forces of all lobes at once in NumPy (Lambert W), started from the rigid mesh
-    one thread      lostmotion.laws.cycloid_contact.loaded
+    one thread      lostmotion.laws.cycloid.contact.loaded
     two threads     the same, the batch cut in two
 """
 
@@ -21,8 +21,8 @@ import numpy as np
 from scipy.optimize import root
 
 from lostmotion.laws.contact import equivalent_modulus, force_at
-from lostmotion.laws.cycloid import Stage, contact_radius, normals, pin_angles
-from lostmotion.laws.cycloid_contact import Flanks, Supports, loaded
+from lostmotion.laws.cycloid.contact import Flanks, Supports, loaded
+from lostmotion.laws.cycloid.geometry import Stage, contact_radius, normals, pin_angles
 
 STAGE = Stage(0.0775, 0.004, 0.0015, 40)
 FLANKS = Flanks(0.015, equivalent_modulus(210e9, 0.3, 210e9, 0.3))

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import lostmotion
-from lostmotion.studies.statics.elastostatics import compliances
+from lostmotion.mechanism.elastostatics import compliances
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

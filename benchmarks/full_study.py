@@ -27,12 +27,12 @@ import numpy as np
 from against_numpy import EDGES, summed_up
 
 import lostmotion
-from lostmotion.arm import steps_of
-from lostmotion.studies.montecarlo.kernel import MEAN
-from lostmotion.studies.montecarlo.montecarlo import run
+from lostmotion.mechanism.serial import steps_of
+from lostmotion.propagation.montecarlo.kernel import MEAN
+from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
-    from lostmotion.studies.screws import Screws
+    from lostmotion.error_model.pose_matrix import Screws
 
 UR5E = Path(__file__).parent.parent / "examples" / "ur5e.urdf"
 

@@ -20,8 +20,8 @@ import time
 import numpy as np
 from scipy.optimize import root
 
-from lostmotion.laws.rolling_rows import BallRow, CrossedRow, Seat
-from lostmotion.laws.rolling_space import settle
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, Seat
 
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 ANGULAR = BallRow(count=13, ball=12.7e-3, pitch=65e-3, contact_angle=math.radians(25))

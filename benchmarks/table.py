@@ -36,11 +36,12 @@ from rich.console import Console
 from rich.table import Table
 
 from lostmotion import analytic, sample_poses, screws
-from lostmotion.studies.draws import robot_draws
-from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.blocks import Plan, sample_block
-from lostmotion.studies.montecarlo.montecarlo import BLOCK, run
-from lostmotion.studies.montecarlo.product_kernel import AT_ONCE, compiled, squared_lengths
+from lostmotion.compiled import compiled
+from lostmotion.error_model.draws import robot_draws
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.montecarlo import BLOCK, run
+from lostmotion.propagation.montecarlo.product_kernel import AT_ONCE, squared_lengths
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -312,7 +313,7 @@ import resource, sys, time
 sys.path.insert(0, {folder!r})
 from against_numpy import ur5e
 from lostmotion import sample_poses
-from lostmotion.studies.montecarlo.montecarlo import run
+from lostmotion.propagation.montecarlo.montecarlo import run
 arm = ur5e({varies!r})
 run(arm, sample_poses(arm, 8, "uniform"), 64, {visits}, 1)
 poses = sample_poses(arm, {poses}, "uniform")

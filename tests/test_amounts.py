@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.ask.amounts import Three, amount, amounts, three
-from lostmotion.ask.iso9283 import AMOUNTS as ISO_AMOUNTS
-from lostmotion.ask.settings import chosen_poses, pose_of, zone_of
-from lostmotion.ask.zones import AMOUNTS
+from lostmotion.analyses.arguments import chosen_poses, pose_of, zone_of
+from lostmotion.analyses.iso9283.command import AMOUNTS as ISO_AMOUNTS
+from lostmotion.analyses.quantities import Three, amount, amounts, three
+from lostmotion.analyses.workspace_map.command import AMOUNTS
 from lostmotion.units import Quantity
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -77,7 +77,7 @@ def test_all_mistakes_are_told_at_once():
 
 def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
     """What reaches the study is SI, whichever way it was said."""
-    from lostmotion.studies.zones import zones as room
+    from lostmotion.analyses.workspace_map import map as room
 
     seen = []
     monkeypatch.setattr(room, "zones", lambda _arm, wish, **_more: seen.append(wish))
@@ -92,7 +92,7 @@ def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
 
 def test_an_iso_sheet_takes_every_amount_either_way(arm, monkeypatch):
     """The cube, how the tool is held, the floor and the warming reach the study in SI."""
-    from lostmotion.ask import iso9283 as room
+    from lostmotion.analyses.iso9283 import command as room
 
     seen = []
     monkeypatch.setattr(room, "_cube", lambda _arm, *place: seen.append(place[:4]))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import lostmotion
-from lostmotion.arm import (
+from lostmotion.mechanism.serial import (
     STANDARD_GRAVITY,
     Arm,
     Payload,
@@ -355,7 +355,7 @@ def test_the_approach_reaches_every_joint():
 SOURCES = Path(lostmotion.__file__).parent
 CORE = sorted(
     path
-    for name in ("laws", "parts", "studies", "arm.py", "spatial.py")
+    for name in ("laws", "parts", "mechanism", "error_model", "propagation", "spatial.py")
     for path in ((SOURCES / name).rglob("*.py") if "." not in name else [SOURCES / name])
 )
 FORBIDDEN_CALLS = {"open", "print", "input", "breakpoint", "exec", "eval", "compile", "__import__"}
@@ -376,7 +376,7 @@ FORBIDDEN_METHODS = {
 
 @pytest.mark.parametrize("path", CORE, ids=lambda path: path.relative_to(SOURCES).as_posix())
 def test_the_numeric_core_touches_nothing(path: Path):
-    """Laws, parts, arm and studies open no file, print nothing, ask nothing and read no clock: they only calculate."""
+    """Laws, parts, mechanism, error model and propagation open no file, print nothing, ask nothing and read no clock: they only calculate."""
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             assert node.func.id not in FORBIDDEN_CALLS, f"line {node.lineno}"

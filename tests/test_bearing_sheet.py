@@ -13,17 +13,17 @@ import pytest
 
 import lostmotion
 from lostmotion import InputError
-from lostmotion.figures import find_row
-from lostmotion.figures.bearing import bearing_sheet
-from lostmotion.formats.part_file import read_bearing
-from lostmotion.laws.rolling import ball_pressure
-from lostmotion.laws.rolling_space import settle
+from lostmotion.analyses.bearing.bearing import BearingLoad, examine
+from lostmotion.analyses.bearing.plots import bearing_plots
+from lostmotion.analyses.bearing.tables import bearing_sheet
+from lostmotion.io.part_file import read_bearing
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.radial import ball_pressure
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
-from lostmotion.parts.bearing.examined import BearingLoad, examine
 from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair
-from lostmotion.plots.bearing import bearing_plots
-from lostmotion.studies.montecarlo import kernel
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "bearing"
 OF_209 = {"bore": "45 mm", "outside_diameter": "85 mm", "balls": 9, "ball_diameter": "12.7 mm", "pitch_diameter": "65 mm", "span": "60 mm"}

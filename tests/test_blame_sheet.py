@@ -9,7 +9,7 @@ import pytest
 
 import lostmotion
 from lostmotion import Arm
-from lostmotion.studies.montecarlo import halving
+from lostmotion.propagation.montecarlo import sensitivity
 
 ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
 QUICK = ("--poses", "32", "--robots", "40", "--visits", "3")
@@ -101,8 +101,8 @@ def test_one_visit_says_why_there_is_no_repeatability():
 def test_questions_still_to_come_keep_to_the_study_s_threads(monkeypatch, method):
     """A study on one thread answers the next question on one thread too."""
     used = []
-    kept = halving.halving_at
-    monkeypatch.setattr(halving, "halving_at", lambda *given, threads, **named: used.append(threads) or kept(*given, threads=threads, **named))
+    kept = sensitivity.halving_at
+    monkeypatch.setattr(sensitivity, "halving_at", lambda *given, threads, **named: used.append(threads) or kept(*given, threads=threads, **named))
     study = lostmotion.study(lostmotion.read(ARM), 16, robots=8, visits=2, method=method, threads=1)
     _ = study.blaming(pose=3).halving
     assert used == [1] * (2 if method == "analytic" else 1)

@@ -127,7 +127,7 @@ def test_importing_the_package_loads_no_heavy_library():
 def test_reading_an_arm_compiles_nothing():
     """Parts and formats load neither Numba nor plotly nor xarray, though parts are full of laws."""
     code = (
-        f"import sys; from pathlib import Path; from lostmotion.formats import read; read(Path({str(EXAMPLES / 'z-arm.toml')!r})); "
+        f"import sys; from pathlib import Path; from lostmotion.io import read; read(Path({str(EXAMPLES / 'z-arm.toml')!r})); "
         "print([m for m in ('numba', 'plotly', 'xarray', 'scipy.stats') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

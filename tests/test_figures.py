@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lostmotion.figures import Figure, digits, length
+from lostmotion.reporting.sheet import Figure, digits, length
 
 SIZES = st.floats(-1e6, 1e6).filter(lambda value: value == 0 or abs(value) > 1e-5)
 WIDTHS = st.floats(1e-6, 1e5)

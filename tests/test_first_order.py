@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 
 import lostmotion
 from lostmotion.cli import app
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
-from lostmotion.figures import find_row
-from lostmotion.figures.first_order import failure
-from lostmotion.studies.large_errors import refuse_large_errors
-from lostmotion.studies.montecarlo.exact import ExactCheck, check, share_left_out
-from lostmotion.studies.poses import sample_poses
-from lostmotion.studies.screws import screws
+from lostmotion.propagation.exact import ExactCheck, check, share_left_out
+from lostmotion.propagation.first_order import refuse_large_errors
+from lostmotion.reporting.first_order import failure
+from lostmotion.reporting.sheet import find_row
 from tests.runs.conftest import ARM, SWEEP
 
 # Figures that the sum of errors makes, and their sections.

@@ -18,19 +18,19 @@ import pytest
 
 import lostmotion
 from lostmotion import InputError, LostmotionError
-from lostmotion.figures import ARCMIN, find_row
-from lostmotion.figures.cycloidal import over_samples
-from lostmotion.formats import dxf
-from lostmotion.formats.part_file import read_gearbox
-from lostmotion.laws import cycloid
+from lostmotion.analyses.gearbox.gear import gear
+from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
+from lostmotion.analyses.gearbox.readings import Definitions, SampledCurve, readings
+from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
+from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
+from lostmotion.io import dxf
+from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid_built import built
-from lostmotion.parts.gearbox import cycloidal_behaviour
+from lostmotion.laws.cycloid import geometry
+from lostmotion.laws.cycloid.tolerances import built
+from lostmotion.parts.gearbox import cycloidal_model
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.plots.gearbox import gearbox_plots
-from lostmotion.studies.gearbox.gear import gear
-from lostmotion.studies.gearbox.readings import Definitions, SampledCurve, readings
-from lostmotion.studies.intervals import robots_quantile, root_mean_square_of_samples
+from lostmotion.reporting.sheet import ARCMIN, find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")
@@ -96,22 +96,22 @@ def test_forces_of_the_lobes_hold_the_torque(name):
     found = looked_at(name).study
     assert [case.share for case in found.drawn.lobes] == ([0.5, 0.55] if found.gearbox.discs == 2 else [1.0])
     for case in found.drawn.lobes:
-        moment = float(case.force @ cycloid.arms(found.gearbox.stage, case.theta))
+        moment = float(case.force @ geometry.arms(found.gearbox.stage, case.theta))
         assert moment == pytest.approx(case.share * found.torque, rel=1e-9)
 
 
 def test_with_the_ring_as_output_the_disc_carries_less():
     """Held at the carrier, the ring turns under T and the disc feels T z/N."""
     case = plain(fixed="carrier").study.drawn.lobes[0]
-    stage = cycloid.Stage(0.064, 0.003, 0.0013, 40)
-    assert float(case.force @ cycloid.arms(stage, case.theta)) == pytest.approx(200 * 39 / 40, rel=1e-9)
+    stage = geometry.Stage(0.064, 0.003, 0.0013, 40)
+    assert float(case.force @ geometry.arms(stage, case.theta)) == pytest.approx(200 * 39 / 40, rel=1e-9)
 
 
 def test_peak_pressures_are_those_of_hertz():
     """Line contact: p = sqrt(F E*/(pi b Req))."""
     case = plain().study.drawn.lobes[0]
-    stage = cycloid.Stage(0.064, 0.003, 0.0013, 40)
-    radius = stage.pin_radius * (1 - stage.pin_radius * cycloid.curvature(stage, case.theta))
+    stage = geometry.Stage(0.064, 0.003, 0.0013, 40)
+    radius = stage.pin_radius * (1 - stage.pin_radius * geometry.curvature(stage, case.theta))
     expected = np.sqrt(case.force * equivalent_modulus(210e9, 0.3, 210e9, 0.3) / (math.pi * 0.012 * radius))
     np.testing.assert_allclose(case.peak, expected, rtol=1e-12)
 
@@ -479,7 +479,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say():
     part = looked_at("printed").study.gearbox
     runs, each = 60, 40
     torque = np.array([-4.0, -0.12, 0.12, 4.0])
-    made = cycloidal_behaviour.gearboxes(part, torque, 4, runs * each, seed=7)
+    made = cycloidal_model.gearboxes(part, torque, 4, runs * each, seed=7)
     crank = 2 * math.pi * np.arange(64) / 64
     error = built(part.drive, part.scatter, np.array([4.0]), crank, runs * each, 7).rotation[0]
     square = ((error - error.mean(axis=0)) ** 2).mean(axis=0)
@@ -544,7 +544,7 @@ def test_the_drawn_profile_is_the_true_one():
     outline = polyline(drawing, "DISC_1")
     error = 1e-3 * float(dict(drawing.header.custom_vars)["largest chord error in µm"])
     t = np.linspace(0, 2 * math.pi, 60_001)
-    true = 1e3 * cycloid.flank(part.stage, t, part.drive.made)[0]
+    true = 1e3 * geometry.flank(part.stage, t, part.drive.made)[0]
     assert from_polygon(true[:8000:7], outline).max() <= error + 1e-9
     assert from_polygon(outline[80:280:7], true[:8000]).max() < 1e-5
     holes = drawing.modelspace().query('CIRCLE[layer=="OUTPUT_HOLES"]')

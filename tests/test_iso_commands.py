@@ -31,7 +31,7 @@ def rows_of(folder, *, path, pose):
 )
 def test_a_cube_found_by_search_commands_nothing(tmp_path, monkeypatch, kinds, said):
     """Readings without commands are refused once, by file and rows, before a cube is looked for: the largest one is not where the robot was sent."""
-    from lostmotion.studies.iso9283 import largest_cube as search
+    from lostmotion.analyses.iso9283 import largest_cube as search
 
     monkeypatch.setattr(search, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube"))
     with pytest.raises(lostmotion.InputError, match=rf"1 mistake\n(.|\n)*visits.csv: {said}(.|\n)*--cube"):

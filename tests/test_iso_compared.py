@@ -9,9 +9,9 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 import lostmotion
-from lostmotion.figures import Figure, Row, Section, Sheet, find_row
-from lostmotion.screen import print_sheet
-from lostmotion.studies.iso9283.cube import NAMES, given_cube, held_alike
+from lostmotion.analyses.iso9283.cube import NAMES, given_cube, held_alike
+from lostmotion.reporting.screen import print_sheet
+from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LOADS = EXAMPLES / "measured" / "z-arm-loads.csv"

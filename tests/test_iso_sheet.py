@@ -12,10 +12,10 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.figures import find_row
-from lostmotion.plots.iso9283 import iso_plots
-from lostmotion.screen import print_sheet
-from lostmotion.studies.iso9283.warm_up import WarmUp
+from lostmotion.analyses.iso9283.plots.sheet import iso_plots
+from lostmotion.analyses.iso9283.warm_up import WarmUp
+from lostmotion.reporting.screen import print_sheet
+from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM, VISITS, LOADS = EXAMPLES / "z-arm.toml", EXAMPLES / "measured" / "z-arm.csv", EXAMPLES / "measured" / "z-arm-loads.csv"
@@ -178,11 +178,11 @@ def other_path(text):
 
 def test_the_measured_file_is_read_once(monkeypatch):
     """Where its commands tell the cube, too."""
-    from lostmotion.formats import measured
+    from lostmotion.analyses.iso9283 import measured_file
 
     seen = []
-    kept = measured.read_measured
-    monkeypatch.setattr(measured, "read_measured", lambda *words: seen.append(words) or kept(*words))
+    kept = measured_file.read_measured
+    monkeypatch.setattr(measured_file, "read_measured", lambda *words: seen.append(words) or kept(*words))
     lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2, cycles=2)
     assert len(seen) == 1
 

@@ -7,9 +7,9 @@ import re
 import pytest
 
 import lostmotion
-from lostmotion.figures.not_counted import of_choice
-from lostmotion.studies.limits import limit_shares
-from lostmotion.studies.poses import sample_poses
+from lostmotion.analyses.sizing.tables.selection import not_counted
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.error_model.upper_limits import limit_shares
 
 JOINT = """[[joints]]
 name = "{name}"
@@ -171,10 +171,10 @@ def test_a_choice_of_parts_says_what_it_does_not_count(tmp_path):
         '[sizing]\ntarget = "3 mm"\nminimise = "price"\nkeep = true\n[sizing.gearboxes]\nB = ["Y-10"]\n[sizing.costs]\nY-10 = { price = 3 }\n',
         encoding="utf-8",
     )
-    from lostmotion.formats.own_reducers import read_reducers
+    from lostmotion.io.own_reducers import read_reducers
 
     found = lostmotion.size(arm, by, poses=8, reducers=read_reducers(tmp_path / "limit.toml")).found
-    said = of_choice(found)
+    said = not_counted(found)
     assert "mass of Y-10" in said
     assert "other bearing clearances than the arm's" in said
     assert "prices" not in said

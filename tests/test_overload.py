@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import lostmotion
 from lostmotion.cli import app
-from lostmotion.studies.poses import Poses
-from lostmotion.studies.statics.overload import overloads
+from lostmotion.error_model.overload import overloads
+from lostmotion.error_model.poses import Poses
 
 _ARM = """
 name = "servo arm"

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.plots import arm as plots
-from lostmotion.plots import label
-from lostmotion.studies.budget import costs
-from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.histogram import linear_bins
+from lostmotion.analyses.accuracy.plots import study as plots
+from lostmotion.error_model.budget import costs
+from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.propagation.montecarlo.histogram import linear_bins
+from lostmotion.reporting.plot import label
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
@@ -86,7 +86,7 @@ def test_histogram_agrees_with_the_quantile_it_marks():
 @pytest.mark.parametrize("errors", [np.array([1e-3]), np.array([1e-9, 3.0]), np.linspace(1e-4, 2e-3, 1000)])
 def test_linear_bins_lose_no_sample(errors):
     """Whether one error or a thousand, over one bin or nine decades, the bars add up and their edges rise by a round step."""
-    hist = np.histogram(errors, kernel.bin_edges())[0]
+    hist = np.histogram(errors, bin_edges())[0]
     edges, counts = linear_bins(hist)
     assert counts.sum() == len(errors)
     assert len(counts) <= 130

@@ -8,12 +8,12 @@ import json
 import pytest
 
 import lostmotion
-from lostmotion.figures import plain
-from lostmotion.figures.provenance import provenance_sections
-from lostmotion.figures.statics import statics_sheet
-from lostmotion.studies.provenance import states
-from lostmotion.studies.statics.survey import survey
-from tests.formats.conftest import EXAMPLES
+from lostmotion.analyses.statics.survey import survey
+from lostmotion.analyses.statics.tables import statics_sheet
+from lostmotion.error_model.provenance import states
+from lostmotion.reporting.provenance import provenance_sections
+from lostmotion.reporting.sheet import plain
+from tests.io.conftest import EXAMPLES
 from tests.test_undescribed import urdf
 
 FIVE = "joint_3, joint_4, joint_5, joint_6, joint_7"

@@ -18,13 +18,13 @@ import xarray
 from rich.console import Console
 
 from lostmotion import LostmotionError, OutputExistsError
-from lostmotion.figures import Figure, Row, Section
-from lostmotion.figures.arm import sections, sheet
-from lostmotion.plots.arm import plots
-from lostmotion.report import arm as report
-from lostmotion.report import folder as folder_of_report
-from lostmotion.report import page as pages
-from lostmotion.screen import print_sheet
+from lostmotion.analyses.accuracy import report
+from lostmotion.analyses.accuracy.plots.study import plots
+from lostmotion.analyses.accuracy.tables.study import sections, sheet
+from lostmotion.reporting import folder as folder_of_report
+from lostmotion.reporting import page as pages
+from lostmotion.reporting.screen import print_sheet
+from lostmotion.reporting.sheet import Figure, Row, Section
 from tests.test_plots import small_study
 
 HOSTILE = "<script>alert(1)</script>\"'&</title>"
@@ -183,8 +183,8 @@ def test_hostile_names_are_shown_not_run():
 
 def test_plot_data_cannot_leave_its_script_tag():
     """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same text."""
-    from lostmotion.plots import Plot
-    from lostmotion.plots.arm import torques
+    from lostmotion.analyses.accuracy.plots.study import torques
+    from lostmotion.reporting.plot import Plot
 
     figure = torques(small_study())
     figure.update_layout(title_text="</script><script>alert(1)</script>&amp;")
@@ -320,7 +320,7 @@ def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
 KILLED_WHILE_REPLACING = """
 import os, sys
 from pathlib import Path
-from lostmotion.report import folder
+from lostmotion.reporting import folder
 
 target, atomic = Path(sys.argv[1]), sys.argv[2] == "atomic"
 old, new = ({name: (word * 9).encode() for name in ("report.html", "result.json")} for word in ("old", "new"))

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.figures import Figure, find_row, length, several
-from lostmotion.figures.analytic import comparisons
-from lostmotion.studies.intervals import Estimate
+from lostmotion.analyses.accuracy.tables.analytic import comparisons
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.reporting.sheet import Figure, find_row, length, several
 
 ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
 

@@ -12,18 +12,18 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.ask.size import Selection
-from lostmotion.figures import find_row
-from lostmotion.formats.offers import worth_of
-from lostmotion.formats.own_reducers import read_reducers
-from lostmotion.formats.sized import reads_back, sized_text
-from lostmotion.formats.sizing import read_asked
-from lostmotion.plots.aimed import aimed_plots
-from lostmotion.studies.intervals import pooled_quantile
-from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import run
-from lostmotion.studies.sizing.aimed import Counts, aim
-from lostmotion.studies.sizing.candidates import Worth, with_parts
+from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
+from lostmotion.analyses.sizing.candidates import Worth, with_parts
+from lostmotion.analyses.sizing.command import Selection
+from lostmotion.analyses.sizing.plots.selection import aimed_plots
+from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.selection_options import worth_of
+from lostmotion.analyses.sizing.target_study import Counts, aim
+from lostmotion.error_model.intervals import pooled_quantile
+from lostmotion.io.own_reducers import read_reducers
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.reporting.sheet import find_row
 
 ROOT = Path(__file__).parents[1]
 Z_ARM = ROOT / "examples" / "z-arm.toml"

@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.figures import find_row
-from lostmotion.formats.sized import reads_back, sized_text
-from lostmotion.formats.sizing import read_asked
+from lostmotion.analyses.sizing import request
+from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
+from lostmotion.analyses.sizing.plots.sizing import sizing_plots
+from lostmotion.analyses.sizing.request import read_asked
 from lostmotion.parts.section import Tube
-from lostmotion.plots.sizing import sizing_plots
+from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -225,11 +226,9 @@ def test_one_mistake_gives_one_complaint(tmp_path, tube):
 
 def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
     """From Python a number is SI, in limits, families, lists and links; numbers that are none are refused under their name."""
-    from lostmotion.formats import sizing
-
     seen = []
-    monkeypatch.setattr(sizing, "read_asked", lambda *said: seen.append(read_asked(*said)) or seen[-1])
-    monkeypatch.setattr("lostmotion.studies.sizing.sizing.size_links", lambda *_said, **_more: None)
+    monkeypatch.setattr(request, "read_asked", lambda *said: seen.append(read_asked(*said)) or seen[-1])
+    monkeypatch.setattr("lostmotion.analyses.sizing.sizing.size_links", lambda *_said, **_more: None)
     arm = lostmotion.read(Z_ARM)
     said = {"slope": "1 arcmin", "tilt": "10 deg", "step": "1 mm", "family": {"kind": "tube", "outer": "30 mm .. 200 mm", "wall": "3 mm"}}
     in_si = {

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.arm import Arm, joint_torques
+from lostmotion.analyses.accuracy.plots.study import plots as arm_plots
+from lostmotion.analyses.accuracy.tables.study import sections
+from lostmotion.analyses.statics.plots import statics_plots
+from lostmotion.analyses.statics.survey import survey
+from lostmotion.analyses.statics.tables import statics_sheet
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import figures_of
-from lostmotion.figures import find_row
-from lostmotion.figures.arm import sections
-from lostmotion.figures.statics import statics_sheet
+from lostmotion.mechanism.serial import Arm, joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
-from lostmotion.plots.arm import plots as arm_plots
-from lostmotion.plots.statics import statics_plots
-from lostmotion.studies.statics.survey import survey
+from lostmotion.reporting.sheet import find_row
 
 Z_ARM = Path(__file__).parents[1] / "examples" / "z-arm.toml"
 TILT = math.radians(10)

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.arm import tool_points
-from lostmotion.figures import find_row
-from lostmotion.figures.item_sizes import in_unit, sized
-from lostmotion.plots.targets import targets_plots
-from lostmotion.studies.intervals import Estimate
-from lostmotion.studies.places import poses_in_zone
-from lostmotion.studies.targets import gauges
-from lostmotion.studies.targets.items import Item, Size
+from lostmotion.analyses.targets import metrics
+from lostmotion.analyses.targets.parameters import Item, Size
+from lostmotion.analyses.targets.plots import targets_plots
+from lostmotion.analyses.targets.tables.sizes import in_unit, sized
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.pose_selection import poses_in_zone
+from lostmotion.mechanism.serial import tool_points
+from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -37,7 +37,7 @@ def asked(request):
     """Ask for a target that is missed, one that is kept, and one for repeatability: by few samples, for what is told is the same."""
     wanted = {"missed": {"error": "2 mm"}, "kept": {"error": "6 mm"}, "repeatability": {"repeatability": "3 mm"}}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gauges, "_SAMPLES", 1 << 14)
+        patch.setattr(metrics, "_SAMPLES", 1 << 14)
         return lostmotion.target(lostmotion.read(ARM), **wanted[request.param], **QUICK)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from lostmotion.errors import LostmotionError, legible
-from lostmotion.screen import print_sheet
+from lostmotion.reporting.screen import print_sheet
 from tests.runs.conftest import ARM
 
 QUICK = ("--poses", "8", "--robots", "4", "--visits", "2")
@@ -106,7 +106,7 @@ def test_messages_write_control_characters_out():
 
 def test_a_sheet_writes_control_characters_out(capsys):
     """Whatever a sheet says, name, notes, labels or verdict, is printed without a character that a terminal obeys."""
-    from lostmotion.figures import Figure, Row, Section, Sheet
+    from lostmotion.reporting.sheet import Figure, Row, Section, Sheet
 
     row = Row(HOSTILE, (Figure(1.0, "mm"),), HOSTILE)
     section = Section("key", HOSTILE, (HOSTILE,), (row,), HOSTILE)
@@ -119,7 +119,7 @@ def test_a_sheet_writes_control_characters_out(capsys):
 READ_ONLY = """
 import os, pathlib, sys, tempfile
 import lostmotion
-from lostmotion.studies.montecarlo.kernel import bin_edges, mix
+from lostmotion.error_model.draw_kernel import mix
 import numpy as np
 print(mix(np.uint64(5)) == mix.py_func(np.uint64(5)), os.environ["NUMBA_CACHE_DIR"])
 """

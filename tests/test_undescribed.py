@@ -9,12 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 import lostmotion
-from lostmotion.arm import Arm
 from lostmotion.cli.app import app
-from lostmotion.formats.skeleton import skeleton
+from lostmotion.error_model.provenance import NOT_DESCRIBED, states
+from lostmotion.io.skeleton import skeleton
+from lostmotion.mechanism.serial import Arm
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Link
-from lostmotion.studies.provenance import NOT_DESCRIBED, states
 
 run_command = CliRunner().invoke
 BODY = '<inertial><origin xyz="0 0 0.1"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.chance import Table, product_mean
-from lostmotion.parts.source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
+from lostmotion.laws.distributions import Table, product_mean
+from lostmotion.parts.error_source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
 from lostmotion.units import _SPOKEN, Quantity, Toleranced, UnitError, read_quantity, spoken, table_rows
 
 ARCMIN = math.pi / 180 / 60

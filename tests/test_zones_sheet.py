@@ -15,13 +15,13 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion import Arm
-from lostmotion.figures import find_row, length
-from lostmotion.plots.surfaces import level_surface
-from lostmotion.plots.zones import _heat, zones_plots
-from lostmotion.screen import print_sheet
-from lostmotion.studies.analytic.analytic import analytic
-from lostmotion.studies.zones.by_cell import QUANTILE
-from lostmotion.studies.zones.radial import radial, vertical_axis
+from lostmotion.analyses.workspace_map.cell_statistics import QUANTILE
+from lostmotion.analyses.workspace_map.plots import _heat, zones_plots
+from lostmotion.analyses.workspace_map.radial import radial, vertical_axis
+from lostmotion.analyses.workspace_map.surfaces import level_surface
+from lostmotion.propagation.analytic.analytic import analytic
+from lostmotion.reporting.screen import print_sheet
+from lostmotion.reporting.sheet import find_row, length
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -214,7 +214,7 @@ def bounds_alone(monkeypatch, where):
         off = where(poses.q[:, 0])[:, None]
         return replace(found, quantiles=np.where(off, np.nan, found.quantiles), quantiles_bound=np.where(off, np.inf, found.quantiles_bound))
 
-    monkeypatch.setattr("lostmotion.studies.zones.by_cell.analytic", far)
+    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", far)
 
 
 def slid(**asked):

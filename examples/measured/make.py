@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
+from lostmotion.analyses.iso9283.cube import NAMES, Cube, given_cube
+from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, carrying, cycle_approach, path_approach, path_poses, side_approach
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.propagation.exact import draws_of
 from lostmotion.spatial import pose_of
-from lostmotion.studies.iso9283.cube import NAMES, Cube, given_cube
-from lostmotion.studies.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, carrying, cycle_approach, path_approach, path_poses, side_approach
-from lostmotion.studies.montecarlo.exact import draws_of
-from lostmotion.studies.screws import screws
 
 SEED, ROBOT, VISITS, CYCLES, READING = 2026, 4, 30, 10, 5e-6
 ORDER = (4, 3, 2, 1, 0)

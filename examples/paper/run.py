@@ -24,7 +24,7 @@ sys.path.insert(0, str(HERE))
 import paper_method as paper  # noqa: E402 - stands beside this script
 
 import lostmotion  # noqa: E402
-from lostmotion.studies.montecarlo.kernel import bin_edges  # noqa: E402
+from lostmotion.propagation.montecarlo.kernel import bin_edges  # noqa: E402
 
 ARM_FILE = HERE / "z-arm-lumped.toml"
 ARCMIN = paper.ARCMIN

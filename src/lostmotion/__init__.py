@@ -14,72 +14,72 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from lostmotion.version import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.arm import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
-    from lostmotion.ask.gear import Gear, gear
-    from lostmotion.ask.iso9283 import Iso9283, iso9283
-    from lostmotion.ask.read import read
-    from lostmotion.ask.runs import Sweep, replay, sweep
-    from lostmotion.ask.size import Selection, Size, size
-    from lostmotion.ask.study import Study, study
-    from lostmotion.ask.targets import Target, production_yield, target
-    from lostmotion.ask.zones import AccuracyMap, zones
+    from lostmotion.analyses.accuracy.command import Study, study
+    from lostmotion.analyses.accuracy.workspace import workspace
+    from lostmotion.analyses.gearbox.command import Gear, gear
+    from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
+    from lostmotion.analyses.iso9283.command import Iso9283, iso9283
+    from lostmotion.analyses.iso9283.warm_up import WarmUp
+    from lostmotion.analyses.read import read
+    from lostmotion.analyses.sizing.command import Selection, Size, size
+    from lostmotion.analyses.sweep.command import Sweep, replay, sweep
+    from lostmotion.analyses.targets.command import Target, production_yield, target
+    from lostmotion.analyses.workspace_map.command import AccuracyMap, zones
+    from lostmotion.error_model.budget import costs
+    from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_case
+    from lostmotion.error_model.poses import Poses, sample_poses
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
-    from lostmotion.studies.analytic.analytic import analytic
-    from lostmotion.studies.budget import costs
-    from lostmotion.studies.iso9283 import pose_accuracy, pose_repeatability
-    from lostmotion.studies.iso9283.warm_up import WarmUp
-    from lostmotion.studies.poses import Poses, sample_poses
-    from lostmotion.studies.screws import root_sum_square, screws, worst_case
-    from lostmotion.studies.statics.elastostatics import compliance, deflection, ellipsoid, stiffness
-    from lostmotion.studies.workspace import workspace
+    from lostmotion.mechanism.elastostatics import compliance, deflection, ellipsoid, stiffness
+    from lostmotion.mechanism.serial import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
+    from lostmotion.propagation.analytic.analytic import analytic
 
 # In reading order: from the file to the answer, then the pieces in between, then what can go wrong.
 _HOME = {
-    "read": "ask.read",
-    "study": "ask.study",
-    "Study": "ask.study",
-    "gear": "ask.gear",
-    "Gear": "ask.gear",
-    "size": "ask.size",
-    "Size": "ask.size",
-    "Selection": "ask.size",
-    "zones": "ask.zones",
-    "AccuracyMap": "ask.zones",
-    "target": "ask.targets",
-    "Target": "ask.targets",
-    "production_yield": "ask.targets",
-    "sweep": "ask.runs",
-    "Sweep": "ask.runs",
-    "replay": "ask.runs",
-    "iso9283": "ask.iso9283",
-    "Iso9283": "ask.iso9283",
-    "WarmUp": "studies.iso9283.warm_up",
-    "Arm": "arm",
-    "Tool": "arm",
-    "Payload": "arm",
-    "frames": "arm",
-    "wrenches": "arm",
-    "joint_torques": "arm",
-    "worst_torques_over_tilts": "arm",
-    "compliance": "studies.statics.elastostatics",
-    "stiffness": "studies.statics.elastostatics",
-    "deflection": "studies.statics.elastostatics",
-    "ellipsoid": "studies.statics.elastostatics",
-    "Poses": "studies.poses",
-    "sample_poses": "studies.poses",
-    "workspace": "studies.workspace",
-    "analytic": "studies.analytic.analytic",
-    "screws": "studies.screws",
-    "worst_case": "studies.screws",
-    "root_sum_square": "studies.screws",
-    "costs": "studies.budget",
-    "pose_accuracy": "studies.iso9283",
-    "pose_repeatability": "studies.iso9283",
+    "read": "analyses.read",
+    "study": "analyses.accuracy.command",
+    "Study": "analyses.accuracy.command",
+    "gear": "analyses.gearbox.command",
+    "Gear": "analyses.gearbox.command",
+    "size": "analyses.sizing.command",
+    "Size": "analyses.sizing.command",
+    "Selection": "analyses.sizing.command",
+    "zones": "analyses.workspace_map.command",
+    "AccuracyMap": "analyses.workspace_map.command",
+    "target": "analyses.targets.command",
+    "Target": "analyses.targets.command",
+    "production_yield": "analyses.targets.command",
+    "sweep": "analyses.sweep.command",
+    "Sweep": "analyses.sweep.command",
+    "replay": "analyses.sweep.command",
+    "iso9283": "analyses.iso9283.command",
+    "Iso9283": "analyses.iso9283.command",
+    "WarmUp": "analyses.iso9283.warm_up",
+    "Arm": "mechanism.serial",
+    "Tool": "mechanism.serial",
+    "Payload": "mechanism.serial",
+    "frames": "mechanism.serial",
+    "wrenches": "mechanism.serial",
+    "joint_torques": "mechanism.serial",
+    "worst_torques_over_tilts": "mechanism.serial",
+    "compliance": "mechanism.elastostatics",
+    "stiffness": "mechanism.elastostatics",
+    "deflection": "mechanism.elastostatics",
+    "ellipsoid": "mechanism.elastostatics",
+    "Poses": "error_model.poses",
+    "sample_poses": "error_model.poses",
+    "workspace": "analyses.accuracy.workspace",
+    "analytic": "propagation.analytic.analytic",
+    "screws": "error_model.pose_matrix",
+    "worst_case": "error_model.pose_matrix",
+    "root_sum_square": "error_model.pose_matrix",
+    "costs": "error_model.budget",
+    "pose_accuracy": "analyses.iso9283.characteristics",
+    "pose_repeatability": "analyses.iso9283.characteristics",
     "LostmotionError": "errors",
     "InputError": "errors",
     "OutputExistsError": "errors",
@@ -148,7 +148,7 @@ def _let_numba_cache() -> None:
         return
     here = Path(__file__).parent
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.path.expanduser("~"), ".cache"))  # noqa: PTH111 - gives "~" back where there is no home
-    kept = [here / room / "__pycache__" for room in ("laws", "studies", "studies/montecarlo")]
+    kept = [here / room / "__pycache__" for room in ("laws/cycloid", "mechanism", "propagation/montecarlo")]
     if all(map(_can_write, kept)) or (home.is_absolute() and _can_write(home / "numba")):
         return
     import atexit

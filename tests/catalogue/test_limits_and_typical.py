@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.arm import terms
 from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
-from lostmotion.formats import read
-from tests.formats.conftest import JOINT, told  # noqa: F401 - the fixture
+from lostmotion.io import read
+from lostmotion.mechanism.serial import terms
+from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN
 
 HEAD = 'name = "x"\n'

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.arm import STANDARD_GRAVITY, joint_torques
+from lostmotion.analyses.catalog.tables import catalogue_sheet
 from lostmotion.catalogue.gearboxes import GearboxRow
 from lostmotion.catalogue.search import Wanted
-from lostmotion.figures.catalogue import catalogue_sheet
-from lostmotion.formats import read
+from lostmotion.io import read
+from lostmotion.mechanism.serial import STANDARD_GRAVITY, joint_torques
 from tests.catalogue.test_own_reducers import ROW
 
 LIMITS = 'type = "revolute"\naxis = "-y"\nlimits = ["-90 deg", "90 deg"]\n'

@@ -6,10 +6,10 @@ import pytest
 
 from lostmotion.catalogue.gearboxes import CheckedRow, by_model, find_gearbox, gearboxes
 from lostmotion.errors import InputError
-from lostmotion.formats import read
-from lostmotion.formats.own_reducers import read_reducers
-from lostmotion.formats.part_file import read_gearbox
-from tests.formats.conftest import JOINT, told  # noqa: F401 - the fixture
+from lostmotion.io import read
+from lostmotion.io.own_reducers import read_reducers
+from lostmotion.io.part_file import read_gearbox
+from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN
 
 HEAD = 'name = "x"\n'

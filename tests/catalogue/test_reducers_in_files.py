@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.formats import read
-from tests.formats.conftest import JOINT, told  # noqa: F401 - the fixture
+from lostmotion.io import read
+from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN
 
 HEAD = 'name = "x"\n'

@@ -9,10 +9,10 @@ import sys
 
 import pytest
 
+from lostmotion.analyses.catalog.tables import catalogue_sheet
 from lostmotion.catalogue.gearboxes import GearboxRow, gearboxes
 from lostmotion.catalogue.search import Wanted, figures_of, search
 from lostmotion.errors import InputError
-from lostmotion.figures.catalogue import catalogue_sheet
 from tests.catalogue.test_own_reducers import HEAD, ROW, USE
 from tests.parts.conditions import ARCMIN
 

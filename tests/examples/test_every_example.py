@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.formats.part_file import read_gearbox
-from lostmotion.formats.sizing import read_asked
-from lostmotion.studies.intervals import quantile
-from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.montecarlo import run
+from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.error_model.intervals import quantile
+from lostmotion.io.part_file import read_gearbox
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.montecarlo.montecarlo import run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("paper/*.toml")) if path.name != "ur5e.toml")

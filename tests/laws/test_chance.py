@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from lostmotion.laws.chance import Amount, Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance, product_mean
+from lostmotion.laws.distributions import Amount, Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance, product_mean
 
 LAWS: dict[str, Law] = {
     "normal cut at 3": Normal(),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from lostmotion.laws.cycloid import (
+from lostmotion.laws.cycloid.geometry import (
     Modification,
     Stage,
     arms,
@@ -36,7 +36,7 @@ from lostmotion.laws.cycloid import (
     undercut_limit,
     valley_radius,
 )
-from lostmotion.laws.cycloid_ring import arc_share, cycloid_pair, once_round, ring_pitch, ring_root_radius
+from lostmotion.laws.cycloid.ring import arc_share, cycloid_pair, once_round, ring_pitch, ring_root_radius
 
 LARGE = Stage(0.0775, 0.004, 0.0015, 40)
 SMALL = Stage(0.034, 0.004, 0.0015, 14)

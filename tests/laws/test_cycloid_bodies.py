@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from lostmotion.laws.annulus import ELLIPTIC, Annulus, flexibility, spectrum
 from lostmotion.laws.contact import approach
-from lostmotion.laws.cycloid import Stage, arms, contact_radius, normals, pin_angles
-from lostmotion.laws.cycloid_bodies import _rim, disc_body, disc_flexibility, ring_body, ring_flexibility
-from lostmotion.laws.cycloid_contact import Flanks, loaded
+from lostmotion.laws.cycloid.bodies import _rim, disc_body, disc_flexibility, ring_body, ring_flexibility
+from lostmotion.laws.cycloid.contact import Flanks, loaded
+from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, normals, pin_angles
 
 YOUNG, NU, WIDTH = 210e9, 0.3, 0.012
 SHEAR = YOUNG / (2 + 2 * NU)

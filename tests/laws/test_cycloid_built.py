@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, linprog
 
-from lostmotion.laws.chance import Normal
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
-from lostmotion.laws.cycloid_built import LEAST_ARM, Scatter, built, clearance_angle, drawn, drawn_gaps
-from lostmotion.laws.cycloid_contact import Flanks
-from lostmotion.laws.cycloid_drive import Drive, Eccentric, OutputPins, loaded_disc, members
+from lostmotion.laws.cycloid.contact import Flanks
+from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, loaded_disc, members
+from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
+from lostmotion.laws.cycloid.tolerances import LEAST_ARM, Scatter, built, clearance_angle, drawn, drawn_gaps
+from lostmotion.laws.distributions import Normal
 from lostmotion.units import Toleranced
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)

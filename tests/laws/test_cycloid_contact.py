@@ -13,8 +13,7 @@ from scipy.optimize import brentq, root
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import approach, equivalent_modulus, force_at, peak_pressure
-from lostmotion.laws.cycloid import Modification, Stage, arms, averaged_error, contact_radius, gaps, pin_angles, play
-from lostmotion.laws.cycloid_contact import (
+from lostmotion.laws.cycloid.contact import (
     Flanks,
     Friction,
     Supports,
@@ -27,6 +26,7 @@ from lostmotion.laws.cycloid_contact import (
     output_pin_stiffness,
     transmission_error,
 )
+from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, averaged_error, contact_radius, gaps, pin_angles, play
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 RV_LIKE = Stage(0.0775, 0.004, 0.0015, 40)

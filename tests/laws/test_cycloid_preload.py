@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid import Modification, Stage, arms, normals, pin_angles
-from lostmotion.laws.cycloid_built import Scatter, built
-from lostmotion.laws.cycloid_contact import Flanks
-from lostmotion.laws.cycloid_drive import Drive, Eccentric, members, resting_disc
-from lostmotion.laws.cycloid_preload import Branches, preloaded
+from lostmotion.laws.cycloid.contact import Flanks
+from lostmotion.laws.cycloid.drive import Drive, Eccentric, members, resting_disc
+from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, normals, pin_angles
+from lostmotion.laws.cycloid.preload import Branches, preloaded
+from lostmotion.laws.cycloid.tolerances import Scatter, built
 from lostmotion.units import Toleranced
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)

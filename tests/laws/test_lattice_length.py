@@ -5,14 +5,14 @@ import pytest
 from scipy import stats
 from scipy.integrate import quad
 
-from lostmotion.laws.chance import Amount, Cosine, Normal, Sine, TwoSided, Uniform, gauss_rule
+from lostmotion.error_model.cumulants import cumulants
+from lostmotion.error_model.draws import Stream
+from lostmotion.error_model.pose_matrix import TermInfo
+from lostmotion.laws.distributions import Amount, Cosine, Normal, Sine, TwoSided, Uniform, gauss_rule
 from lostmotion.laws.lattice_length import Vectors, lattice_length
 from lostmotion.laws.normal_length import normal_length
-from lostmotion.studies.analytic.cumulants import cumulants
-from lostmotion.studies.analytic.sums import sums
-from lostmotion.studies.analytic.values import values_of
-from lostmotion.studies.draws import Stream
-from lostmotion.studies.screws import TermInfo
+from lostmotion.propagation.analytic.sums import sums
+from lostmotion.propagation.analytic.values import values_of
 
 LEVELS = np.array([0.5, 0.95, 0.99, 0.997])
 ENDLESS = Normal(np.inf)

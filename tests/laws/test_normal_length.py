@@ -12,7 +12,7 @@ from scipy import stats
 
 from lostmotion.laws import normal_length_kernel as kernel
 from lostmotion.laws import normal_length_means_kernel as means_kernel
-from lostmotion.laws.chance import Cosine, Normal, TwoSided, Uniform
+from lostmotion.laws.distributions import Cosine, Normal, TwoSided, Uniform
 from lostmotion.laws.normal_length import ACCURACY, WORST, normal_length, share_and_density, share_below
 from lostmotion.laws.normal_length_forms_kernel import FOURTHS
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 
-from lostmotion.laws.rolling import (
+from lostmotion.laws.rolling.radial import (
     BALL_EXPONENT,
     ROLLER_EXPONENT,
     ball_stiffness,

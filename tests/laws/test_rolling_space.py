@@ -10,9 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from lostmotion.laws.rolling import BALL_EXPONENT, ROLLER_EXPONENT, ball_stiffness, element_angles, radial_loads, radial_shift, roller_stiffness
-from lostmotion.laws.rolling_rows import BallRow, CrossedRow, RollerRow, Seat
-from lostmotion.laws.rolling_space import settle
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.radial import (
+    BALL_EXPONENT,
+    ROLLER_EXPONENT,
+    ball_stiffness,
+    element_angles,
+    radial_loads,
+    radial_shift,
+    roller_stiffness,
+)
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
 
 UM = 1e-6
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from lostmotion.laws.rolling import BALL_EXPONENT, ball_stiffness, element_angles, radial_shift
-from lostmotion.laws.rolling_rows import BallRow, CrossedRow, RollerRow, Seat
-from lostmotion.laws.rolling_space import settle
-from lostmotion.laws.rolling_table import Pair, ShiftTable, shift_table
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.radial import BALL_EXPONENT, ball_stiffness, element_angles, radial_shift
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
+from lostmotion.laws.rolling.table import Pair, ShiftTable, shift_table
 
 UM = 1e-6
 BALLS = BallRow(count=9, ball=12.7e-3, pitch=65e-3)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.arm import Arm, PlacedTerm, frames, terms
+from lostmotion.mechanism.serial import Arm, PlacedTerm, frames, terms
+from lostmotion.parts.error_source import Condition, ErrorSource, Term
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
-from lostmotion.parts.source import Condition, ErrorSource, Term
 from lostmotion.spatial import adjoint
 
 if TYPE_CHECKING:

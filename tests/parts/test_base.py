@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.arm import Arm
+from lostmotion.error_model.budget import Tally, costs
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.serial import Arm
 from lostmotion.parts.base import Base, Tracks
 from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.studies.budget import Tally, costs
-from lostmotion.studies.screws import screws
 from lostmotion.units import Toleranced
 from tests.parts.conditions import STEEL, condition, design
 

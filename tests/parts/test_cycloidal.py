@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.formats.part_file import read_gearbox
-from lostmotion.laws import cycloid
-from lostmotion.laws.cycloid_built import built
+from lostmotion.io.part_file import read_gearbox
+from lostmotion.laws.cycloid import geometry
+from lostmotion.laws.cycloid.tolerances import built
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_behaviour import GEARBOXES, LEVELS, LOST_MOTION, SEED, gearboxes, wind_up
+from lostmotion.parts.gearbox.cycloidal_model import GEARBOXES, LEVELS, LOST_MOTION, SEED, gearboxes, wind_up
 from lostmotion.parts.joint import RevoluteJoint
 from tests.parts.conditions import ARCMIN, condition
 
@@ -118,8 +118,8 @@ def test_a_steel_drive_of_the_rv_kind_winds_up_as_such_drives_do():
 
 def test_more_than_five_lobes_share_the_load_of_the_drive_without_rolling_bodies():
     """As built, at its rated torque."""
-    from lostmotion.laws.cycloid_built import drawn_gaps
-    from lostmotion.laws.cycloid_drive import loaded_disc
+    from lostmotion.laws.cycloid.drive import loaded_disc
+    from lostmotion.laws.cycloid.tolerances import drawn_gaps
 
     gearbox = example("two-stage-lobes")
     crank = np.linspace(0, 2 * math.pi, 9)
@@ -358,7 +358,7 @@ def test_a_larger_pin_circle_closes_what_a_larger_roller_opens():
     for circle in (-8e-6, 0.0, 8e-6):
         gearbox = drawing(relief={"roller": "10 µm", "circle": f"{circle * 1e6:g} µm"})
         found[circle] = gearbox.behaviour.play.mean()
-        assert found[circle] == pytest.approx(cycloid.play(gearbox.stage, gearbox.drive.made), rel=0.04)
+        assert found[circle] == pytest.approx(geometry.play(gearbox.stage, gearbox.drive.made), rel=0.04)
     more = 2 * 8e-6 * math.sqrt(1 - k1**2) / lever
     assert found[8e-6] - found[0.0] == pytest.approx(more, rel=0.05)
     assert found[0.0] - found[-8e-6] > more

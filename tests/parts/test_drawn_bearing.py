@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.laws.rolling_rows import CrossedRow, Seat
-from lostmotion.laws.rolling_space import settle
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.rows import CrossedRow, Seat
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair

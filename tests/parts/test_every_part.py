@@ -14,18 +14,18 @@ from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
-from lostmotion.parts.gearbox.cycloidal_behaviour import Loop, Play, Wave, Waves, WindUp
+from lostmotion.parts.error_source import ErrorSource
+from lostmotion.parts.gearbox.cycloidal_model import Loop, Play, Wave, Waves, WindUp
 from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
-from lostmotion.parts.source import ErrorSource
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.parts.source import Condition, Term
+    from lostmotion.parts.error_source import Condition, Term
 
 
 def elastic_link(s: float) -> ErrorSource:

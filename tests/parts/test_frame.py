@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.arm import Arm, frames
+from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.beam import SectionValues
+from lostmotion.mechanism.serial import Arm, frames
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
-from lostmotion.studies.screws import screws
 
 YOUNG, NU, DENSITY = 70e9, 0.33, 2700.0
 SHEAR = YOUNG / (2 * (1 + NU))

@@ -7,11 +7,11 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.parts.encoder import Encoder
+from lostmotion.parts.error_source import Grouped
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.lumped import Lumped
-from lostmotion.parts.source import Grouped
 from lostmotion.units import Toleranced
 from tests.parts.conditions import ARCMIN, condition, design, drawn, gearbox, visit_size
 

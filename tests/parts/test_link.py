@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.arm import Arm, Payload
 from lostmotion.laws.beam import box_section, rectangle_section, round_section
+from lostmotion.mechanism.serial import Arm, Payload
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 from lostmotion.parts.link import Link, Place
 from lostmotion.spatial import inverse, pose_of

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.arm import Arm
+from lostmotion.analyses.iso9283.characteristics import pose_repeatability
+from lostmotion.analyses.iso9283.predicted import visit_covariance
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.serial import Arm
 from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.studies.iso9283.characteristics import pose_repeatability
-from lostmotion.studies.iso9283.predicted import visit_covariance
-from lostmotion.studies.screws import screws
 from lostmotion.units import Toleranced
 from tests.parts.conditions import condition, drawn, encoder
 
 if TYPE_CHECKING:
-    from lostmotion.parts.source import ErrorSource
+    from lostmotion.parts.error_source import ErrorSource
 
 PLAY, FRICTION, REACH = 2e-3, 4.0, 0.5
 

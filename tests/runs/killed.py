@@ -16,7 +16,7 @@ from pathlib import Path
 import zarr  # noqa: F401 - loaded before the fork, so that a child's time is its work's
 
 from lostmotion.runs.blocks import compute_packed
-from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 
 COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 4}

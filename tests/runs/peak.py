@@ -10,7 +10,7 @@ from pathlib import Path
 import zarr  # noqa: F401 - loaded before the fork, so that children differ by their work alone
 
 from lostmotion.runs.blocks import compute_packed
-from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 from lostmotion.runs.summary import summarise
 

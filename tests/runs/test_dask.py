@@ -9,7 +9,7 @@ import time
 import pytest
 
 from lostmotion.errors import InputError
-from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 from lostmotion.runs.workers import check_address, cluster
 from tests.runs.conftest import lostmotion, tree

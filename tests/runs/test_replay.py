@@ -10,9 +10,9 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.figures import find_row
+from lostmotion.reporting.screen import print_sheet
+from lostmotion.reporting.sheet import find_row
 from lostmotion.runs.blocks import COLUMNS
-from lostmotion.screen import print_sheet
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
 

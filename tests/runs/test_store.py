@@ -18,16 +18,16 @@ import pytest
 import xarray
 import zarr
 
+from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.runs.blocks import COLUMNS, Record, compute, pack, unpack
-from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.execute import carry_out, order
+from lostmotion.runs.job import Order, order_of
 from lostmotion.runs.lock import lock
-from lostmotion.runs.order import Order, order_of
 from lostmotion.runs.store import Store
 from lostmotion.runs.stream import poses_between
 from lostmotion.runs.summary import summarise
-from lostmotion.studies.montecarlo.montecarlo import run
-from lostmotion.studies.poses import sample_poses
 from tests.runs.conftest import ARM, lostmotion, tree
 
 HERE = Path(__file__).parent
@@ -80,8 +80,8 @@ def test_blocks_hold_what_the_study_finds(small, tmp_path):
 
 def test_quantiles_are_those_of_the_samples_within_the_bins(small):
     """The 95 % error read from integer counts lies within 0.4 % of that of all samples, drawn one by one."""
+    from lostmotion.propagation.exact import draws_of
     from lostmotion.runs.blocks import matrix_of
-    from lostmotion.studies.montecarlo.exact import draws_of
 
     robots, visits = (axis.ravel() for axis in np.meshgrid(np.arange(20), np.arange(3), indexing="ij"))
     lengths = []

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.error_model.poses import sample_poses
 from lostmotion.runs.stream import poses_between, rounded
-from lostmotion.studies.poses import sample_poses
 
 ARM = lostmotion.read(Path(__file__).parents[2] / "examples" / "z-arm.toml")
 

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.figures.budget import REMEDIES
-from lostmotion.figures.runs import design_said, short_keys, short_labels
-from lostmotion.formats.designs import read_design, read_sweep
-from lostmotion.formats.sweep import Axis, changes, designs
-from lostmotion.plots.runs import over_two, sweep_plots
-from lostmotion.studies.intervals import Estimate
+from lostmotion.analyses.accuracy.tables.budget import REMEDIES
+from lostmotion.analyses.sweep.plots import over_two, sweep_plots
+from lostmotion.analyses.sweep.tables.sweep import design_said, short_keys, short_labels
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.io.sweep import Axis, changes, designs
+from lostmotion.io.sweep_designs import read_design, read_sweep
 from lostmotion.units import read_quantity
 from tests.runs.conftest import ARM, COUNTS, SWEEP, tree
 from tests.runs.conftest import lostmotion as ran

@@ -17,9 +17,9 @@ import zarr  # noqa: F401 - loaded before the fork, so that both children begin 
 
 from lostmotion.errors import LostmotionError
 from lostmotion.runs.blocks import compute, compute_packed
-from lostmotion.runs.carry_out import carry_out, order
-from lostmotion.runs.ledger import read_regular
-from lostmotion.runs.order import order_of
+from lostmotion.runs.checkpoint import read_regular
+from lostmotion.runs.execute import carry_out, order
+from lostmotion.runs.job import order_of
 from lostmotion.runs.store import Store
 
 COUNTS = {"poses": 16, "robots": 20, "visits": 2, "block": 2}

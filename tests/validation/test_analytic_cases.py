@@ -8,10 +8,10 @@ import pytest
 from scipy.stats import qmc
 
 import lostmotion
-from lostmotion.laws.chance import Uniform
+from lostmotion.laws.distributions import Uniform
 from lostmotion.laws.normal_length import normal_length
-from lostmotion.studies.analytic.analytic import analytic, of_screws
-from lostmotion.studies.analytic.pooled import pooled
+from lostmotion.propagation.analytic.analytic import analytic, of_screws
+from lostmotion.propagation.analytic.pooled import pooled
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = [EXAMPLES / "z-arm.toml", EXAMPLES / "ur5e.urdf", EXAMPLES / "arm-from-drawings.toml", EXAMPLES / "paper" / "z-arm-lumped.toml"]

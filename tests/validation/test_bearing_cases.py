@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from lostmotion.laws.rolling import BALL_EXPONENT, ball_stiffness, element_angles, radial_loads, radial_shift
-from lostmotion.laws.rolling_rows import BallRow, Seat
-from lostmotion.laws.rolling_space import settle
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.radial import BALL_EXPONENT, ball_stiffness, element_angles, radial_loads, radial_shift
+from lostmotion.laws.rolling.rows import BallRow, Seat
 
 UM = 1e-6
 # Z 9, ball 12.7 mm, pitch 65 mm, f 0.52, E 207.5 GPa

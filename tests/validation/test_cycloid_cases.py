@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid import Modification, Stage, play, rv_ratio, undercut_limit, valley_radius
-from lostmotion.laws.cycloid_contact import Flanks, largest_force, loaded
+from lostmotion.laws.cycloid.contact import Flanks, largest_force, loaded
+from lostmotion.laws.cycloid.geometry import Modification, Stage, play, rv_ratio, undercut_limit, valley_radius
 
 ARCMIN = math.pi / 10800
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)

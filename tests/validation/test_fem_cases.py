@@ -13,9 +13,9 @@ import pytest
 from scipy.optimize import root
 
 from lostmotion.laws.contact import force_at
-from lostmotion.laws.cycloid import Stage, arms, contact_radius, pin_angles
-from lostmotion.laws.cycloid_bodies import disc_body, disc_flexibility, ring_body, ring_flexibility
-from lostmotion.laws.cycloid_contact import Flanks, loaded
+from lostmotion.laws.cycloid.bodies import disc_body, disc_flexibility, ring_body, ring_flexibility
+from lostmotion.laws.cycloid.contact import Flanks, loaded
+from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
 
 ARCMIN = math.pi / 10800
 STAGE = Stage(0.05, 0.003, 0.0012, 20, "lobe arcs")

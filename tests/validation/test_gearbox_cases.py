@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lostmotion.arm import terms
-from lostmotion.formats import read
+from lostmotion.io import read
+from lostmotion.mechanism.serial import terms
 from tests.parts.conditions import ARCMIN
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lostmotion.errors import InputError
-from lostmotion.formats import read
-from tests.formats.urdfs import agrees_with_pinocchio, link, robot
+from lostmotion.io import read
+from tests.io.urdfs import agrees_with_pinocchio, link, robot
 
 KINDS = ("revolute", "revolute", "revolute", "revolute", "continuous", "prismatic", "fixed", "fixed")
 FROM, TO = -1.3, 0.9

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.arm import STANDARD_GRAVITY, Arm, Payload, joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.serial import STANDARD_GRAVITY, Arm, Payload, joint_torques, worst_torques_over_tilts
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from lostmotion.arm import Arm, Payload, frames, joint_torques, wrenches
+from lostmotion.mechanism.serial import Arm, Payload, frames, joint_torques, wrenches
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Link, Place

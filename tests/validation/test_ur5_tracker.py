@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lostmotion.arm import Arm, frames, tool_points
+from lostmotion.mechanism.serial import Arm, frames, tool_points
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Link, Place
 

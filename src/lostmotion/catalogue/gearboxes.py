@@ -12,9 +12,9 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.catalogue import packaged
 from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.parts.error_source import AngleAmount, AngularStiffness, Inertia, Line, Part, PlayDim, TorqueAmount
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.provenance import LONGEST_SOURCE, NO_VALUES
-from lostmotion.parts.source import AngleAmount, AngularStiffness, Inertia, Line, Part, PlayDim, TorqueAmount
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lostmotion import __version__
 from lostmotion.cli.spoken import Spoken
 from lostmotion.cli.terminal import LOST, flush, give_up, is_of_output, open_up, say
 from lostmotion.cli.typed import Typed
 from lostmotion.errors import LostmotionError
+from lostmotion.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -67,7 +67,7 @@ def amount(
     high: float = math.inf,
 ) -> float | None:
     """Read what an option asks for, in SI, above `above`, or where `low` is given at least that; errors as `ask.amounts.amount`."""
-    from lostmotion.ask.amounts import amount as read
+    from lostmotion.analyses.quantities import amount as read
     from lostmotion.units import Quantity
 
     field = Quantity(si, example, above=above, high=high) if low is None else Quantity(si, example, low=low, high=high)

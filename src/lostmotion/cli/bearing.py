@@ -27,14 +27,14 @@ def bearing(  # noqa: PLR0913, PLR0917 - options of a command line
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Look at one bearing: its clearance from delivery to work, the load of each element, how far the shaft gives, how stiff it is."""
+    from lostmotion.analyses.bearing.bearing import BearingLoad, examine
+    from lostmotion.analyses.bearing.report import write_bearing
+    from lostmotion.analyses.bearing.tables import bearing_sheet
     from lostmotion.errors import Mistakes
-    from lostmotion.figures.bearing import bearing_sheet
-    from lostmotion.formats.part_file import read_bearing
-    from lostmotion.parts.bearing.drawn import DrawnBearing
-    from lostmotion.parts.bearing.examined import BearingLoad, examine
-    from lostmotion.report.bearing import write_bearing
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.screen import print_sheet
+    from lostmotion.io.part_file import read_bearing
+    from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.screen import print_sheet
 
     folder = out or Path(f"{file.stem}-bearing")
     with Mistakes() as mistakes:

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from lostmotion import __version__
 from lostmotion.cli.app import amount, app
 from lostmotion.cli.terminal import say_json
+from lostmotion.version import __version__
 
 
 class CatalogueKind(StrEnum):
@@ -34,10 +34,10 @@ def catalog(  # noqa: PLR0913, PLR0917 - options of a command line
     as_json: Annotated[bool, typer.Option("--json", help="Print data for machines.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Search the catalogue of reducers, bearings and materials; every figure with its source and how sure it is."""
+    from lostmotion.analyses.catalog.tables import catalogue_sheet
     from lostmotion.catalogue.search import Wanted
     from lostmotion.errors import Mistakes
-    from lostmotion.figures.catalogue import catalogue_sheet
-    from lostmotion.formats.own_reducers import read_reducers
+    from lostmotion.io.own_reducers import read_reducers
 
     with Mistakes() as mistakes:
         wanted = Wanted(
@@ -52,6 +52,6 @@ def catalog(  # noqa: PLR0913, PLR0917 - options of a command line
     if as_json:
         say_json({"lostmotion": __version__, **sheet.facts})
     else:
-        from lostmotion.screen import print_sheet
+        from lostmotion.reporting.screen import print_sheet
 
         print_sheet(sheet)

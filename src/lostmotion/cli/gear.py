@@ -32,11 +32,11 @@ def gear(  # noqa: PLR0913, PLR0917 - options of a command line
     dxf: Annotated[Path | None, typer.Option(help="Write the profiles to this DXF file too (cycloidal; needs ezdxf).")] = None,
 ) -> None:
     """Look at one gearbox: play and lost motion, stiffness and compliance by member, hysteresis, lobe loads, transmission error, profile."""
-    from lostmotion.ask.gear import look_at
-    from lostmotion.formats.dxf import CHORD_ERROR, can_draw
-    from lostmotion.formats.part_file import read_gearbox
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.report.gearbox import refuse_existing_file, write_drawing
+    from lostmotion.analyses.gearbox.command import look_at
+    from lostmotion.analyses.gearbox.report import refuse_existing_file, write_drawing
+    from lostmotion.io.dxf import CHORD_ERROR, can_draw
+    from lostmotion.io.part_file import read_gearbox
+    from lostmotion.reporting.folder import refuse_existing
 
     folder = out or Path(f"{file.stem}-gearbox")
     found = read_gearbox(file, joint)

@@ -48,15 +48,15 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
 
     In the CSV, each row is a visit to a pose, or, with a path such as P2-P4 instead of a pose, one reading along it, in the order read.
     """
-    from lostmotion.ask.amounts import amounts
-    from lostmotion.ask.iso9283 import AMOUNTS
-    from lostmotion.ask.iso9283 import iso9283 as ask
-    from lostmotion.ask.read import read
+    from lostmotion.analyses.iso9283.command import AMOUNTS
+    from lostmotion.analyses.iso9283.command import iso9283 as ask
+    from lostmotion.analyses.iso9283.predicted import HEAVIEST
+    from lostmotion.analyses.iso9283.warm_up import WarmUp
+    from lostmotion.analyses.quantities import amounts
+    from lostmotion.analyses.read import read
     from lostmotion.errors import InputError, Mistakes, Problem
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.screen import ProgressBar
-    from lostmotion.studies.iso9283.predicted import HEAVIEST
-    from lostmotion.studies.iso9283.warm_up import WarmUp
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.screen import ProgressBar
 
     stem = (file or next(iter(measured or ()), Path("robot"))).stem
     folder = out or Path(f"{stem}-iso9283")

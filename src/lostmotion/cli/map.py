@@ -44,13 +44,13 @@ def map_(  # noqa: PLR0913, PLR0917 - options of a command line
     threads: Annotated[int | None, typer.Option(min=1, help="Default: one per processor. Changes no result.")] = None,
 ) -> None:
     """Map the error over the workspace: slices, surfaces, the share within a target, the best places for work, which part is to blame where."""
-    from lostmotion.ask.amounts import amounts
-    from lostmotion.ask.read import read
-    from lostmotion.ask.zones import AMOUNTS, zones
+    from lostmotion.analyses.quantities import amounts
+    from lostmotion.analyses.read import read
+    from lostmotion.analyses.workspace_map.command import AMOUNTS, zones
+    from lostmotion.analyses.workspace_map.tables.placement import boxes_said
     from lostmotion.errors import Mistakes
-    from lostmotion.figures.zones_places import boxes_said
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.screen import ProgressBar
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-map")
     words = {"cell": cell, "target": target, "box": box, "clear": clear, "floor": floor, "at": at}

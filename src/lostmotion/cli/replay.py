@@ -19,8 +19,8 @@ def replay(
     as_json: Annotated[bool, typer.Option("--json", help="Print data for machines.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Show how the largest errors of a run came about: pose, every draw and what it contributes. Exit code 1 where one is not reproduced."""
-    from lostmotion.ask.runs import replay as again
-    from lostmotion.screen import ProgressBar
+    from lostmotion.analyses.sweep.command import replay as again
+    from lostmotion.reporting.screen import ProgressBar
 
     with ProgressBar() as bar:
         found = again(folder, design, worst, progress=bar)

@@ -13,8 +13,8 @@ from lostmotion.cli.app import STOPPED, app, stopped
 from lostmotion.cli.terminal import say
 
 if TYPE_CHECKING:
-    from lostmotion.ask.study import AnalyticStudy, Study
-    from lostmotion.ask.undescribed import Undescribed
+    from lostmotion.analyses.accuracy.command import AnalyticStudy, Study
+    from lostmotion.analyses.accuracy.undescribed import Undescribed
 
 
 class PoseChoice(StrEnum):
@@ -82,17 +82,17 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but where the report is.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Study an arm: print its accuracy, and write the report, the figures and the arrays."""
-    from lostmotion.ask.read import read
-    from lostmotion.ask.study import study
-    from lostmotion.ask.undescribed import undescribed
+    from lostmotion.analyses.accuracy.command import study
+    from lostmotion.analyses.accuracy.undescribed import undescribed
+    from lostmotion.analyses.read import read
+    from lostmotion.error_model.pose_selection import one_pose
+    from lostmotion.error_model.poses import Poses, sample_poses
+    from lostmotion.error_model.provenance import states
     from lostmotion.errors import Mistakes
-    from lostmotion.formats.places import read_pose, read_zone
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.screen import ProgressBar
-    from lostmotion.studies.montecarlo.stopping import Tolerance
-    from lostmotion.studies.places import one_pose
-    from lostmotion.studies.poses import Poses, sample_poses
-    from lostmotion.studies.provenance import states
+    from lostmotion.io.pose_and_zone_text import read_pose, read_zone
+    from lostmotion.propagation.montecarlo.stopping import Tolerance
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-accuracy")
     with Mistakes() as mistakes:
@@ -104,7 +104,7 @@ def run(  # noqa: PLR0913, PLR0917 - options of a command line
     refuse_existing(folder, force=force)  # before the work, not after it
     chosen: int | Poses = poses
     if poses_file is not None:
-        from lostmotion.formats.poses import read_poses
+        from lostmotion.io.poses import read_poses
 
         chosen = Poses(read_poses(poses_file, arm), "given")
     if at_poses:

@@ -9,6 +9,6 @@ from lostmotion.cli.terminal import say_json
 @app.command()
 def schema() -> None:
     """Print the JSON Schema of the native TOML, for editors."""
-    from lostmotion.formats.schema import json_schema
+    from lostmotion.io.schema import json_schema
 
     say_json(json_schema())

@@ -44,14 +44,14 @@ def size(  # noqa: PLR0913, PLR0917 - options of a command line
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Choose the lightest sections that keep an arm's links within slope and deflection, or the cheapest parts within a target on the tool."""
-    from lostmotion.ask.read import read
-    from lostmotion.ask.size import size as size_arm
+    from lostmotion.analyses.read import read
+    from lostmotion.analyses.sizing.arm_writer import reads_back
+    from lostmotion.analyses.sizing.command import size as size_arm
     from lostmotion.errors import refuse_argument
-    from lostmotion.formats.own_reducers import read_reducers
-    from lostmotion.formats.poses import read_poses
-    from lostmotion.formats.sized import reads_back
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.screen import ProgressBar
+    from lostmotion.io.own_reducers import read_reducers
+    from lostmotion.io.poses import read_poses
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-sized")
     tube = {name: text for name, text in (("kind", family), ("outer", outer), ("wall", wall)) if text is not None}

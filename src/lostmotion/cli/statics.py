@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from lostmotion import __version__
 from lostmotion.cli.app import amount, app
 from lostmotion.cli.terminal import say, say_json
+from lostmotion.version import __version__
 
 
 @app.command()
@@ -25,13 +25,13 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Say what every joint carries and which reducers do, and how much the arm gives: where, in which direction, by which part."""
-    from lostmotion.ask.read import read
+    from lostmotion.analyses.read import read
+    from lostmotion.analyses.statics.survey import survey
+    from lostmotion.analyses.statics.tables import statics_sheet
+    from lostmotion.error_model.poses import sample_poses
     from lostmotion.errors import Mistakes
-    from lostmotion.figures.statics import statics_sheet
-    from lostmotion.formats.own_reducers import read_reducers
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.studies.poses import sample_poses
-    from lostmotion.studies.statics.survey import survey
+    from lostmotion.io.own_reducers import read_reducers
+    from lostmotion.reporting.folder import refuse_existing
 
     folder = out or Path(f"{file.stem}-statics")
     with Mistakes() as mistakes:
@@ -42,12 +42,12 @@ def statics(  # noqa: PLR0913, PLR0917 - options of a command line
     found = survey(arm, sample_poses(arm, poses, seed=seed), leaning)
     sheet = statics_sheet(found, read_reducers(file) if file.suffix == ".toml" else ())
     if as_json:
-        from lostmotion.figures import plain
+        from lostmotion.reporting.sheet import plain
 
         say_json(plain(sheet, __version__))
         return
-    from lostmotion.report.statics import write_statics
-    from lostmotion.screen import print_sheet
+    from lostmotion.analyses.statics.report import write_statics
+    from lostmotion.reporting.screen import print_sheet
 
     written = write_statics(sheet, found, folder, force=force)
     print_sheet(sheet)

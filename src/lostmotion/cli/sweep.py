@@ -33,8 +33,8 @@ def sweep(  # noqa: PLR0913, PLR0917 - options of a command line
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but where the report is.")] = False,  # noqa: FBT002 - a switch
 ) -> None:
     """Study an arm at any number of poses, or a grid of designs, block by block; stopped or killed, the same command goes on."""
-    from lostmotion.ask.runs import sweep as carry_out
-    from lostmotion.screen import ProgressBar
+    from lostmotion.analyses.sweep.command import sweep as carry_out
+    from lostmotion.reporting.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-sweep")
     kept = f"what is done is kept in '{folder}'; the same command goes on"

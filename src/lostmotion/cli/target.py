@@ -12,7 +12,7 @@ from lostmotion.cli.app import STOPPED, app, stopped
 from lostmotion.cli.terminal import say
 
 if TYPE_CHECKING:
-    from lostmotion.studies.poses import Poses
+    from lostmotion.error_model.poses import Poses
 
 
 class Arrival(StrEnum):
@@ -42,12 +42,12 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     threads: Annotated[int | None, typer.Option(min=1, help="Default: one per processor. Changes no result.")] = None,
 ) -> None:
     """Say how large play, clearance, tolerances and all else may be for a target, part by part and all together, and how many robots keep it."""
-    from lostmotion.ask.read import read
-    from lostmotion.ask.targets import target as ask
+    from lostmotion.analyses.read import read
+    from lostmotion.analyses.targets.command import target as ask
     from lostmotion.errors import Mistakes
-    from lostmotion.formats.places import read_zone
-    from lostmotion.report.folder import refuse_existing
-    from lostmotion.screen import ProgressBar
+    from lostmotion.io.pose_and_zone_text import read_zone
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.screen import ProgressBar
 
     folder = out or Path(f"{file.stem}-target")
     with Mistakes() as mistakes:
@@ -56,8 +56,8 @@ def target(  # noqa: PLR0913, PLR0917 - options of a command line
     refuse_existing(folder, force=force)
     chosen: int | Poses = poses
     if poses_file is not None:
-        from lostmotion.formats.poses import read_poses
-        from lostmotion.studies.poses import Poses
+        from lostmotion.error_model.poses import Poses
+        from lostmotion.io.poses import read_poses
 
         chosen = Poses(read_poses(poses_file, arm), "given")
     with ProgressBar() as bar:

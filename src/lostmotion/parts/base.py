@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from lostmotion.laws.chance import Normal, of_tolerance
-from lostmotion.laws.tracks import track_stiffness
+from lostmotion.laws.distributions import Normal, of_tolerance
+from lostmotion.laws.elastic_foundation import track_stiffness
 from lostmotion.parts.compliance import Compliance
-from lostmotion.parts.place import Vector
-from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.section import refuse_section
-from lostmotion.parts.source import (
+from lostmotion.parts.error_source import (
     Angle,
     AngleDim,
     AngularStiffness,
@@ -27,6 +24,9 @@ from lostmotion.parts.source import (
     amount_terms,
     limit_term,
 )
+from lostmotion.parts.frame import Vector
+from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.section import refuse_section
 from lostmotion.spatial import mapped, pose_of, skew
 from lostmotion.units import Quantity, Toleranced
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 from pydantic import model_validator
 
+from lostmotion.parts.error_source import AngleAmount, ForceAmount, LengthAmount, Share, TorqueAmount
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
-from lostmotion.parts.source import AngleAmount, ForceAmount, LengthAmount, Share, TorqueAmount
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats

@@ -7,9 +7,9 @@ from typing import Annotated, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.chance import Normal, Uniform, of_tolerance
+from lostmotion.laws.distributions import Normal, Uniform, of_tolerance
+from lostmotion.parts.error_source import Condition, ErrorSource, Lead, Term, amount_terms, limit_term, wave_terms
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import Condition, ErrorSource, Lead, Term, amount_terms, limit_term, wave_terms
 from lostmotion.units import Distribution, Quantity, ToleranceLaw
 
 AmountT = TypeVar("AmountT", bound=float)

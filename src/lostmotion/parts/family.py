@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from lostmotion.parts.error_source import Part
 from lostmotion.parts.provenance import value_keys
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Sized, Tube
-from lostmotion.parts.source import Part
 from lostmotion.units import Quantity, Toleranced, UnitError, read_quantity
 
 if TYPE_CHECKING:

@@ -11,29 +11,19 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
-from lostmotion.laws.chance import Normal
+from lostmotion.laws.distributions import Normal
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
-from lostmotion.parts.bearing.drawn import DrawnBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
+from lostmotion.parts.error_source import AngleAmount, Condition, ErrorSource, Grouped, LengthAmount, Mass, Part, Term, limit_term
 from lostmotion.parts.gearbox.gearbox import AmountT, Loose, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import (
-    AngleAmount,
-    Condition,
-    ErrorSource,
-    Grouped,
-    LengthAmount,
-    Mass,
-    Part,
-    Term,
-    limit_term,
-)
 from lostmotion.spatial import across
 from lostmotion.units import Quantity
 

@@ -9,14 +9,14 @@ import numpy as np
 from pydantic import model_validator
 
 from lostmotion.laws import beam
-from lostmotion.laws.chance import Normal
+from lostmotion.laws.distributions import Normal
 from lostmotion.parts.compliance import Compliance, Measured
+from lostmotion.parts.error_source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Term, limit_term, toleranced_terms
+from lostmotion.parts.frame import Direction, Place, Vector, unit
 from lostmotion.parts.material import Material
-from lostmotion.parts.place import Direction, Place, Vector, unit
 from lostmotion.parts.profile import Section, beam_of, doubt_of_section
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import Rod, refuse_section
-from lostmotion.parts.source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Term, limit_term, toleranced_terms
 from lostmotion.spatial import mapped, pose_of, skew
 from lostmotion.units import Toleranced
 

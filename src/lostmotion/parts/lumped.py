@@ -8,9 +8,9 @@ from typing import Annotated, Final, Literal
 import numpy as np
 from pydantic import Field
 
-from lostmotion.laws.chance import Law, Normal, Table, TwoSided, Uniform
+from lostmotion.laws.distributions import Law, Normal, Table, TwoSided, Uniform
+from lostmotion.parts.error_source import AngleAmount, Condition, ErrorSource, LengthAmount, Term, amount_terms, limit_term
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import AngleAmount, Condition, ErrorSource, LengthAmount, Term, amount_terms, limit_term
 from lostmotion.units import Distribution, TableRows
 
 Chance = Annotated[str | TableRows, Distribution(("normal", "normal without limits", "uniform", "two-sided", "from zero to maximum"))]

@@ -6,9 +6,9 @@ from typing import Annotated, Final, Self
 
 from pydantic import model_validator
 
+from lostmotion.parts.error_source import Share
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
-from lostmotion.parts.source import Share
 from lostmotion.units import Quantity
 
 _INCOMPRESSIBLE: Final = 0.499

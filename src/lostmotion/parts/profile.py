@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from lostmotion.laws import beam
+from lostmotion.parts.error_source import LengthAmount, LengthPlus, Part
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import Sourced, value_keys
 from lostmotion.parts.section import Box, CustomSection, ISection, Outline, Plain, Rectangle, Rod, Sized, Tube, refuse_section
-from lostmotion.parts.source import LengthAmount, LengthPlus, Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,12 +8,12 @@ from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
-from lostmotion.parts.source import Line, Part
+from lostmotion.parts.error_source import Line, Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lostmotion.parts.source import Friction
+    from lostmotion.parts.error_source import Friction
 
 ASSUMED: Final = "assumed"
 UPPER_LIMIT: Final = "maker's upper limit"

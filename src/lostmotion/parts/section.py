@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws import beam, outline
+from lostmotion.parts.error_source import Length, LengthPlus
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import Length, LengthPlus
 from lostmotion.units import Quantity
 
 

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from lostmotion.runs.order import Order
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome
-    from lostmotion.studies.intervals import Estimate
 
 _ENDS = ("value", "low", "high")
 

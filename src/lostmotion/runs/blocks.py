@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.error_model import error_bins
+from lostmotion.error_model.budget import Tally
+from lostmotion.error_model.pose_matrix import Screws, root_sum_square, screws, worst_case
+from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
-from lostmotion.runs.order import Order, made_with, order_of
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.runs.job import Order, made_with, order_of
 from lostmotion.runs.stream import poses_between, steps_of
-from lostmotion.studies.budget import Tally
-from lostmotion.studies.montecarlo import kernel
-from lostmotion.studies.montecarlo.blocks import Plan, sample_block
-from lostmotion.studies.poses import Poses
-from lostmotion.studies.screws import Screws, root_sum_square, screws, worst_case
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lostmotion.arm import Arm
+    from lostmotion.mechanism.serial import Arm
     from lostmotion.spatial import Floats
 
 ZSTD_LEVEL: Final = 3
@@ -47,7 +48,7 @@ class Record(NamedTuple):
     """What is kept of a block.
 
     poses      (row, len(COLUMNS)) one row per pose, m and m^2; NaN in rows beyond the block's last pose
-    histogram  (group, kernel.BINS) how many samples of each group of robots fall into each bin of the error
+    histogram  (group, error_bins.BINS) how many samples of each group of robots fall into each bin of the error
     robots     (robot, 3) mean error, AP and RP of each robot, summed over the block's poses, m; NaN for AP and RP of a single visit
     parts      (part, 3) variance, own and shared bias of each part, summed over the poses, m^2, in the order of `Order.parts`
     """
@@ -76,7 +77,7 @@ def pieces(order: Order) -> dict[str, Piece]:
     """Which arrays make a record of this order?"""
     return {
         "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "of_pose"), ", ".join(COLUMNS)),
-        "histogram": Piece((design_of(order, 0).plan.groups, kernel.BINS), "<i8", ("group", "bin"), "samples by size of the error"),
+        "histogram": Piece((design_of(order, 0).plan.groups, error_bins.BINS), "<i8", ("group", "bin"), "samples by size of the error"),
         "robots": Piece((order.robots, len(OF_ROBOTS)), "<f8", ("robot", "of_robot"), "sums over the block's poses: " + ", ".join(OF_ROBOTS)),
         "parts": Piece((max(len(order.parts), 1), len(PARTS)), "<f8", ("part", "of_part"), "sums over the block's poses: " + ", ".join(PARTS)),
     }

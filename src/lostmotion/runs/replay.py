@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
+from lostmotion.propagation import exact
 from lostmotion.runs.blocks import COLUMNS, compute, design_of, matrix_of
-from lostmotion.runs.order import made_with
+from lostmotion.runs.job import made_with
 from lostmotion.runs.summary import Worst, with_pose, worst_of
-from lostmotion.studies.montecarlo import exact
 
 if TYPE_CHECKING:
     from collections.abc import Callable

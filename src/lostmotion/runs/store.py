@@ -23,9 +23,9 @@ import numpy as np
 
 from lostmotion.errors import InputError, LostmotionError, OutputExistsError, Problem
 from lostmotion.runs.blocks import ZSTD_LEVEL, Record, check_record, pieces, unpack
-from lostmotion.runs.ledger import PARTIAL, digest, entry, place, read_entry, read_regular
+from lostmotion.runs.checkpoint import PARTIAL, digest, entry, place, read_entry, read_regular
+from lostmotion.runs.job import Order, order_of
 from lostmotion.runs.lock import LOCK, lock
-from lostmotion.runs.order import Order, order_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

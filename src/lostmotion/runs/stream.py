@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.draws import SOBOL_BITS, key, sobol
+from lostmotion.error_model.poses import REPLICATES
 from lostmotion.errors import LostmotionError, refuse_argument
-from lostmotion.laws.chance import Normal
-from lostmotion.runs.order import MOST_POSES
-from lostmotion.studies.draws import SOBOL_BITS, key, sobol
-from lostmotion.studies.poses import REPLICATES
+from lostmotion.laws.distributions import Normal
+from lostmotion.runs.job import MOST_POSES
 
 if TYPE_CHECKING:
-    from lostmotion.arm import Arm
-    from lostmotion.runs.order import Law
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.runs.job import Law
     from lostmotion.spatial import Floats
 
 _WORDS: Final = 4  # that Philox makes of one count

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
-from lostmotion.studies.budget import Cost, Tally, costs
-from lostmotion.studies.intervals import (
+from lostmotion.error_model.budget import Cost, Tally, costs
+from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.error_model.intervals import (
     Estimate,
     pooled_mean,
     pooled_quantile,
@@ -18,15 +18,18 @@ from lostmotion.studies.intervals import (
     root_mean_square,
     standard_deviation,
 )
-from lostmotion.studies.limits import LimitShare, limit_shares
-from lostmotion.studies.montecarlo import exact, kernel
-from lostmotion.studies.screws import screws
-from lostmotion.studies.statics.overload import Overload, overloads
+from lostmotion.error_model.overload import Overload, overloads
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.upper_limits import limit_shares
+from lostmotion.propagation import exact
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.runs.order import Order
+    from lostmotion.error_model.provenance import LimitShare
+    from lostmotion.runs.job import Order
     from lostmotion.runs.store import Store
     from lostmotion.spatial import Floats
 
@@ -204,7 +207,7 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
 
 def _spread(counts: np.ndarray) -> tuple[Floats, Floats]:
     """Thin a histogram out to a curve that can be drawn."""
-    edges, below = kernel.bin_edges(), np.concatenate([[0], np.cumsum(counts)])
+    edges, below = bin_edges(), np.concatenate([[0], np.cumsum(counts)])
     occupied = np.flatnonzero(counts)
     first, last = int(occupied[0]), int(occupied[-1]) + 1
     at = np.unique(np.searchsorted(edges, np.linspace(edges[first], edges[last], _CURVE)).clip(first, last))

@@ -7,16 +7,8 @@ from typing import Literal
 import numpy as np
 
 from lostmotion.parts.bearing.runout import runout_terms
+from lostmotion.parts.error_source import AngularStiffness, Condition, ErrorSource, LengthAmount, LengthPlus, LinearStiffness, Term
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import (
-    AngularStiffness,
-    Condition,
-    ErrorSource,
-    LengthAmount,
-    LengthPlus,
-    LinearStiffness,
-    Term,
-)
 from lostmotion.spatial import mapped
 
 

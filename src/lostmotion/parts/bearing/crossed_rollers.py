@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import model_validator
 
-from lostmotion.laws.rolling import roller_pressure
-from lostmotion.laws.rolling_rows import CrossedRow, Seat
-from lostmotion.laws.rolling_table import Pair
-from lostmotion.parts.bearing.drawn import DrawnBearing
+from lostmotion.laws.rolling.radial import roller_pressure
+from lostmotion.laws.rolling.rows import CrossedRow, Seat
+from lostmotion.laws.rolling.table import Pair
 from lostmotion.parts.bearing.pair import Count, check_clearance, check_sizes, refuse_drawing
-from lostmotion.parts.source import LengthPlus
+from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+from lostmotion.parts.error_source import LengthPlus
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.rolling import ball_pressure, roller_pressure
-from lostmotion.laws.rolling_rows import BallRow, RollerRow, Row, Seat
-from lostmotion.laws.rolling_space import settle
-from lostmotion.laws.rolling_table import Pair
-from lostmotion.parts.bearing.drawn import DrawnBearing
-from lostmotion.parts.source import ForceAmount, LengthPlus
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.radial import ball_pressure, roller_pressure
+from lostmotion.laws.rolling.rows import BallRow, RollerRow, Row, Seat
+from lostmotion.laws.rolling.table import Pair
+from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+from lostmotion.parts.error_source import ForceAmount, LengthPlus
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lostmotion.laws.chance import Cosine, Sine, TwoSided
 from lostmotion.laws.clearance import seated, seated_across
-from lostmotion.parts.provenance import Sourced, default_friction
-from lostmotion.parts.source import (
+from lostmotion.laws.distributions import Cosine, Sine, TwoSided
+from lostmotion.parts.error_source import (
     HELD_SHARE,
     OF_HELD,
     ClearanceDim,
@@ -24,6 +23,7 @@ from lostmotion.parts.source import (
     Term,
     play_terms,
 )
+from lostmotion.parts.provenance import Sourced, default_friction
 from lostmotion.spatial import across, cross, mapped, skew
 from lostmotion.units import Toleranced
 

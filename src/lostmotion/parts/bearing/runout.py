@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.laws.chance import Cosine, Sine
-from lostmotion.parts.source import Condition, Draw, Term, wave_terms
+from lostmotion.laws.distributions import Cosine, Sine
+from lostmotion.parts.error_source import Condition, Draw, Term, wave_terms
 from lostmotion.spatial import across
 
 if TYPE_CHECKING:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from lostmotion.laws.rolling_table import Pair
-from lostmotion.parts.bearing.drawn import DrawnBearing
+from lostmotion.laws.rolling.table import Pair
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
+from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 
 if TYPE_CHECKING:
-    from lostmotion.parts.source import Condition
+    from lostmotion.parts.error_source import Condition
 
 # Of the file: what a pair is called that has two of them.
 PAIRS: Final = {"ball bearing": "ball pair", "roller bearing": "roller pair"}

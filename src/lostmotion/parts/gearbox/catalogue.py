@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from lostmotion.parts.error_source import Condition, Lead
 from lostmotion.parts.gearbox.gearbox import AmountT, Gearbox, LoadT, PlayT, StiffnessT
-from lostmotion.parts.source import Condition, Lead
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:

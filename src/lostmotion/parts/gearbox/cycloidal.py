@@ -8,12 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from lostmotion.laws.cycloid import ratio as ratio_of
-from lostmotion.parts.gearbox.cycloidal_behaviour import FIRST_STAGE, Behaviour, behaviour, sources
-from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
-from lostmotion.parts.gearbox.gearbox import Whole, refuse
-from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import (
+from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.parts.error_source import (
     OF_RATED,
     RATED_SHARE,
     AngularStiffness,
@@ -25,10 +21,14 @@ from lostmotion.parts.source import (
     Mass,
     TorqueAmount,
 )
+from lostmotion.parts.gearbox.cycloidal_model import FIRST_STAGE, Behaviour, behaviour, sources
+from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
-    from lostmotion.parts.source import ErrorSource
+    from lostmotion.parts.error_source import ErrorSource
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
 Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]

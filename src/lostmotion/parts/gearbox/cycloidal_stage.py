@@ -8,22 +8,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
-from lostmotion.laws import beam, cycloid_drive
+from lostmotion.laws import beam
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
-from lostmotion.laws.cycloid import Modification, Stage
-from lostmotion.laws.cycloid_bodies import disc_body, ring_body, ring_reach
-from lostmotion.laws.cycloid_built import Scatter
-from lostmotion.laws.cycloid_contact import Flanks
-from lostmotion.laws.rolling import roller_stiffness
+from lostmotion.laws.cycloid import drive
+from lostmotion.laws.cycloid.bodies import disc_body, ring_body, ring_reach
+from lostmotion.laws.cycloid.contact import Flanks
+from lostmotion.laws.cycloid.geometry import Modification, Stage
+from lostmotion.laws.cycloid.tolerances import Scatter
+from lostmotion.laws.rolling.radial import roller_stiffness
+from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import (
-    ClearanceDim,
-    LengthAmount,
-    LengthPlus,
-    LinearStiffness,
-)
 from lostmotion.units import Quantity, Toleranced
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
@@ -210,14 +206,14 @@ class CycloidalStage(Sourced):
         return tuple(name for name, stated in said.items() if not stated)
 
     @functools.cached_property
-    def drive(self) -> cycloid_drive.Drive:
+    def drive(self) -> drive.Drive:
         """Give what the laws of the loaded stage need."""
         disc, ring = self.disc_material, self.ring_material
         flanks = Flanks(self.width, equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), self.contact_law, self._lobe_bending)
         made = Modification(self.relief.roller.nominal, self.relief.circle.nominal)
         eccentric = self.eccentric
         rollers = eccentric.rollers or 0
-        springs = cycloid_drive.Eccentric(
+        springs = drive.Eccentric(
             bearing=eccentric.bearing or math.inf,
             elements=rollers,
             element_stiffness=roller_stiffness(eccentric.roller_length) if eccentric.roller_length else math.inf,
@@ -226,8 +222,8 @@ class CycloidalStage(Sourced):
             circle=eccentric.circle_radius or math.inf,
         )
         pins = self.output_pins
-        output = None if pins is None else cycloid_drive.OutputPins(pins.count, pins.circle_radius, _pin_stiffness(pins))
-        return cycloid_drive.Drive(self.stage, flanks, made, self.discs, springs, output, self._disc_body, self._ring_body)
+        output = None if pins is None else drive.OutputPins(pins.count, pins.circle_radius, _pin_stiffness(pins))
+        return drive.Drive(self.stage, flanks, made, self.discs, springs, output, self._disc_body, self._ring_body)
 
     @property
     def scatter(self) -> Scatter:

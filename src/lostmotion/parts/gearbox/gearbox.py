@@ -10,11 +10,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.chance import Normal, TwoSided, Uniform
 from lostmotion.laws.clearance import seated
+from lostmotion.laws.distributions import Normal, TwoSided, Uniform
 from lostmotion.laws.gears import play_from_lost_motion, wind_up
-from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, default_friction
-from lostmotion.parts.source import (
+from lostmotion.parts.error_source import (
     HELD_SHARE,
     OF_HELD,
     OF_RATED,
@@ -36,6 +35,7 @@ from lostmotion.parts.source import (
     play_terms,
     wave_terms,
 )
+from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, default_friction
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:

@@ -6,13 +6,7 @@ from typing import Annotated, Any, Final
 
 from pydantic import BeforeValidator, Field
 
-from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
-from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
-from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
-from lostmotion.parts.gearbox.worm import WormGearbox
-from lostmotion.parts.source import (
+from lostmotion.parts.error_source import (
     AngleAmount,
     AngularStiffness,
     ClearanceDim,
@@ -22,6 +16,12 @@ from lostmotion.parts.source import (
     PlayDim,
     TorqueAmount,
 )
+from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
+from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
+from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
+from lostmotion.parts.gearbox.worm import WormGearbox
 
 # What a gearbox is that does not say its kind.
 DEFAULT_KIND: Final = "catalogue"

@@ -8,8 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.gears import planetary_ratio
+from lostmotion.parts.error_source import AngleAmount
 from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigures, refuse, teeth
-from lostmotion.parts.source import AngleAmount
 
 
 class PlanetaryGearbox(TurningFigures):

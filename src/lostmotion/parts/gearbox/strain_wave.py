@@ -7,8 +7,8 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.gears import strain_wave_ratio
+from lostmotion.parts.error_source import AngleAmount
 from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse, teeth
-from lostmotion.parts.source import AngleAmount
 
 # An ellipse meshes at both ends of its long axis.
 _LOBES: Final = 2

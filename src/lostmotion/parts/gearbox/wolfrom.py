@@ -7,8 +7,8 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.gears import planetary_ratio, wolfrom_ratio
+from lostmotion.parts.error_source import AngleAmount
 from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigures, refuse, teeth
-from lostmotion.parts.source import AngleAmount
 
 _RING: Final = "a ring with more teeth than the wheel in it"
 

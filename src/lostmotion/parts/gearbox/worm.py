@@ -8,9 +8,9 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.gears import duplex_take_up, friction_angle
+from lostmotion.parts.error_source import AngleAmount, LengthAmount, LengthPlus
 from lostmotion.parts.gearbox.gearbox import TurningFigures, Whole, refuse, teeth
 from lostmotion.parts.provenance import Sourced
-from lostmotion.parts.source import AngleAmount, LengthAmount, LengthPlus
 from lostmotion.units import Quantity, Toleranced
 
 _DEGREE: Final = math.pi / 180

@@ -1,0 +1,1 @@
+"""One folder per question: what is computed, its tables, its plots, its command."""

@@ -1,0 +1,91 @@
+"""One study of one arm, whole: workspace, errors, budget, torques, checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.accuracy.workspace import Workspace, workspace
+from lostmotion.error_model.budget import Budget, Halving, budget
+from lostmotion.error_model.poses import POSE_LAWS
+from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
+from lostmotion.mechanism.load_causes import LinkBending, bending
+from lostmotion.mechanism.serial import tool_points
+from lostmotion.propagation.montecarlo.sensitivity import halving
+from lostmotion.propagation.montecarlo.waterfall import Waterfall, waterfall
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.propagation.analytic.analytic import Analytic
+    from lostmotion.propagation.analytic.pooled import Pooled
+    from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.propagation.montecarlo.stopping import Stopping
+    from lostmotion.spatial import Floats
+
+
+@dataclass(frozen=True, repr=False)
+class Answer:
+    """Everything that a study found, in SI and without a word of text.
+
+    tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
+    sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
+    budget: who is to blame over all poses, by kind of error too; budgets: the same at poses and in zones that were asked about.
+    zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
+    """
+
+    arm: Arm
+    poses: Poses
+    seed: int
+    approach: float
+    sampled: Sampled
+    tool: Floats
+    torques: Floats
+    worst_torques: list[HoldingTorque]
+    bending: list[LinkBending]
+    workspace: Workspace
+    halving: Halving
+    waterfall: Waterfall
+    budget: Budget
+    analytic: Analytic | None = None
+    pooled: Pooled | None = None
+    stopping: Stopping | None = None
+    budgets: tuple[Budget, ...] = ()
+    zones: tuple[FoundInZone, ...] = ()
+    threads: int = 1
+
+    @property
+    def places(self) -> tuple[Budget, ...]:
+        """Who is to blame at every pose and in every zone that was asked about?"""
+        return (*self.budgets, *(zone.budget for zone in self.zones))
+
+
+def answer(
+    arm: Arm,
+    poses: Poses,
+    sampled: Sampled,
+    seed: int,
+    *,
+    approach: float = 0.0,
+    threads: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Answer:
+    """How accurate is this arm over these poses, where does it reach, what does it hold, and which part is to blame?
+
+    `sampled` is what `montecarlo.run` found at these poses; other arguments as there. The workspace is sampled more densely by the same law of poses
+    (Sobol where they were given).
+    """
+    robots, visits = sampled.robots, sampled.visits
+    torques, worst = holding_torques(arm, poses.q)
+    bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
+    gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
+    remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
+    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach, replicates=poses.replicates)
+    if progress is not None:
+        progress("exploring the workspace", 0, 1)
+    space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
+    tool = tool_points(arm, poses.q)
+    return Answer(arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, threads=threads)

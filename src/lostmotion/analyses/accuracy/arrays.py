@@ -1,0 +1,189 @@
+"""The labelled arrays of a study (xarray), every variable with its unit and meaning."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lostmotion.analyses.accuracy.tables.zone import seen_in
+from lostmotion.mechanism.holding_torques import holding_torques
+from lostmotion.mechanism.serial import tool_points
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.montecarlo.histogram import linear_bins, share_intervals
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray
+
+    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.propagation.analytic.analytic import Analytic
+    from lostmotion.spatial import Floats
+
+
+def dataset(answer: Answer) -> xarray.Dataset:
+    """Give what the study found per pose and per robot, in SI, with units and long names; what it found without sampling as `analytic_...`."""
+    import xarray
+
+    sampled = answer.sampled
+    table = sampled.per_pose
+    quantiles = table[:, kernel.FIRST_QUANTILE :].reshape(len(table), len(kernel.QUANTILES), 3)
+    per_pose = {
+        "error_mean": (table[:, kernel.MEAN], "m", "mean position error over robots and visits"),
+        "error_mean_half_interval": (table[:, kernel.MEAN_ERROR], "m", "half of the 95 % interval of error_mean, counting robots"),
+        "error_rms": (np.sqrt(table[:, kernel.MEAN_SQUARE]), "m", "root mean square position error"),
+        "error_standard_deviation": (
+            _deviation(table[:, kernel.MEAN_SQUARE], table[:, kernel.MEAN]),
+            "m",
+            "standard deviation of the position error",
+        ),
+        "error_largest": (table[:, kernel.LARGEST], "m", f"largest of {sampled.robots * sampled.visits} samples"),
+        "largest_robot": (table[:, kernel.LARGEST_ROBOT].astype(np.int32), "1", "robot that made error_largest"),
+        "largest_visit": (table[:, kernel.LARGEST_VISIT].astype(np.int32), "1", "visit that made error_largest"),
+        "worst_case": (sampled.worst, "m", "bound: everything at its limit at once; infinite where an error has no limits"),
+        "root_sum_square": (sampled.rss, "m", "|bias| + root of the sum of squared limits"),
+        "rotation_rms": (np.sqrt(sampled.rotation_ms), "rad", "root mean square rotation error of the tool"),
+    }
+    data: dict[str, Any] = {name: ("pose", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in per_pose.items()}
+    data |= _visited(answer.arm, answer.poses, answer.tool)
+    data["holding_torque"] = (("pose", "joint"), answer.torques, _of_joints(answer.arm, "N m", "N", "static torques that the drives hold"))
+    data["bias"] = (("pose", "axis"), sampled.bias[:, 3:], {"units": "m", "long_name": "error common to all robots and visits"})
+    data["error_quantile"] = (
+        ("pose", "level"),
+        quantiles[:, :, 0],
+        {"units": "m", "long_name": "position error that this share of samples stays below"},
+    )
+    for k, end in ((1, "low"), (2, "high")):
+        text = f"{end} end of the 95 % interval of error_quantile, counting robots"
+        data[f"error_quantile_{end}"] = (("pose", "level"), quantiles[:, :, k], {"units": "m", "long_name": text})
+    if sampled.visits > 1:
+        for name, text, values, column in (
+            ("AP", "pose accuracy AP", sampled.accuracy, 1),
+            ("RP", "pose repeatability RP", sampled.repeatability, 2),
+        ):
+            data[f"{name}_mean"] = ("pose", values[:, 0], {"units": "m", "long_name": f"{text}, mean over robots"})
+            data[f"{name}_95"] = ("pose", values[:, 1], {"units": "m", "long_name": f"{text}, 95 % of robots below"})
+            data[f"{name}_95_low"] = ("pose", values[:, 2], {"units": "m", "long_name": f"low end of the 95 % interval of {name}_95"})
+            data[f"{name}_95_high"] = ("pose", values[:, 3], {"units": "m", "long_name": f"high end of the 95 % interval of {name}_95"})
+            data[f"robot_{name}"] = (
+                "robot",
+                sampled.robot_means[:, :, column].mean(axis=0),
+                {"units": "m", "long_name": f"{text} of each robot, average over poses"},
+            )
+    data["robot_error_mean"] = (
+        "robot",
+        sampled.robot_means[:, :, 0].mean(axis=0),
+        {"units": "m", "long_name": "mean position error of each robot over poses and visits"},
+    )
+    edges, counts = linear_bins(sampled.group_hist.sum(axis=0))
+    data["error_histogram"] = (
+        "bin",
+        counts.astype(np.float64),
+        {"units": "1", "long_name": "samples of all poses whose position error falls into the bin"},
+    )
+    for column, (name, text) in enumerate((("", "share of all samples"), ("_low", "low end of its 95 % interval"), ("_high", "high end"))):
+        shares = share_intervals(sampled.group_hist, edges)[:, column]
+        data[f"error_share{name}"] = ("bin", shares, {"units": "1", "long_name": f"{text}, counting robots"})
+    data["bin_low"] = ("bin", edges[:-1], {"units": "m", "long_name": "least position error of the bin"})
+    data["bin_high"] = ("bin", edges[1:], {"units": "m", "long_name": "largest position error of the bin"})
+    coordinates = {**_axes(answer.arm), "level": list(kernel.QUANTILES)}
+    if answer.analytic is not None:
+        data |= _summed(answer.analytic, "analytic_")
+        coordinates |= {"with_axis": list("xyz"), "analytic_level": list(answer.analytic.levels)}
+    for k, zone in enumerate(answer.zones, start=1):
+        q = zone.poses.q
+        inside = replace(seen_in(answer, zone), tool=tool_points(answer.arm, q), torques=holding_torques(answer.arm, q)[0])
+        data |= _of_zone(dataset(inside), f"zone_{k}")
+    attributes = {
+        "arm": answer.arm.name,
+        "seed": str(answer.seed),  # NetCDF 3 has no long whole numbers
+        "robots": sampled.robots,
+        "visits": sampled.visits,
+        "pose_law": answer.poses.law,
+        **_zones_said(answer.zones),
+    }
+    return xarray.Dataset(data, coordinates, attributes)
+
+
+def analytic_dataset(arm: Arm, poses: Poses, found: Analytic, zones: Sequence[FoundInZone] = ()) -> xarray.Dataset:
+    """Give what sums over terms say of every pose, in SI, with units and long names; NaN where they do not tell."""
+    import xarray
+
+    data = {**_visited(arm, poses, tool_points(arm, poses.q)), **_summed(found)}
+    for k, zone in enumerate(zones, start=1):
+        if zone.analytic is not None:
+            data |= _of_zone(analytic_dataset(arm, zone.poses, zone.analytic), f"zone_{k}")
+    attributes = {"arm": arm.name, "pose_law": poses.law, **_zones_said(zones)}
+    return xarray.Dataset(data, {**_axes(arm), "with_axis": list("xyz"), "level": list(found.levels)}, attributes)
+
+
+def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
+    """Give the error at every pose by sums over terms and quadrature; a bound is NaN where its figure is. `prefix` goes before every name."""
+    off = "how far {} may be off: quadrature, and what lies beyond fourth cumulants"
+    sides, shares = ("pose", "axis"), ("pose", f"{prefix}level")
+    told = {
+        "error_mean": ("pose", found.mean, "m", "mean position error over robots and visits"),
+        "error_mean_bound": ("pose", np.where(np.isnan(found.mean), np.nan, found.mean_bound), "m", off.format("error_mean")),
+        "error_quantile": (shares, found.quantiles, "m", "position error that this share of errors stays below"),
+        "error_quantile_bound": (shares, np.where(np.isnan(found.quantiles), np.nan, found.quantiles_bound), "m", off.format("error_quantile")),
+        "error_rms": ("pose", np.sqrt(found.mean_square), "m", "root mean square position error, exact sum over terms"),
+        "error_standard_deviation": ("pose", _deviation(found.mean_square, found.mean), "m", "standard deviation of the position error"),
+        "bias": (sides, found.bias, "m", "mean vector of the error, base frame"),
+        "covariance": ((*sides, "with_axis"), found.covariance, "m^2", "covariance of the error, base frame"),
+        "worst_case": ("pose", found.worst, "m", "bound: everything at its limit at once; infinite where an error has no limits"),
+        "root_sum_square": ("pose", found.rss, "m", "|bias| + root of the sum of squared limits"),
+        "excess": ("pose", found.excess, "1", "mean fourth power of the scatter against a normal vector's: 0 normal, less flat or two-sided"),
+        "every_figure": ("pose", found.normal.astype(np.int8), "1", "1 where the mean and all quantiles are told"),
+    }
+    return {
+        f"{prefix}{name}": (dims, values, {"units": unit, "long_name": f"{text}; without sampling"})
+        for name, (dims, values, unit, text) in told.items()
+    }
+
+
+def _deviation(mean_square: Floats, mean: Floats) -> Floats:
+    """Return the standard deviation (pose,), m, of lengths of these mean squares and means; NaN where the mean is."""
+    return np.sqrt(np.maximum(mean_square - mean**2, 0.0))
+
+
+def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:
+    """Give the poses, and where they put the tool."""
+    return {
+        "q": (("pose", "joint"), poses.q, _of_joints(arm, "rad", "m", "joint values")),
+        "tool": (("pose", "axis"), tool, {"units": "m", "long_name": "commanded tool point, base frame"}),
+    }
+
+
+def _axes(arm: Arm) -> dict[str, Any]:
+    units = ["rad" if joint.type == "revolute" else "m" for joint in arm.moving]
+    return {"joint": [joint.name for joint in arm.moving], "joint_unit": ("joint", units), "axis": list("xyz")}
+
+
+def _of_joints(arm: Arm, turning: str, sliding: str, text: str) -> dict[str, str]:
+    """Say the unit and name of what every joint has; where some turn and some slide no one unit holds, and a reader of units refuses two."""
+    units = {turning if joint.type == "revolute" else sliding for joint in arm.moving}
+    if len(units) == 1:
+        return {"units": units.pop(), "long_name": text}
+    return {"long_name": f"{text}: {turning} where joint_unit is rad, {sliding} where it is m"}
+
+
+def _zones_said(zones: Sequence[FoundInZone]) -> dict[str, str]:
+    return {f"zone_{k}": f"{zone.name}: {len(zone.poses)} poses, found among {zone.tried}" for k, zone in enumerate(zones, start=1)}
+
+
+def _of_zone(inside: xarray.Dataset, key: str) -> dict[str, object]:
+    """Give the arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
+    own = {"pose", "robot", "bin"}
+    return {
+        f"{key}_{name}": (
+            tuple(f"{key}_{dim}" if dim in own else dim for dim in values.dims),
+            values.values,
+            {**values.attrs, "long_name": f"{values.attrs['long_name']}, in {key}"},
+        )
+        for name, values in inside.data_vars.items()
+    }

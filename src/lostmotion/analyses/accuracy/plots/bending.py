@@ -1,0 +1,40 @@
+"""The plot of bending by cause: whose weight bends each link."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.mechanism.load_causes import CAUSES, NEXT, OWN_WEIGHT
+from lostmotion.reporting.plot import LEGEND, OF_CAUSE, framed, label, named
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+    from lostmotion.analyses.accuracy.answer import Answer
+
+
+def bending(answer: Answer) -> go.Figure:
+    """Whose weight bends each link where it bends the most? Stacked parts of its largest deflection (µm); what bends it back is drawn to the left."""
+    import plotly.graph_objects as go
+
+    links = answer.bending
+    bars = []
+    for cause in (OWN_WEIGHT, *CAUSES):
+        parts = [bent.by_cause.get(cause, (0.0, 0.0, 0.0))[0] for bent in links]
+        if any(parts):
+            name = NEXT.get(cause, cause)
+            bars.append(
+                go.Bar(
+                    x=[part * 1e6 for part in parts],
+                    y=list(range(len(links))),
+                    orientation="h",
+                    name=name,
+                    marker={"color": OF_CAUSE[cause]},
+                    hovertemplate=f"{name}: %{{x:.4~g}} µm<extra></extra>",
+                )
+            )
+    figure = framed("Largest deflection of each link", *bars, height=150 + 40 * len(links))
+    figure.update_xaxes(title_text="deflection of the link's tip [µm]")
+    figure.update_yaxes(**named([label(bent.joint) for bent in links]))
+    figure.update_layout(barmode="relative", bargap=0.35, legend=LEGEND, margin_t=84)
+    return figure

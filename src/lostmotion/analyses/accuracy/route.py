@@ -1,0 +1,119 @@
+"""By which route are errors found over some poses: by samples, by sums over terms, by both; over the workspace, and in a zone of it?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+from lostmotion.error_model.budget import Budget, budget
+from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.propagation.montecarlo.sensitivity import halving_at
+from lostmotion.propagation.montecarlo.stopping import run_until
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.error_model.pose_selection import InZone
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.propagation.analytic.analytic import Analytic
+    from lostmotion.propagation.analytic.pooled import Pooled
+    from lostmotion.propagation.montecarlo.blocks import Device
+    from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.propagation.montecarlo.stopping import Stopping, Tolerance
+
+Method = Literal["montecarlo", "analytic", "both"]
+METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a route finds over these poses; None what it does not ask."""
+
+    poses: Poses
+    sampled: Sampled | None = None
+    analytic: Analytic | None = None
+    pooled: Pooled | None = None
+    stopping: Stopping | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundInZone(Found):
+    """The same in a zone, and who is to blame there. name: how it is called; tried: among how many poses those in it were found."""
+
+    name: str
+    tried: int
+    budget: Budget
+
+
+@dataclass(frozen=True)
+class Route:
+    """How errors are found, from which robots, and, with a tolerance, how sure they are to be. Other fields as `montecarlo.run`, `run_until`."""
+
+    method: Method
+    robots: int
+    visits: int
+    seed: int
+    most_robots: int
+    tolerance: Tolerance | None = None
+    approach: float = 0.0
+    threads: int = 1
+    tile: int = 1
+    device: Device = "cpu"
+    progress: Callable[[str, int, int], None] | None = None
+
+    def over(self, arm: Arm, poses: Poses, more: Callable[[int], Poses] | None = None, most_poses: int | None = None, told: str = "") -> Found:
+        """How far off is the tool over these poses? `more` and `most_poses` as `run_until`; `told` goes before what `progress` is told."""
+        progress = self.progress
+        if progress is not None and told:
+            tell = progress
+
+            def progress(what: str, done: int, of: int) -> None:
+                tell(f"{told}: {what}", done, of)
+
+        sampled, stopping, every, pool = None, None, None, None
+        if self.tolerance is not None:
+            poses, sampled, stopping = run_until(
+                arm,
+                poses,
+                self.robots,
+                self.visits,
+                self.seed,
+                self.tolerance,
+                most_robots=self.most_robots,
+                more=more,
+                most_poses=most_poses,
+                approach=self.approach,
+                threads=self.threads,
+                tile=self.tile,
+                device=self.device,
+                progress=progress,
+            )
+        elif self.method != "analytic":
+            sampled = run(
+                arm,
+                poses,
+                self.robots,
+                self.visits,
+                self.seed,
+                approach=self.approach,
+                threads=self.threads,
+                tile=self.tile,
+                device=self.device,
+                progress=progress,
+            )
+        if self.method != "montecarlo":
+            from lostmotion.propagation.analytic.analytic import analytic
+            from lostmotion.propagation.analytic.pooled import pooled
+
+            every = analytic(arm, poses, approach=self.approach, threads=self.threads, progress=progress)
+            pool = pooled(every, poses.replicates, self.threads)
+        return Found(poses, sampled, every, pool, stopping)
+
+    def within(self, arm: Arm, zone: InZone, more: Callable[[int], Poses] | None = None, most_poses: int | None = None) -> FoundInZone:
+        """How far off is the tool in a zone, and who is to blame there? The same robots, over the zone's poses."""
+        found = self.over(arm, zone.poses, more, most_poses, zone.name)
+        said = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
+        blame = budget(arm, found.poses.q, said, approach=self.approach, replicates=found.poses.replicates)
+        gains = halving_at(arm, found.poses, self.seed, approach=self.approach, threads=self.threads)
+        return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=replace(blame, halving=gains))

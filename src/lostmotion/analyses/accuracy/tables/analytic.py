@@ -1,0 +1,290 @@
+"""The figures of a study without sampling, by themselves or beside those of Monte Carlo."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.accuracy.tables.budget import asked_sections, by_level_sections, halved_sections, levels_section
+from lostmotion.analyses.accuracy.tables.error import joint_values, limit_rows
+from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, said
+from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
+from lostmotion.error_model.provenance import states
+from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.provenance import (
+    assumed_said,
+    at_least,
+    bounded_cards,
+    error_said,
+    limits_said,
+    no_error_said,
+    provenance_facts,
+    provenance_sections,
+)
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, find_row, length, several
+from lostmotion.reporting.warnings import arm_warnings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.propagation.analytic.analytic import Analytic
+    from lostmotion.propagation.analytic.pooled import Pooled
+    from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.spatial import Floats
+
+_UNKNOWN: Final = "not normal here: use Monte Carlo"
+_REMEDY: Final = 'Monte Carlo tells it (--method montecarlo, in Python method="montecarlo")'
+_ENDS: Final = "poses, bound"
+_BOUND: Final = "bound"
+# First order in the errors is no surer than this share, however sure the quadrature is.
+_SUREST: Final = 1e-4
+_WORDS: Final = (
+    ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
+    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by quadrature, with third and fourth cumulants."),
+    ("share", "of the mean-square error, exact. Shares add to 100 %; a negative one cancels part of the others: the arm would be worse without it."),
+    ("not normal", "what dominates is not known well enough, or a level falls between two sides of a play: Monte Carlo tells. Mean squares hold."),
+)
+
+
+def analytic_sheet(  # noqa: PLR0913 - what one study found
+    arm: Arm,
+    poses: Poses,
+    found: Analytic,
+    whole: Pooled,
+    blame: Budget,
+    places: Sequence[Budget] = (),
+    zones: Sequence[FoundInZone] = (),
+    *,
+    approach: float = 0.0,
+) -> Sheet:
+    """What is there to say about an arm without sampling, over all poses, and at the places and in the zones that were asked about?
+
+    blame: who is to blame over all poses; places: at every pose and in every zone that was asked about. approach: the sign of the
+    joints' last motion.
+    """
+    section = analytic_section(arm, poses, found, whole)
+    known = with_limits(states(arm), arm, poses.q, approach)
+    in_zones = analytic_zone_sections(arm, zones, section)
+    inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
+    told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
+    halved = halved_sections("halving", "What halving takes off the 95 % error", blame)
+    largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
+    return Sheet(
+        name=arm.name,
+        subject="predicted accuracy, without sampling",
+        counts=f"{several(len(poses), 'pose')}, exact sums over terms",
+        verdict=_verdict(told, largest, blame, known),
+        cards=bounded_cards(_cards(section, told, largest), known, ("95 % of", "mean", "root", "worst")),
+        sections=(
+            section,
+            *in_zones,
+            levels_section(blame),
+            *by_level_sections(blame),
+            *halved,
+            *asked_sections(places),
+            *provenance_sections(known),
+        ),
+        warnings=arm_warnings(arm, poses),
+        notes=arm.remarks,
+        words=_WORDS,
+        source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn, except to see what halving takes off",
+        arrays="what was found for every pose",
+        facts={
+            "arm": arm.name,
+            "method": "analytic",
+            "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
+            **provenance_facts(known),
+        },
+    )
+
+
+def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known: States) -> str:
+    """Say how far off the tool is, over all poses ("") and in each zone, and which part contributes most."""
+    said = []
+    for zone, figure in told.items():
+        if figure.value == 0:
+            said += [] if zone else [no_error_said(known)]
+        elif math.isfinite(figure.value):
+            within = f"{figure} ({figure.between})"
+            said.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
+        else:
+            here = f" in the zone {zone}" if zone else ""
+            said.append(f"Without sampling the 95 % error{here} is not told, for the error is too far from normal; {_REMEDY}.")
+    if not math.isfinite(told[""].value):
+        said.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
+    if largest is not None:
+        share = Figure(100 * largest.share, "%")
+        said.insert(1, f"Largest contributor: {largest.part.removeprefix('joints.')} with {share} of the mean-square error.")
+    return " ".join([*said, *limits_said(known), *assumed_said(known)])
+
+
+def _cards(section: Section, told: dict[str, Figure], largest: Cost | None) -> list[Card]:
+    """Show the figures that are asked for first, each with its interval."""
+    wanted = (
+        ("95 % of positions within", "95 % below"),
+        ("mean position error", "mean"),
+        ("root mean square", "root mean square"),
+        ("worst pose, 95 % within", "worst pose, 95 % below"),
+    )
+    rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
+    found = [(title, row.figures[0]) for title, row in rows if row is not None]
+    found += [(f"95 % of positions within, {zone}", figure) for zone, figure in told.items() if zone]
+    out = [Card(title, str(figure), f"interval {figure.between}" if figure.between else "") for title, figure in found]
+    if largest is not None:
+        out.append(Card("largest contributor, share of mean square", str(Figure(100 * largest.share, "%")), largest.part.removeprefix("joints.")))
+    return out
+
+
+def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
+    """What is the error in each zone, beside that of the whole workspace? With Monte Carlo too, how far the two differ there."""
+    out = []
+    for k, zone in enumerate(zones, 1):
+        if zone.analytic is None or zone.pooled is None:
+            continue
+        here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, OWN)
+        title = f"{whole.title}, in the zone {zone.name}"
+        out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{said(zone)}; {here.note}"))
+        if zone.sampled is not None:
+            out += [
+                replace(apart, key=f"zone_{k}_{apart.key}", title=f"{apart.title}, in the zone {zone.name}")
+                for apart in comparisons(zone.analytic, zone.pooled, zone.sampled)
+            ]
+    return out
+
+
+def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
+    """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told. `where` goes behind the poses' number."""
+    counted = f"sums over terms and quadrature, {several(len(poses), 'pose')}{where}"
+    rows = [
+        Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value)),
+        Row("standard deviation", (_of(whole.deviation, counted),), _said(whole.deviation.value) or "of the position error about its mean"),
+    ]
+    for level, one in zip(whole.levels, whole.quantiles, strict=True):
+        rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))
+    if np.isfinite(found.mean).any():
+        rows += _worst_pose(arm, poses, found)
+    told = Figure(100 * float(found.normal.mean()), "%", samples=counted)
+    square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
+    rows += [
+        Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the poses visited"),
+        *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
+        Row("poses with every figure", (told,), "at the others the error is too far from normal for some"),
+        Row("excess, median pose", (Figure(float(np.median(found.excess)), "1", samples=counted),), "0 if normal, less if flat or two-sided"),
+    ]
+    note = (
+        "over all poses: what the choice of poses leaves, 95 %, and a bound on what fourth cumulants leave out; of the root mean square the former, "
+        "at a pose the latter alone"
+    )
+    return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
+
+
+def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
+    at = int(np.nanargmax(found.mean))
+    here = f"pose {at}"
+    where = f"{here}, {joint_values(arm, poses.q[at])}"
+    value, bound = float(found.mean[at]), float(found.mean_bound[at])
+    rows = [Row("worst pose, mean", (_bounded(value, bound, here),), where)]
+    for k, level in enumerate(found.levels):
+        value, bound = float(found.quantiles[at, k]), float(found.quantiles_bound[at, k])
+        rows.append(Row(f"worst pose, {100 * level:.4g} % below", (_bounded(value, bound, here),), _said(value)))
+    return rows
+
+
+def comparisons(found: Analytic, whole: Pooled, sampled: Sampled) -> tuple[Section, Section]:
+    """How far do the two routes differ over all poses, and at each pose, in half-widths of Monte Carlo's interval?"""
+    return _over_all(whole, sampled), _at_each(found, sampled)
+
+
+def _over_all(whole: Pooled, sampled: Sampled) -> Section:
+    """Compare every figure that is printed over all poses; 99.7 % here alone, since Monte Carlo keeps no such quantile at each pose."""
+    largest = float(sampled.per_pose[:, kernel.LARGEST].max())
+    by_samples = [
+        pooled_mean(sampled.robot_means[:, :, 0]),
+        *(pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in whole.levels),
+    ]
+    square = float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean())
+    by_samples.append(standard_deviation(sampled.group_hist, sampled.replicate_hist, by_samples[0].value, square))
+    names = ["mean", *(f"{100 * level:.4g} % below" for level in whole.levels), "standard deviation"]
+    poses = len(sampled.per_pose)
+    drawn = f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
+    rows = []
+    for name, summed, one in zip(names, (whole.mean, *whole.quantiles, whole.deviation), by_samples, strict=True):
+        half = one.half
+        apart = abs(summed.value - one.value) / half if half > 0 else math.nan
+        if not math.isfinite(summed.value):
+            why = f"nothing to compare: {_UNKNOWN}"
+        elif not math.isfinite(apart):
+            why = "nothing to compare: " + ("nothing errs" if half == 0 else "too few robots for Monte Carlo's interval")
+        else:
+            why = "" if apart <= 1 else "beyond the interval"
+        values = (length(one.value, one.low, one.high, drawn), Figure(apart, "1", samples=drawn))
+        rows.append(Row(name, values, why))
+    note = (
+        "over all poses, which both routes share: how far the figure without sampling lies from Monte Carlo's, in half-widths of the latter's 95 % "
+        "interval; beyond 1 the two disagree, but for one time in twenty"
+    )
+    return Section("routes_all", "Without sampling against Monte Carlo, over all poses", ("Monte Carlo", "apart"), tuple(rows), note)
+
+
+def _at_each(found: Analytic, sampled: Sampled) -> Section:
+    table = sampled.per_pose
+    rows = [_apart("mean", found.mean, table[:, kernel.MEAN], table[:, kernel.MEAN_ERROR])]
+    for k, level in enumerate(kernel.QUANTILES):
+        if level in found.levels:
+            value, low, high = (table[:, kernel.FIRST_QUANTILE + 3 * k + c] for c in range(3))
+            rows.append(_apart(f"{100 * level:.4g} % below", found.quantiles[:, found.levels.index(level)], value, (high - low) / 2))
+    kept = ", ".join(f"{100 * level:.4g}" for level in kernel.QUANTILES)
+    note = (
+        "differences at each pose in half-widths of Monte Carlo's 95 % interval there: most should lie below 1; all poses share their robots. "
+        f"Monte Carlo keeps {kept} % at each pose: what lies beyond is compared over all poses alone"
+    )
+    return Section("routes", "Without sampling against Monte Carlo, pose by pose", ("typical", "largest"), tuple(rows), note)
+
+
+def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
+    """Compare one figure at every pose that has it by both routes, and say why others cannot be."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.abs(summed - drawn) / half
+    known = np.isfinite(shares)
+    untold = np.isnan(summed)
+    still = ~known & ~untold & (half == 0)
+    reasons = (
+        (int(untold.sum()), "not told without sampling"),
+        (int(still.sum()), "without any scatter"),
+        (int((~known & ~untold & ~still).sum()), "with too few robots for Monte Carlo's interval"),
+    )
+    why = "; ".join(f"{count} {reason}" for count, reason in reasons if count)
+    counted = f"{known.sum()} of {several(len(known), 'pose')}"
+    said = (counted if known.any() else "no pose to compare") + (f": {why}" if why else "")
+    typical, largest = (float(np.median(shares[known])), float(shares[known].max())) if known.any() else (math.nan, math.nan)
+    return Row(label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), said)
+
+
+def _of(estimate: Estimate, counted: str) -> Figure:
+    return _told(estimate.value, estimate.low, estimate.high, counted, _ENDS)
+
+
+def _bounded(value: float, bound: float, counted: str) -> Figure:
+    bound = max(bound, _SUREST * value)
+    return _told(value, value - bound, value + bound, counted, _BOUND)
+
+
+def _told(value: float, low: float, high: float, counted: str, ends: str) -> Figure:
+    if math.isnan(value):
+        return Figure(math.nan, "1", samples=counted)
+    found = length(value, low, high, counted)
+    return Figure(found.value, found.unit, found.low, found.high, counted, ends)
+
+
+def _said(value: float) -> str:
+    return "" if math.isfinite(value) else _UNKNOWN

@@ -1,0 +1,140 @@
+"""The figures of the error over a study's poses: position error, and AP and RP by ISO 9283."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.error_model.intervals import (
+    Estimate,
+    of_length,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    root_mean_square,
+    standard_deviation,
+)
+from lostmotion.mechanism.serial import terms
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, several
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+# Of the errors without limits, how many are named.
+_MOST_NAMES: Final = 3
+
+
+def error_section(answer: Answer, where: str = "") -> Section:
+    """How far off is the tool over all poses, at the best and the worst of them, and at most? `where` goes behind the poses' number."""
+    sampled, poses = answer.sampled, answer.poses
+    table = sampled.per_pose
+    counted = f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
+    mean = pooled_mean(sampled.robot_means[:, :, 0])
+    spread = standard_deviation(sampled.group_hist, sampled.replicate_hist, mean.value, float(table[:, kernel.MEAN_SQUARE].mean()))
+    largest = float(table[:, kernel.LARGEST].max())
+    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
+    rows = [
+        Row("mean", (as_length(mean, counted),)),
+        Row("standard deviation", (as_length(spread, counted),), "of the position error about its mean, over all robots, poses and visits"),
+        *(Row(f"{100 * level:.0f} % below", (as_length(found, counted),)) for level, found in quantiles.items()),
+    ]
+    at = int(table[:, kernel.LARGEST].argmax())
+    who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
+    rows.append(
+        Row(
+            "largest",
+            (length(float(table[at, kernel.LARGEST]), samples=counted),),
+            f"of {several(len(poses) * sampled.robots * sampled.visits, 'sample')}: {who}",
+        )
+    )
+    best, worst = int(table[:, kernel.MEAN].argmin()), int(table[:, kernel.MEAN].argmax())
+    each = f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} at one pose{where}"
+    for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
+        half = float(table[k, kernel.MEAN_ERROR])
+        value = float(table[k, kernel.MEAN])
+        rows.append(Row(label, (as_length(of_length(value, value - half, value + half), each),), described_pose(answer, k)))
+        q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
+        rows.append(Row(label.replace("mean", "95 % below"), (as_length(Estimate(*q95), each),)))
+    exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
+    turned = root_mean_square(sampled.rotation_ms.reshape(poses.replicates, -1).mean(axis=1))
+    rows += [
+        *limit_rows(answer.arm, float(sampled.rss.max()), float(sampled.worst.max()), exact),
+        Row(
+            "rotation of the tool, r.m.s.",
+            (Figure(turned.value / ARCMIN, "arcmin", turned.low / ARCMIN, turned.high / ARCMIN, exact),),
+            "exact at the poses visited" if poses.replicates > 1 else "",
+        ),
+    ]
+    note = "best and worst pose are those of the poses visited, chosen by the same samples: their intervals hold for a pose named beforehand"
+    return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
+
+
+def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> tuple[Row, Row]:
+    """Return the rows of the root-sum-square and the worst case, m; where an error has no limits, a row that says there is no worst case."""
+    rss, squares = length(root_sum_square, samples=counted), "|bias| + root of the sum of squared limits"
+    if math.isfinite(worst):
+        upper = Row("worst case, worst pose", (length(worst, samples=counted),), "upper bound: the sizes of all errors at their limits, added")
+        return Row("root-sum-square, worst pose", (rss,), squares), upper
+    endless = [item.name.removeprefix("joints.") for item in terms(arm, arm.limits.mean(axis=1)[None]) if math.isinf(item.term.bound)]
+    names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
+    return (
+        Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations"),
+        Row("worst case, worst pose", (Figure(math.inf, "m", samples=counted, words="none"),), f"no worst case: normal without limits ({names})"),
+    )
+
+
+def iso_section(answer: Answer, where: str = "") -> Section:
+    """How accurate and how repeatable is the arm by ISO 9283? `where` goes behind the poses' number."""
+    sampled = answer.sampled
+    if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
+        return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
+    counted = f"{several(sampled.robots, 'robot')}, {several(sampled.visits, 'visit')} to each of {several(len(answer.poses), 'pose')}{where}"
+    rows = []
+    for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
+        of_robots = sampled.robot_means[:, :, column]
+        rows.append(Row(f"{label}, mean over poses and robots", (as_length(pooled_mean(of_robots), counted),)))
+        rows.append(
+            Row(f"{label}, 95 % of robots below", (as_length(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses")
+        )
+        at = int(table[:, 1].argmax())
+        rows.append(
+            Row(
+                f"{label} at its worst pose, 95 % of robots below",
+                (as_length(Estimate(*(float(x) for x in table[at, 1:])), counted),),
+                described_pose(answer, at),
+            )
+        )
+    arriving = (
+        "each joint arrives from either side at random"
+        if answer.approach == 0
+        else f"every joint arrives moving {'up' if answer.approach > 0 else 'down'}"
+    )
+    return Section(
+        "iso9283",
+        "ISO 9283, predicted",
+        ("value",),
+        tuple(rows),
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}. A worst pose is the worst of those visited "
+        "and chosen by the same samples: its interval holds for a pose named beforehand",
+    )
+
+
+def described_pose(answer: Answer, index: int) -> str:
+    """Name a pose by its number and joint values."""
+    return f"pose {index}: {joint_values(answer.arm, answer.poses.q[index])}"
+
+
+def joint_values(arm: Arm, q: Floats) -> str:
+    """Write joint values in degrees and millimetres."""
+    parts = []
+    for joint, value in zip(arm.moving, q, strict=True):
+        parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
+    return ", ".join(parts)
+
+
+def as_length(estimate: Estimate, samples: str) -> Figure:
+    """Give an estimate (m) in the unit that suits its size."""
+    return length(estimate.value, estimate.low, estimate.high, samples)

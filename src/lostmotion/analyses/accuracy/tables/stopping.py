@@ -1,0 +1,57 @@
+"""The figures of a study that was to say when to stop: what was asked for, and how sure it became."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from lostmotion.reporting.sheet import Figure, Row, Section, several
+
+if TYPE_CHECKING:
+    from lostmotion.propagation.montecarlo.stopping import Stopping, Watched
+
+
+def stopping_section(found: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False) -> Section:
+    """How sure did each figure become, stage by stage? `where` and `scarce` as `told`."""
+    columns = tuple(f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}" for stage in found.stages)
+    last = found.stages[-1]
+    rows = []
+    for name, figure in last.figures.items():
+        figures = tuple(_half(stage.figures[name], f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}") for stage in found.stages)
+        rows.append(Row(name, figures, _asked(found, figure, missed=name in found.missed)))
+    note = (
+        f"half of each 95 % interval, as a share of the figure, at each stage; asked for: {found.tolerance}. The first stage says how many robots "
+        "and poses that takes; every interval printed is that of the last stage alone (JCGM 101:2008, 7.9, in two stages, or more if they fall short)"
+    )
+    return Section(key, told(found, where, scarce=scarce), columns, tuple(rows), note)
+
+
+def told(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
+    """Say in a sentence whether the figures are as sure as asked for.
+
+    `where` says over which poses, where there are several kinds; `scarce` that there are no more of them.
+    """
+    last = found.stages[-1]
+    where = where and f" {where}"
+    if found.reached:
+        watched = ", ".join(dict.fromkeys(name.split(",")[0] for name in last.figures))
+        return f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after {several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
+    name = found.missed[0]
+    figure = last.figures[name]
+    half = f"half-width {100 * figure.relative:.2g} %" if math.isfinite(figure.relative) else "too few robots to tell"
+    why = {
+        "poses": "the choice of poses leaves most of it"
+        + (f", and no more than {last.poses} were found" if scarce else f": ask for more than {last.poses}"),
+        "robots": f"after the most robots allowed, {last.robots}",
+        "stages": f"after {len(found.stages)} stages, {several(last.robots, 'robot')} and {several(last.poses, 'pose')}",
+    }[found.for_want_of]
+    return f"Did not reach ±{found.tolerance}{where}: {half} ({name}), {why}"
+
+
+def _half(figure: Watched, counted: str) -> Figure:
+    return Figure(100 * figure.relative if math.isfinite(figure.relative) else math.nan, "%", samples=counted)
+
+
+def _asked(found: Stopping, figure: Watched, *, missed: bool) -> str:
+    allowed = f", ±{100 * found.tolerance.half(figure.value) / abs(figure.value):.2g} % here" if found.tolerance.digits and figure.value else ""
+    return ("not sure enough" if missed else "sure enough") + allowed

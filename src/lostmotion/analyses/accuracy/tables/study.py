@@ -1,0 +1,283 @@
+"""The figures of a study: workspace, position error, ISO 9283, budget, torques, and what they say in a sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.analyses.accuracy.tables.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
+from lostmotion.analyses.accuracy.tables.error import error_section, iso_section, joint_values
+from lostmotion.analyses.accuracy.tables.stopping import stopping_section, told
+from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
+from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in, zone_sections, zone_stopping
+from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
+from lostmotion.error_model.provenance import states
+from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.mechanism.load_causes import NEXT
+from lostmotion.propagation.exact import share_left_out
+from lostmotion.reporting.first_order import checked, judged
+from lostmotion.reporting.provenance import (
+    assumed_said,
+    at_least,
+    bounded_cards,
+    error_said,
+    limits_said,
+    no_error_said,
+    provenance_facts,
+    provenance_sections,
+    repeats_said,
+)
+from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
+from lostmotion.reporting.warnings import arm_warnings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.analyses.accuracy.workspace import Workspace
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.mechanism.serial import Arm
+
+# What the words mean, for whoever reads the report without the manual.
+_WORDS: Final = (
+    ("position error", "distance between the point the tool was sent to and the point it reaches."),
+    (
+        "design, robot, visit",
+        "where an error comes from: load and pose, alike in every arm of this design; how one robot was built; one visit of a pose to the next.",
+    ),
+    ("AP", "pose accuracy of ISO 9283: how far the average of a robot's visits lies from the commanded point. Predicted here, not certified."),
+    ("RP", "pose repeatability of ISO 9283: how far its visits scatter about their own average, mean plus three standard deviations."),
+    ("interval", "95 % confidence. It counts robots and independent sets of poses, never single samples. A question mark: too few of them to tell."),
+    ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others, so that the arm would be worse without it."),
+    ("first order", "errors are small and are added up. Composing a sample of them exactly shows what that leaves out."),
+)
+# Cards that are lower bounds where joints are taken as perfect.
+_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
+
+
+def sheet(answer: Answer) -> Sheet:
+    """What is there to say about a study? All of it, in reading order."""
+    found = tuple(sections(answer))
+    known = with_limits(states(answer.arm), answer.arm, answer.poses.q, answer.approach)
+    sampled, poses = answer.sampled, answer.poses
+    said = Sheet(
+        name=answer.arm.name,
+        subject="predicted accuracy",
+        counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
+        verdict=_verdict(found, answer, known),
+        cards=bounded_cards(_cards(found, answer), known, _ERRORS),
+        sections=(*found, *provenance_sections(known)),
+        warnings=arm_warnings(answer.arm, answer.poses),
+        notes=answer.arm.remarks,
+        words=_WORDS,
+        source=_source(answer),
+        arrays="what was found for every pose and robot",
+        seed=answer.seed,
+        facts={
+            "arm": answer.arm.name,
+            "seed": answer.seed,
+            "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
+            "robots": sampled.robots,
+            "visits": sampled.visits,
+            "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",
+            **_zone_facts(answer),
+            **provenance_facts(known),
+        },
+    )
+    return checked(said, sampled.exact, _q95(answer))
+
+
+def sections(answer: Answer) -> list[Section]:
+    """Which figures answer the user's questions? In reading order."""
+    found = [
+        workspace_section(answer.workspace),
+        error_section(answer),
+        iso_section(answer),
+        *zone_sections(answer),
+        levels_section(answer.budget),
+        waterfall_section(answer.waterfall, _repeats(answer)),
+        *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),  # none where nothing errs
+        *by_level_sections(answer.budget),
+        *asked_sections(answer.places),
+        *_bending(answer),
+        torques_section(answer.arm, answer.poses, answer.worst_torques),
+        _check(answer),
+    ]
+    if answer.stopping is not None:
+        found.append(stopping_section(answer.stopping, WHOLE if answer.zones else ""))
+        found += zone_stopping(answer.zones)
+    if answer.analytic is not None and answer.pooled is not None:
+        from lostmotion.analyses.accuracy.tables.analytic import analytic_section, analytic_zone_sections, comparisons
+
+        whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled)
+        found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
+    return found
+
+
+def _repeats(answer: Answer) -> Estimate | None:
+    return pooled_mean(answer.sampled.robot_means[:, :, 2]) if answer.sampled.visits > 1 else None
+
+
+def workspace_section(space: Workspace) -> Section:
+    """Lay out where the tool gets to."""
+    counted = f"{several(len(space.points), 'pose')}, {space.law}"
+    rows = [
+        Row("reach from the base", (length(space.reach, samples=counted),), "largest of the sample; the true reach is not smaller"),
+        Row("reach seen from above", (length(space.reach_horizontal, samples=counted),)),
+        Row("nearest to the base", (length(space.nearest, samples=counted),), "smallest of the sample"),
+    ]
+    for k, name in enumerate("XYZ"):
+        rows.append(Row(f"least {name}", (length(float(space.low[k]), samples=counted),)))
+        rows.append(Row(f"largest {name}", (length(float(space.high[k]), samples=counted),)))
+    if space.volume_high > 0:
+        volume = Figure(space.volume, "m³", space.volume_low, space.volume_high, counted, "bracket")
+        rows.append(Row("volume", (volume,), f"between the cells well inside and all cells visited; cell {space.cell * 1e3:.0f} mm"))
+    else:
+        rows.append(Row("volume", (Figure(0.0, "m³", samples=counted),), "the workspace is a line or a surface"))
+    return Section("workspace", "Workspace", ("value",), tuple(rows), "joint limits only: no obstacle, floor or self-collision")
+
+
+def _bending(answer: Answer) -> list[Section]:
+    """Lay out how links bend, the whole and below it by cause; no section for links that are rigid."""
+    if not answer.bending:
+        return []
+    counted, exact = f"the worst of {several(len(answer.poses), 'pose')}", f"exact sum over {several(len(answer.poses), 'pose')}"
+    rows = []
+    for bent in answer.bending:
+        shares = sum(share for _, _, share in bent.by_cause.values())
+        within = f", l/{bent.length / bent.deflection:.0f}" if bent.deflection else ""
+        at = f"pose {bent.deflection_index}{within}" + (f"; slope at pose {bent.slope_index}" if bent.slope_index != bent.deflection_index else "")
+        lines = [(bent.joint, (bent.deflection, bent.slope, shares), at)]
+        lines += [(f"{bent.joint}, {NEXT.get(cause, cause)}", parts, "") for cause, parts in bent.by_cause.items() if any(parts)]
+        rows += [
+            Row(
+                label,
+                (
+                    Figure(deflection * 1e6, "µm", samples=counted),
+                    Figure(slope / ARCMIN, "arcmin", samples=counted),
+                    Figure(100 * share, "%", samples=exact),
+                ),
+                note,
+            )
+            for label, (deflection, slope, share), note in lines
+        ]
+    note = (
+        "each link that gives, named after its joint, from there to its tip, l away; then each cause's part along the whole, so that parts add up; "
+        "a minus sign: that weight bends it back. Share: of the tool's mean-square error over all poses"
+    )
+    return [Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)]
+
+
+def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> Section:
+    """Lay out what each drive holds at its worst pose."""
+    counted = several(len(poses), "pose")
+    rows = tuple(
+        Row(
+            held.joint,
+            (Figure(held.worst, held.unit, samples=counted), Figure(held.over_tilts, held.unit, samples=counted)),
+            f"pose {held.worst_index}: {joint_values(arm, poses.q[held.worst_index])}; over tilts pose {held.over_tilts_index}",
+        )
+        for held in worst
+    )
+    return Section(
+        "torques",
+        "Static torque that each drive must hold",
+        ("as the base stands", "worst over base tilts"),
+        rows,
+        "largest of the poses visited; its sign is the drive's",
+    )
+
+
+def _q95(answer: Answer) -> float:
+    return pooled_quantile(answer.sampled.group_hist, answer.sampled.replicate_hist, 0.95).value
+
+
+def _check(answer: Answer) -> Section:
+    exact, q95 = answer.sampled.exact, _q95(answer)
+    counted = several(exact.samples, "sample")
+    rows = (
+        Row("largest difference", (length(exact.largest, samples=counted),)),
+        Row("mean difference", (length(exact.mean, samples=counted),)),
+        Row("largest, of the 95 % error", (Figure(100 * share_left_out(exact, q95), "%", samples=counted),), judged(exact, q95)),
+    )
+    return Section("exact_check", "First order against exact composition", ("value",), rows)
+
+
+def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
+    """Say in a sentence or three what the user asked: how far off, which part contributes most, how well it repeats."""
+    error = find_row(found, "error", "95 % below")
+    said = []
+    if error is not None and error.figures[0].value == 0:
+        said.append(no_error_said(known))
+    elif error is not None:
+        figure = error.figures[0]
+        within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
+        said.append(error_said(within, known))
+    parts = next((section.rows for section in found if section.key == "budget"), ())
+    if parts and parts[0].figures[1].value > 0:
+        said.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
+    repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
+    if repeats is not None and repeats.figures[0].value:
+        said.append(repeats_said(str(repeats.figures[0]), known))
+    elif repeats is not None and (error is None or error.figures[0].value):
+        said.append("No error that is described differs from visit to visit, so no repeatability is predicted.")
+    for zone, row in _in_zones(found, answer):
+        inside = row.figures[0]
+        within = f"{inside}{f' ({inside.interval})' if inside.interval else ''}"
+        said.append(f"In the zone {zone.name} expect 95 % within {at_least(within, known)}.")
+    if answer.stopping is not None:
+        said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
+    said += [f"{sentence}." for sentence in stopped_in(answer.zones)]
+    said += [*limits_said(known), *assumed_said(known)]
+    return " ".join(said)
+
+
+def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
+    """Give each zone with the row of its 95 % error."""
+    rows = ((zone, find_row(found, f"zone_{k}", "95 % below")) for k, zone in enumerate(answer.zones, 1))
+    return [(zone, row) for zone, row in rows if row is not None]
+
+
+def _zone_facts(answer: Answer) -> dict[str, Any]:
+    """Say in plain data from how many poses each zone's figures come; nothing where no zone was asked about."""
+    found = [
+        {"name": zone.name, "poses": len(zone.poses), "independent_sets": zone.poses.replicates, "looked_at": zone.tried} for zone in answer.zones
+    ]
+    return {"zones": found} if found else {}
+
+
+def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
+    """Show the six figures that are asked for first, and the 95 % error of each zone, each with its interval."""
+    wanted = (
+        ("95 % of positions within", "error", "95 % below"),
+        ("mean position error", "error", "mean"),
+        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95 % of robots below"),
+        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95 % of robots below"),
+        ("reach from the base", "workspace", "reach from the base"),
+    )
+    rows = [(title, find_row(found, section, label)) for title, section, label in wanted]
+    cards = [
+        Card(title, str(row.figures[0]), f"interval {row.figures[0].interval}" if row.figures[0].interval else row.note)
+        for title, row in rows
+        if row is not None and row.figures[0].value  # nothing described errs so: zero is not a prediction
+    ]
+    parts = next((section.rows for section in found if section.key == "budget"), ())
+    if parts:
+        cards.append(Card("largest contributor, share of mean square", str(parts[0].figures[1]), parts[0].label))
+    for zone, row in _in_zones(found, answer):
+        figure = row.figures[0]
+        cards.append(Card(f"95 % of positions within, {zone.name}", str(figure), f"interval {figure.interval}" if figure.interval else ""))
+    return cards
+
+
+def _source(answer: Answer) -> str:
+    sampled, poses = answer.sampled, answer.poses
+    sets = f" in {poses.replicates} independent sets" if poses.replicates > 1 else ""
+    arriving = "from either side at random" if answer.approach == 0 else "moving up" if answer.approach > 0 else "moving down"
+    samples = len(poses) * sampled.robots * sampled.visits
+    drawn = f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} = {several(samples, 'sample')}"
+    counts = f"{several(len(poses), 'pose')} ({poses.law}){sets} x {drawn}"
+    return f"seed {answer.seed}: {counts}; joints arrive {arriving}. The same arm, version, seed and counts give the same bytes."

@@ -1,0 +1,39 @@
+"""The figures of an arm of which no error source is described: where it reaches and what it holds, and no accuracy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.accuracy.tables.study import torques_section, workspace_section
+from lostmotion.error_model.provenance import NOT_DESCRIBED, states
+from lostmotion.reporting.provenance import provenance_facts, provenance_sections
+from lostmotion.reporting.sheet import Card, Lines, Sheet, several
+from lostmotion.reporting.warnings import arm_warnings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.accuracy.workspace import Workspace
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.mechanism.serial import Arm
+
+
+def undescribed_sheet(arm: Arm, poses: Poses, space: Workspace, worst: Sequence[HoldingTorque], lines: Lines | None = None) -> Sheet:
+    """Return the sheet of an arm without any error source: workspace, holding torques, states of the joints, and `lines` to describe them by."""
+    known = states(arm)
+    reach = workspace_section(space)
+    return Sheet(
+        name=arm.name,
+        subject="workspace and statics",
+        counts=several(len(poses), "pose"),
+        verdict=f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}. What is missing: the backlash, stiffness, hysteresis or transmission error of "
+        "gearboxes, the play or stiffness of bearings, the errors of encoders, the sections or length tolerances of links.",
+        cards=(Card("reach from the base", str(reach.rows[0].figures[0]), "largest of the sample"),),
+        sections=(reach, torques_section(arm, poses, worst), *provenance_sections(known)),
+        warnings=arm_warnings(arm, poses),
+        notes=arm.remarks,
+        source=f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the same bytes.",
+        facts={"arm": arm.name, "poses": {"count": len(poses), "law": poses.law}, **provenance_facts(known)},
+        lines=lines,
+    )

@@ -1,0 +1,93 @@
+"""The figures of a study in the zones that were asked about, beside those of the whole workspace."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
+from lostmotion.analyses.accuracy.tables.stopping import stopping_section, told
+from lostmotion.propagation.montecarlo.stopping import MOST_POSES
+from lostmotion.reporting.sheet import Figure, Row, Section, several
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.propagation.montecarlo.stopping import Stopping
+
+WHOLE: Final = "over the workspace"
+BESIDE: Final = ("in the zone", "whole workspace")
+OWN: Final = " in the zone"
+
+
+def zone_sections(answer: Answer) -> list[Section]:
+    """What is the error in each zone, and what are AP and RP there, beside those of the whole workspace?"""
+    out = []
+    for k, zone in enumerate(answer.zones, 1):
+        inside = seen_in(answer, zone)
+        note = f"by Monte Carlo, the same robots: {said(zone)}"
+        for key, title, section in (("", "Position error", error_section), ("_iso9283", "ISO 9283, predicted,", iso_section)):
+            here, whole = section(inside, OWN), section(answer)
+            if not here.rows:
+                continue
+            rows = (_counted(zone.poses, answer.poses), *beside(here, whole))
+            out.append(Section(f"zone_{k}{key}", f"{title} in the zone {zone.name}", BESIDE, rows, f"{note}; {here.note}"))
+    return out
+
+
+def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
+    """How sure did each zone's figures become, stage by stage?"""
+    return [
+        stopping_section(zone.stopping, f"in the zone {zone.name}", f"zone_{k}_stopping", scarce=_scarce(zone.stopping))
+        for k, zone in enumerate(zones, 1)
+        if zone.stopping is not None
+    ]
+
+
+def stopped_in(zones: Sequence[FoundInZone]) -> list[str]:
+    """Say in a sentence for each zone whether its figures are as sure as asked for."""
+    return [told(zone.stopping, f"in the zone {zone.name}", scarce=_scarce(zone.stopping)) for zone in zones if zone.stopping is not None]
+
+
+def _scarce(stopping: Stopping) -> bool:
+    """Say whether more poses would have been drawn in the zone, had they been found."""
+    return stopping.most_poses < MOST_POSES
+
+
+def seen_in(answer: Answer, zone: FoundInZone) -> Answer:
+    """Give the study as if it had visited the zone's poses alone. Raises ValueError for a zone that was not sampled."""
+    if zone.sampled is None:
+        raise ValueError(f"no samples in the zone {zone.name}")
+    return replace(answer, poses=zone.poses, sampled=zone.sampled, analytic=zone.analytic, pooled=zone.pooled, zones=())
+
+
+def said(zone: FoundInZone) -> str:
+    """Say how the zone's poses were come by, and what the interval counts."""
+    poses = zone.poses
+    found = f"{several(len(poses), 'pose')} of the zone ({poses.law}), found among {zone.tried}"
+    own = "they are numbered by themselves, and the worst of them may be worse than the worst that was visited in the whole workspace"
+    if poses.replicates > 1:
+        return f"{found}, in {poses.replicates} independent sets; {own}"
+    return f"{found} and taken as they are; {own}"
+
+
+def _counted(here: Poses, whole: Poses) -> Row:
+    return Row("poses", (Figure(len(here), "1"), Figure(len(whole), "1")))
+
+
+def beside(here: Section, whole: Section) -> tuple[Row, ...]:
+    """Put the rows of two sections side by side, by label; with the first one's remark, unless it is that of both and there is a figure."""
+    others = {row.label: row for row in whole.rows}
+    none = Row("", (Figure(math.nan, "1"),))
+    pairs = ((row, others.get(row.label, none)) for row in here.rows)
+    return tuple(Row(row.label, (row.figures[0], other.figures[0]), _remark(row, other)) for row, other in pairs)
+
+
+def _remark(here: Row, whole: Row) -> str:
+    if math.isnan(here.figures[0].value):
+        return here.note
+    return f"in the zone: {here.note}" if here.note != whole.note else ""

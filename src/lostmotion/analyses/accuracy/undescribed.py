@@ -1,0 +1,69 @@
+"""An arm without any described error source: no accuracy, only workspace and holding torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.arguments import chosen_poses
+from lostmotion.analyses.result import Shown
+from lostmotion.error_model.provenance import states
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.analyses.accuracy.workspace import Workspace
+    from lostmotion.error_model.poses import PoseLaw, Poses
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.reporting.sheet import Lines, Sheet
+
+
+@dataclass(frozen=True)
+class Undescribed(Shown):
+    """The results for an arm without any error source: `summary()`, `report("out/")`, `result()`."""
+
+    arm: Arm
+    poses: Poses
+    workspace: Workspace
+    worst_torques: list[HoldingTorque]
+    lines: Lines | None = None
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
+        return states(self.arm)
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.accuracy.tables.undescribed import undescribed_sheet
+
+        return undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines)
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html and result.json into the folder `out`, whole or not at all, and return the folder.
+
+        Raises OutputExistsError where the folder exists and `force` is not set.
+        """
+        from lostmotion.reporting.folder import refuse_existing, write_whole
+        from lostmotion.reporting.page import contents
+
+        refuse_existing(out, force=force)
+        return write_whole(contents(self.sheet, ()), out, force=force)
+
+
+def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file: Path | None = None, sidecar: Path | None = None) -> Undescribed:
+    """Return workspace and holding torques of an arm, with the lines that would describe it where it was read from a file."""
+    from lostmotion.analyses.accuracy.workspace import workspace
+    from lostmotion.io.skeleton import skeleton
+    from lostmotion.mechanism.holding_torques import holding_torques
+    from lostmotion.reporting.sheet import Lines
+
+    lines = None
+    if file is not None:
+        found = skeleton(arm, file, sidecar)
+        lines = Lines(f"Lines for {found.file}, to start from:", found.text)
+    visited = chosen_poses(arm, poses, pose_law, seed)
+    return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines)

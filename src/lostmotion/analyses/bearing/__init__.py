@@ -1,0 +1,1 @@
+"""One bearing by itself."""

@@ -1,0 +1,124 @@
+"""One bearing, or a pair, under one load: the clearance it works with, what each element carries, how far the shaft gives and how stiff it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import refuse_argument
+from lostmotion.laws.rolling.equilibrium import settle
+
+if TYPE_CHECKING:
+    from lostmotion.laws.rolling.equilibrium import Settled
+    from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+    from lostmotion.spatial import Floats
+
+MOST_BUILT: Final = 1_000_000
+# Points of a curve over the load.
+_POINTS: Final = 33
+# Stiffness below this share of the largest counts as none: nothing holds there.
+_FREE: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class BearingLoad:
+    """What the shaft puts on its bearings, midway between them: across and along the axis (N), and a moment in the plane of both (N m)."""
+
+    radial: float = 0.0
+    axial: float = 0.0
+    moment: float = 0.0
+
+    @property
+    def row(self) -> Floats:
+        """Give it as `settle` takes it (5,): the radial force along x, a positive moment lifts the outboard end along x."""
+        return np.array([self.radial, 0.0, self.axial, 0.0, self.moment])
+
+
+@dataclass(frozen=True)
+class Curve:
+    """How far the shaft moves (clearance, load; m) under growing loads (load,; N), at the lowest, middle and highest working clearance."""
+
+    loads: Floats
+    shifts: Floats
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What was found.
+
+    clearances  (3,) m: the lowest, middle and highest working clearance
+    settled     the shaft under the load at each of them
+    stiffness   (5,) N/m across, across, along, N m/rad about both: one more newton along one way, all others free to follow; 0 where nothing holds
+    pressure    (3,) Pa, of the hardest pressed element
+    """
+
+    bearing: DrawnBearing
+    load: BearingLoad
+    count: int
+    seed: int
+    clearances: Floats
+    built: dict[str, Floats]
+    settled: Settled
+    stiffness: Floats
+    pressure: Floats
+    radial: Curve
+    axial: Curve | None
+
+
+def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: int = 1) -> Examined:
+    """How does this bearing work under this load? `count` bearings are built by chance for its clearance, the same for the same seed.
+
+    Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `settle`'s flag.
+    """
+    if not 1 <= count <= MOST_BUILT:
+        raise refuse_argument("built", count, f"from 1 to {MOST_BUILT}", "built = 1000")
+    pair = bearing.rows
+    if load.axial and not pair.axial:
+        raise refuse_argument("--force-axial", f"{load.axial:g} N", "none: cylindrical rollers hold nothing along the axis", '--force-axial "0 N"')
+    if not np.isfinite(load.row).all():
+        raise refuse_argument("load", load, "finite forces and moment", "BearingLoad(radial=2000.0)")
+    spread = bearing.spreads["working"]
+    clearances = np.array([spread.lowest, spread.middle, spread.highest])
+    settled = settle(pair.seats, np.tile(load.row, (3, 1)), clearances)
+    hardest = np.max([each.max(axis=1) for each in settled.loads], axis=0)
+    scale = max(abs(load.radial), abs(load.axial), 2 * abs(load.moment) / pair.span, 1.0)
+    return Examined(
+        bearing,
+        load,
+        count,
+        seed,
+        clearances,
+        bearing.built(count, seed),
+        settled,
+        _held(settled.stiffness[1]),
+        bearing.pressure(hardest),
+        _curve(bearing, clearances, 0, 1.5 * scale),
+        _curve(bearing, clearances, 2, 1.5 * scale) if pair.axial else None,
+    )
+
+
+def _held(slope: Floats) -> Floats:
+    """Give the stiffness along each way with the others free (5,), from the slope of the load (5, 5); NaN where there is none at all."""
+    if not np.isfinite(slope).all():
+        return np.full(5, np.nan)
+    size = np.sqrt(np.abs(np.diag(slope)))
+    held = size > _FREE * size.max()
+    out = np.zeros(5)
+    if held.any():
+        # Scaled, so that N/m and N m/rad weigh alike.
+        scaled = slope[np.ix_(held, held)] / np.outer(size[held], size[held])
+        values, vectors = np.linalg.eigh(scaled)
+        soft = ((vectors**2) / np.maximum(values, _FREE)).sum(axis=1)
+        out[held] = size[held] ** 2 / soft
+    return np.where(out > _FREE * 10 * size**2, out, 0.0)
+
+
+def _curve(bearing: DrawnBearing, clearances: Floats, way: int, top: float) -> Curve:
+    """Follow the shift along one way as the load along it grows, densely where it is light."""
+    loads = top * np.linspace(0, 1, _POINTS) ** 2
+    cases = np.zeros((3, _POINTS, 5))
+    cases[:, :, way] = np.maximum(loads, 1e-6 * top)
+    found = settle(bearing.rows.seats, cases.reshape(-1, 5), np.repeat(clearances, _POINTS))
+    return Curve(loads, found.stand[:, way].reshape(3, _POINTS))

@@ -1,0 +1,245 @@
+"""The figures of a bearing: its clearance's way, what its elements carry, how far the shaft gives, what it adds to an arm's error."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.error_model.intervals import share_interval
+from lostmotion.parts.bearing.crossed_roller import CrossedRoller
+from lostmotion.parts.bearing.fits import STEPS
+from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.error_source import Condition
+from lostmotion.reporting.provenance import with_assumed
+from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
+    from lostmotion.parts.joint import Bearing
+
+_WORDS: Final = (
+    ("clearance", "the full free way of one ring across the other, on the diameter. Below zero the bearing is preloaded."),
+    ("delivered, mounted, working", "as bought; on its shaft and in its housing, whose fits take some of it; and with the inner ring warm."),
+    ("lowest, highest", "limits that no bearing leaves while every dimension keeps its own."),
+    ("shift, tilt", "of the shaft against the housing, midway between the bearings."),
+    ("stiffness", "what one more newton or newton metre one way meets at this load, all other ways free to follow."),
+    ("design, robot, visit", "alike in every arm; how one bearing came out; another one each time a pose is reached."),
+)
+_STEP_NOTES: Final = {"delivered": "", "mounted": "less what the fits take", "working": "less what warmth takes"}
+
+
+def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Examined | None, notes: tuple[str, ...] = ()) -> Sheet:
+    """What is there to say about a bearing under a load? `examined` where it is described by its drawing."""
+    said = described(load)
+    if examined is None:
+        verdict = f"Described by its stated values, not by its drawing. Under {said} the table shows what it adds to an arm's error."
+        sheet = Sheet(
+            name=name,
+            subject="bearing",
+            verdict=verdict,
+            cards=(),
+            sections=(_stated(bearing), _terms(bearing, load)),
+            notes=notes,
+            words=_WORDS,
+            source=f"load: {said}",
+        )
+        return with_assumed(sheet, bearing, "bearing")
+    sections = (_clearance(examined), _built(examined), _play(examined), _shifts(examined), _elements(examined), _stiffness(examined))
+    sheet = Sheet(
+        name=name,
+        subject="bearing",
+        counts=f"{said}; {examined.count} bearings built, seed {examined.seed}",
+        verdict=_verdict(examined),
+        cards=tuple(_cards(examined)),
+        sections=sections if examined.bearing.is_single else (*sections, _terms(bearing, load)),
+        notes=(*notes, *_doubts(examined)),
+        words=_WORDS,
+        source=f"seed {examined.seed}, {examined.count} bearings built; load: {said}. The same file, version, load and seed give the same bytes.",
+        seed=examined.seed,
+        facts={"bearing": name, "seed": examined.seed, "built": examined.count, "load": _plain_load(load)},
+    )
+    return with_assumed(sheet, bearing, "bearing")
+
+
+def described(load: BearingLoad) -> str:
+    """Say a load in words."""
+    parts = [(load.radial, "N across"), (load.axial, "N along the axis"), (load.moment, "N m")]
+    return ", ".join(f"{value:.4g} {unit}" for value, unit in parts if value) or "no load"
+
+
+def _plain_load(load: BearingLoad) -> dict[str, float]:
+    return {"radial_N": load.radial, "axial_N": load.axial, "moment_Nm": load.moment}
+
+
+def _micro(value: float, samples: str = "") -> Figure:
+    return Figure(value * 1e6, "µm", samples=samples)
+
+
+def _verdict(found: Examined) -> str:
+    low, middle, high = (f"{1e6 * each:.1f}" for each in found.clearances)
+    shift, tilt = _across(found)[1], _tilt(found)[1]
+    said = [f"Working clearance {middle} µm, between {low} and {high} µm."]
+    preloaded = float((found.built["working"] < 0).mean())
+    if 0 < preloaded < 1:
+        said.append(f"{100 * preloaded:.0f} % of the bearings built work under preload.")
+    if found.settled.converged[1]:
+        said.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {tilt / ARCMIN:.3g}′ with the middle clearance.")
+    else:
+        said.append("Nothing holds the shaft under this load.")
+    return " ".join(said)
+
+
+def _cards(found: Examined) -> list[Card]:
+    working = found.bearing.spreads["working"]
+    span = f"{1e6 * working.lowest:.1f} … {1e6 * working.highest:.1f} µm"
+    hardest = float(np.max([each[1].max() for each in found.settled.loads]))
+    return [
+        Card("working clearance", str(_micro(working.middle)), f"limits {span}"),
+        Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
+        Card("tilt at this load", f"{_tilt(found)[1] / ARCMIN:.3g} arcmin", "middle clearance"),
+        Card("hardest pressed element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
+        Card("stiffness across", f"{found.stiffness[0] / 1e6:.3g} N/µm", "at this load"),
+        Card("stiffness against tilting", f"{found.stiffness[4] * ARCMIN:.3g} N m/arcmin", "at this load"),
+    ]
+
+
+def _across(found: Examined) -> np.ndarray:
+    return np.asarray(np.hypot(found.settled.stand[:, 0], found.settled.stand[:, 1]))
+
+
+def _tilt(found: Examined) -> np.ndarray:
+    return np.asarray(np.hypot(found.settled.stand[:, 3], found.settled.stand[:, 4]))
+
+
+def _clearance(found: Examined) -> Section:
+    exact = "the limits of the dimensions"
+    rows = []
+    for step in STEPS:
+        spread = found.bearing.spreads[step]
+        figures = (spread.middle, spread.lowest, spread.highest, spread.at_random)
+        rows.append(Row(step, tuple(_micro(value, exact) for value in figures), _STEP_NOTES[step]))
+    note = "at random: ± that parts built by chance keep, the root of the summed squares of the half widths"
+    return Section("clearance", "From delivered to working clearance", ("middle", "lowest", "highest", "± at random"), tuple(rows), note)
+
+
+def _built(found: Examined) -> Section:
+    working = found.built["working"]
+    counted = f"{found.count} bearings built"
+    low, high = share_interval(int((working < 0).sum()), found.count)
+    half = 1.96 * float(working.std(ddof=1)) / math.sqrt(found.count) if found.count > 1 else math.nan
+    mean = float(working.mean())
+    rows = (
+        Row("mean working clearance", (Figure(mean * 1e6, "µm", (mean - half) * 1e6, (mean + half) * 1e6, counted),)),
+        Row("2.5 % below", (_micro(float(np.quantile(working, 0.025)), counted),)),
+        Row("97.5 % below", (_micro(float(np.quantile(working, 0.975)), counted),)),
+        Row("work under preload", (Figure(100 * float((working < 0).mean()), "%", 100 * low, 100 * high, counted),)),
+    )
+    return Section("built", "Bearings as built", ("value",), rows, "each dimension drawn by its own law")
+
+
+def _play(found: Examined) -> Section:
+    pair = found.bearing.rows
+    exact = "the geometry of the play"
+    values = np.maximum(found.clearances, 0.0)
+    rows = [Row("across, either way", tuple(_micro(value / 2, exact) for value in values))]
+    if found.axial is not None:
+        along = np.where(found.clearances > 0, found.axial.shifts[:, 0], 0.0)
+        rows.append(Row("along the axis, either way", tuple(_micro(value, exact) for value in along)))
+    if not found.bearing.is_single:
+        rows.append(Row("tilt, either way", tuple(Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values)))
+    return Section("play", "Play before anything gives", _CASES, tuple(rows), "at the lowest, middle and highest working clearance")
+
+
+_CASES: Final = ("lowest clearance", "middle", "highest")
+
+
+def _shifts(found: Examined) -> Section:
+    solved = "a solution in five freedoms"
+    stand = found.settled.stand
+    rows = [Row("shift across", tuple(_micro(float(value), solved) for value in _across(found)))]
+    if found.bearing.rows.axial:
+        rows.append(Row("shift along the axis", tuple(_micro(float(value), solved) for value in stand[:, 2])))
+    rows.append(Row("tilt", tuple(Figure(float(value) / ARCMIN, "arcmin", samples=solved) for value in _tilt(found))))
+    return Section("shift", "How far the shaft moves", _CASES, tuple(rows), f"under {described(found.load)}, from the middle of the play")
+
+
+def _elements(found: Examined) -> Section:
+    solved = "a solution in five freedoms"
+    rows = []
+    for name, loads in zip(row_names(found), found.settled.loads, strict=True):
+        rows.append(Row(f"{name}: largest", tuple(Figure(float(value), "N", samples=solved) for value in loads.max(axis=1))))
+        rows.append(Row(f"{name}: loaded elements", tuple(Figure(int((case > 0).sum()), f"of {loads.shape[1]}", samples=solved) for case in loads)))
+    rows.append(Row("largest pressure", tuple(Figure(float(value) / 1e9, "GPa", samples=solved) for value in found.pressure), "inner race"))
+    return Section("elements", "Load of the elements", _CASES, tuple(rows), "pressure even along a roller: a tilt's peaks at its ends are not in it")
+
+
+def row_names(found: Examined) -> tuple[str, ...]:
+    """Name the rows in the order of their loads, by where they stand along the axis."""
+    seats = found.bearing.rows.seats
+    if len(seats) == 1:
+        return (f"{found.bearing.elements}s",)
+    return tuple("outboard" if seat.at > 0 else "inboard" for seat in seats)
+
+
+def _stiffness(found: Examined) -> Section:
+    solved = "a solution in five freedoms"
+    units = ((1e-6, "N/µm"),) * 3 + ((ARCMIN, "N m/arcmin"),) * 2
+    names = ("across, along the load", "across, beside it", "along the axis", "tilt beside the load's plane", "tilt in the load's plane")
+    rows = tuple(
+        Row(name, (Figure(float(value) * factor, unit, samples=solved),), "" if value > 0 else "nothing holds here")
+        for name, value, (factor, unit) in zip(names, found.stiffness, units, strict=True)
+    )
+    return Section("stiffness", "Stiffness at this load", ("middle clearance",), rows)
+
+
+def _doubts(found: Examined) -> tuple[str, ...]:
+    limit = 4.2e9 if found.bearing.elements == "ball" else 4.0e9
+    said = []
+    if np.nanmax(found.pressure) > limit:
+        said.append(
+            f"an element is pressed with {np.nanmax(found.pressure) / 1e9:.2f} GPa, beyond the {limit / 1e9:.1f} GPa of a static rating (ISO 76)"
+        )
+    if found.bearing.is_single:
+        said.append("a single bearing holds next to no moment: a joint needs two, or one of crossed rollers, so nothing is added to an arm's error")
+    if not found.settled.converged.all():
+        said.append("nothing holds the shaft under this load at some of the clearances: figures are missing there")
+    return tuple(said)
+
+
+def _stated(bearing: Bearing) -> Section:
+    stated = "the values stated"
+    rows: list[Row] = []
+    if isinstance(bearing, CrossedRoller):
+        for label, value, factor, unit in (
+            ("stiffness across", bearing.radial_stiffness, 1e-6, "N/µm"),
+            ("stiffness along the axis", bearing.axial_stiffness, 1e-6, "N/µm"),
+            ("stiffness against tilting", bearing.tilt_stiffness, ARCMIN, "N m/arcmin"),
+        ):
+            if value is not None:
+                rows.append(Row(label, (Figure(value * factor, unit, samples=stated, stated=True),)))
+        rows.append(Row("radial runout", (_micro(bearing.radial_runout, stated),)))
+        rows.append(Row("axial runout", (_micro(bearing.axial_runout, stated),)))
+    elif isinstance(bearing, RollingPair):
+        rows.append(Row("working clearance of each", (_micro(bearing.clearance.nominal, stated),), f"± {bearing.clearance.tolerance * 1e6:.3g} µm"))
+        tilt = bearing.clearance.nominal / bearing.span / ARCMIN
+        rows.append(Row("tilt in it, either way", (Figure(tilt, "arcmin", samples=stated),), f"over a span of {bearing.span * 1e3:.4g} mm"))
+        if bearing.radial_stiffness is not None:
+            rows.append(Row("stiffness of each", (Figure(bearing.radial_stiffness * 1e-6, "N/µm", samples=stated, stated=True),)))
+    return Section("stated", "What is stated", ("value",), tuple(rows))
+
+
+def _terms(bearing: Bearing, load: BearingLoad) -> Section:
+    """List the elementary errors of the bearing at this load, largest draw of each."""
+    wrench = np.array([[0.0, load.moment, 0.0, load.radial, 0.0, load.axial]])
+    at = Condition(np.zeros(1), np.array([0, 0, 1.0, 0, 0, 0]), wrench, np.zeros((1, 3)), np.zeros(1))
+    rows = []
+    for term in bearing.terms(at):
+        screw = np.broadcast_to(term.screw, (1, 6))[0] * term.bound
+        tilt, shift = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
+        if tilt or shift:
+            exact = "the part's own law"
+            rows.append(Row(term.name, (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)), term.level))
+    note = "largest draw of each at this load, midway between the bearings; design, robot, visit: what it differs with"
+    return Section("terms", "What it adds to an arm's error", ("shift", "tilt"), tuple(rows), note)

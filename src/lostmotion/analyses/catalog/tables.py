@@ -1,0 +1,268 @@
+"""The catalogue as figures: tables of what was found, or one entry whole."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from lostmotion.catalogue import materials, packaged
+from lostmotion.catalogue.clearances import tables
+from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes
+from lostmotion.catalogue.search import Found, Wanted, figures_of, search
+from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
+from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.catalogue.clearances import Range
+    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.parts.link import Material
+
+Kind = Literal["gearbox", "bearing", "material"]
+
+_UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN), "mass": ("kg", 1.0)}
+_MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<sure>\d\d))\]$")
+_TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
+
+
+def catalogue_sheet(wanted: Wanted, kind: Kind | None = None, name: str | None = None, own: Sequence[GearboxRow] = ()) -> Sheet:
+    """What does the catalogue hold of what is wanted, or under this name? `own` are a user's rows, which stand before those of the package.
+
+    Raises InputError for a name that is not there, a maker without rows, and for figures of gearboxes asked of another kind.
+    """
+    if kind not in (None, "gearbox") and not wanted.anything:
+        raise refuse_argument("kind", kind, "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes", "--kind gearbox")
+    if name is not None and not replace(wanted, ratio=None).anything:
+        raise refuse_argument("NAME", name, "a name, or figures to search by, not both", '--min-torque "300 N m"')
+    if name is not None:
+        return _one(name, wanted.ratio, kind, own)
+    with_gearboxes = kind in (None, "gearbox")
+    found = search([*own, *gearboxes()], wanted) if with_gearboxes else Found((), {})
+    others: list[Section] = []
+    if kind == "bearing" or (kind is None and wanted.anything):
+        others += _table_sections()
+    if kind == "material" or (kind is None and wanted.anything):
+        others.append(_material_section())
+    unstated = {figure: [_label(row) for row in rows] for figure, rows in found.silent.items()}
+    facts: dict[str, Any] = {"not_stated": unstated}
+    if with_gearboxes:
+        facts["gearboxes"] = [_plain(row) for row in found.rows]
+    for section in others:
+        facts[section.key] = [*facts.get(section.key, []), *(row.label for row in section.rows)]
+    return Sheet(
+        name="Catalogue",
+        subject="reducers, bearings, materials",
+        verdict="",
+        cards=(),
+        sections=(*_gearbox_sections(found.rows), *others),
+        source="",
+        counts=_count(found.rows) if with_gearboxes else "",
+        notes=(
+            *(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.silent.items()),
+            *_unweighed(found.rows),
+        ),
+        facts=facts,
+    )
+
+
+def _unweighed(rows: Sequence[GearboxRow]) -> list[str]:
+    """Return the note on rows without a mass, and on what the masses of the others include."""
+    silent = [_label(row, 1) for row in rows if row.figures.part.mass is None]
+    notes = [f"mass of {', '.join(silent)} not stated: counted as none"] if silent else []
+    of_source: dict[str, list[GearboxRow]] = {}
+    for row in rows:
+        if row.mass_source:
+            of_source.setdefault(row.mass_source, []).append(row)
+    return notes + [f"mass of {_names(each)}: {_sourced(source)}" for source, each in of_source.items()]
+
+
+def _count(rows: Sequence[GearboxRow]) -> str:
+    return f"{len(rows)} {'reducer' if len(rows) == 1 else 'reducers'}" if rows else "no reducer is known to be like that"
+
+
+def _rows(count: int) -> str:
+    return "row does" if count == 1 else "rows do"
+
+
+def _names(rows: Sequence[GearboxRow]) -> str:
+    return ", ".join(_label(row, 1) for row in rows[:3]) + (" …" if len(rows) > 3 else "")  # noqa: PLR2004 - enough to know which
+
+
+def _label(row: GearboxRow, names: int | None = None) -> str:
+    return ", ".join(row.models[:names]) + ("" if row.ratio is None and row.ratio_above is None else f" ratio {row.ratios}")
+
+
+def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
+    """Lay rows out by their source, which is told once for all of them."""
+    out = []
+    for (maker, source), each in itertools.groupby(rows, lambda row: (row.maker, row.source)):
+        group = list(each)
+        shared = [limit for limit in group[0].upper_limits if all(limit in row.upper_limits for row in group)]
+        lines = tuple(
+            Row(_label(row), _figures(row), _limits("also only a limit", [x for x in row.upper_limits if x not in shared])) for row in group
+        )
+        note = f"Source: {_sourced(source)}." + _limits(" Only upper limits", shared, ".")
+        out.append(Section("gearboxes", maker, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
+    return out
+
+
+def _figures(row: GearboxRow) -> tuple[Figure, ...]:
+    return tuple(
+        Figure(value, "") if math.isnan(value) else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
+        for name, value in figures_of(row).items()
+    )
+
+
+def _limits(what: str, names: Sequence[str], end: str = "") -> str:
+    return f"{what}: {', '.join(name.replace('_', ' ') for name in names)}{end}" if names else ""
+
+
+def _sourced(source: str) -> str:
+    """Say a source with its mark of confidence in words."""
+    match = _MARK.search(source)
+    if match is None:
+        return source
+    sure = f"from memory, {match['sure']} % sure" if match["sure"] else "read there"
+    return f"{source[: match.start()]} [{match['mark']}: {sure}]"
+
+
+def _table_sections() -> list[Section]:
+    return [
+        Section(
+            "bearings",
+            f"Bearings: {what}",
+            (),
+            tuple(
+                Row(
+                    name,
+                    (),
+                    f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; {', '.join(table.rows[0].limits)}; {_sourced(table.source)}",
+                )
+                for name, table in tables(file).items()
+            ),
+        )
+        for file, what in _TABLES.items()
+    ]
+
+
+def _mm(size: float) -> str:
+    return f"{size * 1e3:g}"
+
+
+def _material_section() -> Section:
+    lines = tuple(Row(name, _of_material(material), _sourced(material.source)) for name, material in materials().items())
+    return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±"), lines)
+
+
+def _of_material(material: Material) -> tuple[Figure, ...]:
+    return (
+        Figure(material.young * 1e-9, "GPa", stated=True),
+        Figure(material.shear * 1e-9, "GPa", stated=True),
+        Figure(material.poisson, "", stated=True),
+        Figure(material.density, "kg/m^3", stated=True),
+        Figure(material.scatter * 100, "%", stated=True),
+    )
+
+
+def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[GearboxRow]) -> Sheet:
+    """Give one entry with all that is known of it."""
+    if kind in (None, "material") and name in materials():
+        lines = tuple(Row(key, (), str(value)) for key, value in packaged("materials.toml")[name].items())
+        return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **packaged("materials.toml")[name]}])
+    for file, what in _TABLES.items():
+        if kind in (None, "bearing") and name in tables(file):
+            table = tables(file)[name]
+            lines = tuple(Row(str(row), (), _bands(row)) for row in table.rows)
+            section = Section("bearings", f"{what.capitalize()}, µm from … to", (), lines, f"Source: {_sourced(table.source)}.")
+            known_rows = [{"over": row.over, "to": row.to, **row.limits} for row in table.rows]
+            return _sheet(name, [section], [{"name": name, **packaged(f"{file}.toml").get(name, {"source": table.source, "rows": known_rows})}])
+    if kind in (None, "gearbox"):
+        rows = _named(name, ratio, own, alone=kind is not None)
+        if rows:
+            sections = [Section("gearboxes", _label(row), (), tuple(_whole(row, name))) for row in rows]
+            return _sheet(name, sections, [_plain(row) for row in rows])
+    known = [*materials()] if kind in (None, "material") else []
+    known += [entry for file in _TABLES for entry in tables(file)] if kind in (None, "bearing") else []
+    models = [*itertools.chain.from_iterable(row.models for row in own), *gearbox_models()] if kind is None else []
+    near = nearest(name, [*known, *models])
+    expected = "a name of the catalogue: " + ", ".join(known) + (", or a reducer" if models else "")
+    raise InputError([Problem("the catalogue", "NAME", shown(name), expected, f'lostmotion catalog "{near or known[0]}"', near)])
+
+
+def _named(name: str, ratio: float | None, own: Sequence[GearboxRow], *, alone: bool) -> Sequence[GearboxRow]:
+    """Find the rows of a reducer's name; none where it is unknown and may be the name of something else."""
+    try:
+        rows, _, behind = find_rows(name, by_model(own))
+    except InputError:
+        if alone:
+            raise
+        return ()
+    return rows if ratio is None and behind is None else [find_gearbox(name, ratio, by_model(own))[0]]
+
+
+def _sheet(name: str, sections: Sequence[Section], entries: Sequence[dict[str, Any]]) -> Sheet:
+    return Sheet(
+        name=name,
+        subject="catalogue",
+        verdict="",
+        cards=(),
+        sections=tuple(sections),
+        source="",
+        facts={"entries": list(entries)},
+    )
+
+
+def _bands(row: Range) -> str:
+    return ";  ".join(f"{group} {low * 1e6:g} … {high * 1e6:g}" for group, (low, high) in row.limits.items())
+
+
+def _whole(row: GearboxRow, name: str) -> list[Row]:
+    """Tell all of a row, with the makers' own words and what they do not say."""
+    lines = [("maker", row.maker), ("ratio", row.ratios)]
+    for key, value in row.part.items():
+        text = ", ".join(str(each) for each in value) if isinstance(value, list) else str(value)
+        lines.append((key, text + (" (the maker's upper limit)" if key in row.upper_limits else "")))
+    facts = row.figures
+    for key, value, unit in (
+        ("lost_motion as printed", facts.lost_motion and facts.lost_motion / ARCMIN, "arcmin"),
+        ("moment_rigidity", facts.moment_rigidity and facts.moment_rigidity * ARCMIN, "N m/arcmin"),
+        ("acceleration_torque", facts.acceleration_torque, "N m"),
+        ("emergency_torque", facts.emergency_torque, "N m"),
+    ):
+        if value:
+            lines.append((key, str(Figure(value, unit, stated=True))))
+    for key, value in row.typical.items():
+        if key != "source":
+            lines.append((f"typical {key}", f'{value}, where a file asks for values = "typical" ({_sourced(str(row.typical["source"]))})'))
+    if row.inertia_by_ratio:
+        lines.append(("inertia by ratio", ", ".join(f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()) + " kg cm^2"))
+    lines += [(name, _sourced(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
+    lines += [("mass", "not stated: counted as none")] if facts.part.mass is None else []
+    lines += [("printed", row.printed)] if row.printed else []
+    lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
+    ratio = row.ratio or (100 if row.holds_for(100) else math.ceil(row.ratio_above or 0) + 1)
+    use = f"{name}-{ratio:g}" if name in row.models else name
+    lines += [("source", _sourced(row.source)), ("in an arm file", f'gearbox = "{use}"')]
+    return [Row(key, (), text) for key, text in lines]
+
+
+def _plain(row: GearboxRow) -> dict[str, Any]:
+    """Give a row as data: what it says as text with units, and the figures that are searched for."""
+    match = _MARK.search(row.source)
+    stated = {name: figure for name, figure in zip(_UNITS, _figures(row), strict=True) if not math.isnan(figure.value)}
+    return {
+        "models": row.models,
+        "maker": row.maker,
+        "ratio": row.ratio,
+        "ratio_above": row.ratio_above,
+        "part": row.part,
+        "upper_limits": list(row.upper_limits),
+        "printed": row.printed,
+        "figures": {name: {"value": figure.value, "unit": figure.unit} for name, figure in stated.items()},
+        "source": row.source,
+        "confidence": match["mark"] if match else "",
+    }

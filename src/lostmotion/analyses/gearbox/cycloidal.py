@@ -1,0 +1,248 @@
+"""What only the drawing of a cycloidal gearbox gives: lobe loads, the spread of manufactured samples, compliance by member, transmission error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.gearbox.readings import Definitions, Readings, SampledCurve, readings
+from lostmotion.laws.cycloid.contact import efficiency
+from lostmotion.laws.cycloid.drive import crank_force, loaded_disc, nominal_gaps, pitch_of_crank
+from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
+from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.laws.cycloid.tolerances import built
+from lostmotion.laws.cycloid.tolerances import drawn as drawn_within
+from lostmotion.laws.distributions import Normal
+from lostmotion.parts.gearbox.cycloidal_model import (
+    FIRST_STAGE,
+    LEVELS,
+    along,
+    friction,
+    gearboxes,
+    material_shares,
+    plain_springs,
+    shared_out,
+    wind_up,
+)
+
+if TYPE_CHECKING:
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.spatial import Floats
+
+# What one of two discs is taken to carry where nobody works out how they share.
+CUSTOMARY_SHARE: Final = 0.55
+# Crank angles over which a built gearbox is averaged, as for its behaviour in an arm.
+_ANGLES: Final = 4
+# At most so many samples whose transmission error is followed, and crank angles per pin, an even number: nearly two waves per pin are still seen.
+FOLLOWED: Final = 128
+_PER_PIN: Final = 4
+SHOWN: Final = 4
+# Of the torque.
+LIGHT: Final = 0.1
+FRICTION_LOADS: Final = (0.1, 0.3, 0.6, 1.0)
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """What one disc's lobes carry as drawn, when this share of the torque is on it.
+
+    theta, pressure_angle (N,) rad; force (N,) N and peak (N,) Pa with the crank at zero, where a pin stands on the line of centres. Over a pitch of
+    the crank: carrying, fewest and most lobes in contact; largest_force and largest_peak; bearing, N on each eccentric bearing of a disc on average.
+    """
+
+    share: float
+    theta: Floats
+    pressure_angle: Floats
+    force: Floats
+    peak: Floats
+    carrying: tuple[int, int]
+    largest_force: float
+    largest_peak: float
+    bearing: float
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """How far the output runs ahead of an even ratio, rad, under loads (load,), N m: a tenth of the torque and all of it.
+
+    crank (angle,) rad, once round; errors (load, angle, gearbox); cycles (wave,) per turn of the output, power (load, wave, gearbox) the squared
+    amplitude of each wave, rad^2.
+    """
+
+    loads: Floats
+    crank: Floats
+    errors: Floats
+    cycles: Floats
+    power: Floats
+
+    @property
+    def peak_to_peak(self) -> Floats:
+        """Give the span of the error over a turn of the crank (load, gearbox)."""
+        return np.asarray(np.ptp(self.errors, axis=1))
+
+    @property
+    def mean_square(self) -> Floats:
+        """Return the mean square of the error over a turn of the crank (load, gearbox), rad^2."""
+        return np.asarray((self.errors[:, :-1] ** 2).mean(axis=1))
+
+    @property
+    def amplitude(self) -> Floats:
+        """Return the amplitudes (load, wave), rad, the root mean square over gearboxes."""
+        return np.asarray(np.sqrt(self.power.mean(axis=2)))
+
+
+@dataclass(frozen=True)
+class Rubbing:
+    """Friction (load,) N m felt at the output under loads (load,) N m, and the share of the power that arrives."""
+
+    loads: Floats
+    friction: Floats
+    efficiency: Floats
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What was found.
+
+    lobes for each share that a disc may carry; play (gearbox,) rad; curve and read, with the scatter of the materials; jammed: how many of the
+    gearboxes; members: the mean wind-up (rad) by name, largest first.
+    """
+
+    lobes: tuple[Lobes, ...]
+    play: Floats
+    curve: SampledCurve
+    read: Readings
+    jammed: int
+    members: dict[str, float]
+    transmission: Transmission
+    rubbing: Rubbing | None
+
+    @property
+    def lost_motion(self) -> Floats:
+        """Return the lost motion (gearbox,), rad; of a drawing its torque is always known."""
+        if self.read.lost_motion is None:
+            raise ValueError("no torque for the lost motion")
+        return self.read.lost_motion
+
+
+def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) -> Drawn:
+    """Study manufactured samples of a drawing at the torques asked for. Raises DidNotConvergeError where the contacts cannot carry one of them."""
+    torque, rated = asked.torque, gearbox.rated_torque
+    needed = [torque, *(LIGHT * torque,), *(() if asked.small is None else (asked.small,)), *(each for each in asked.slope or () if each)]
+    levels = np.unique([*needed, *(level * rated for level in LEVELS if level * rated < max(needed))])
+    made = gearboxes(gearbox, np.concatenate([-levels[::-1], levels]), _ANGLES, count, seed)
+    # one sample's curve is the mean of both directions, as a loop measured both ways has it
+    flanks = (made.wind_up[len(levels) :] - made.wind_up[: len(levels)][::-1]) / 2
+    as_drawn = wind_up(gearbox, levels)
+    softer = _of_materials(gearbox, as_drawn, count, seed)
+    angle = flanks + plain_springs(as_drawn)[:, None] + softer
+    rubs = friction(gearbox, levels) + (gearbox.friction_torque or 0.0)
+    start = np.zeros(1)
+    curve = SampledCurve(
+        np.concatenate([start, levels]),
+        np.concatenate([np.zeros((1, count)), angle]),
+        np.concatenate([start + (gearbox.friction_torque or 0.0), rubs]),
+    )
+    at = int(np.searchsorted(levels, torque))
+    found = shared_out(as_drawn, (flanks + softer).mean(axis=1))
+    members = {name: float(each[at]) for name, each in found.items() if each.any()}
+    rubbing = None
+    if curve.friction.any():
+        loads = torque * np.array(FRICTION_LOADS)
+        felt = along(loads, curve.torque, curve.friction)
+        rubbing = Rubbing(loads, felt, efficiency(loads, felt))
+    shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
+    return Drawn(
+        lobes=tuple(_lobes(gearbox, torque, share) for share in shares),
+        play=made.play,
+        curve=curve,
+        read=readings(curve, made.play, asked),
+        jammed=round(made.jammed * count),
+        members=dict(sorted(members.items(), key=lambda member: -member[1])),
+        transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(FOLLOWED, max(count, SHOWN)), seed),
+        rubbing=rubbing,
+    )
+
+
+def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count: int, seed: int) -> Floats:
+    """Return what moduli off their stated values add to the wind-up (level, gearbox), rad: normal laws with three sigma at the stated scatter."""
+    out = np.zeros((len(next(iter(as_drawn.values()))), count))
+    stages = [("", gearbox), *([(FIRST_STAGE, gearbox.first_stage)] if gearbox.first_stage and gearbox.first_stage.kind == "cycloidal" else [])]
+    for prefix, stage in stages:
+        off = [
+            drawn_within(material.scatter, Normal(), f"{prefix}{wheel} material", seed, (count,))
+            for wheel, material in (("disc", stage.disc_material), ("ring", stage.ring_material))
+        ]
+        for name, shares in material_shares().items():
+            if f"{prefix}{name}" in as_drawn:
+                more = sum(share * (1 / (1 + each) - 1) for share, each in zip(shares, off, strict=True))
+                out += as_drawn[f"{prefix}{name}"][:, None] * more
+    return out
+
+
+def disc_torque(gearbox: CycloidalGearbox, torque: float) -> float:
+    """Which torque (N m) is on all discs together, as seen with the ring held, under a torque at the output?"""
+    return torque * abs(ratio_of(gearbox.stage) / gearbox.steps)
+
+
+def _lobes(gearbox: CycloidalGearbox, torque: float, share: float) -> Lobes:
+    drive, stage = gearbox.drive, gearbox.stage
+    crank = pitch_of_crank(drive)
+    load = share * disc_torque(gearbox, torque)
+    answer = loaded_disc(drive, load, crank, nominal_gaps(drive, crank))
+    theta = pin_angles(stage, crank[:1])[0]
+    carrying = answer.lobes[0, :, 0]
+    return Lobes(
+        share=share,
+        theta=theta,
+        pressure_angle=pressure_angles(stage, theta),
+        force=answer.forces[0, 0, 0],
+        peak=answer.pressures[0, 0, 0],
+        carrying=(int(carrying.min()), int(carrying.max())),
+        largest_force=float(answer.forces.max()),
+        largest_peak=float(answer.pressures.max()),
+        bearing=crank_force(drive, load),
+    )
+
+
+def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: int) -> Transmission:
+    """Follow the transmission error of the stage at the output, and of a cycloidal stage before it, over a turn of the output stage's crank."""
+    steps, share = abs(gearbox.steps), disc_torque(gearbox, 1.0)
+    main = share * _errors(gearbox, share * loads, count, seed)
+    found = _powers(main, steps)
+    first, angles = gearbox.first_stage, main.shape[1]
+    if first is not None and first.kind == "cycloidal":
+        before = _errors(first, loads / steps, count, seed + 1) / steps
+        times = abs(ratio_of(first.stage))
+        angles = math.lcm(angles, times * before.shape[1])
+        main = _finer(main, angles) + np.tile(_finer(before, angles // times), (1, times, 1))
+        both = _powers(main, steps)
+        found = {cycles: both[cycles] for cycles in sorted({*found, *_powers(before, steps * times)})}
+    crank = 2 * math.pi * np.arange(angles + 1) / angles
+    errors = np.concatenate([main, main[:, :1]], axis=1)
+    return Transmission(loads, crank, errors, np.array(list(found)), np.stack(list(found.values()), axis=1))
+
+
+def _errors(stage: CycloidalStage, loads: Floats, count: int, seed: int) -> Floats:
+    """Give how far the stage's output runs ahead (load, angle, gearbox), rad, over a turn of its crank, without its mean and the fastest wave."""
+    angles = _PER_PIN * stage.pins
+    crank = 2 * math.pi * np.arange(angles) / angles
+    rotation = built(stage.drive, stage.scatter, loads, crank, count, seed).rotation
+    waves = np.fft.rfft(-rotation, axis=1)
+    waves[:, [0, -1]] = 0.0
+    return np.asarray(np.fft.irfft(waves, angles, axis=1))
+
+
+def _powers(errors: Floats, steps: float) -> dict[float, Floats]:
+    """Return the squared amplitude (load, gearbox) of each wave, by its cycles per turn of the output."""
+    power = (2 * np.abs(np.fft.rfft(errors, axis=1)[:, 1:-1]) / errors.shape[1]) ** 2
+    return {float((k + 1) * steps): power[:, k] for k in range(power.shape[1])}
+
+
+def _finer(errors: Floats, count: int) -> Floats:
+    """Read errors (load, angle, gearbox) of one turn at so many angles, no fewer: the same waves, and none besides."""
+    return np.asarray(np.fft.irfft(np.fft.rfft(errors, axis=1), count, axis=1) * (count / errors.shape[1]))

@@ -1,0 +1,177 @@
+"""One gearbox looked at by itself: how its output turns as the torque goes to and fro; and, where it is given by its drawing, what is inside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
+
+import numpy as np
+
+from lostmotion.analyses.gearbox.cycloidal import Drawn, drawn
+from lostmotion.analyses.gearbox.readings import Definitions, Readings, StatedCurve, readings
+from lostmotion.errors import DidNotConvergeError, refuse_argument
+from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.cycloidal_model import LOST_MOTION
+from lostmotion.parts.gearbox.gearbox import Gearbox
+from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
+from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
+from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
+from lostmotion.parts.gearbox.worm import WormGearbox
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.gearbox.readings import Curve
+    from lostmotion.parts.error_source import ErrorSource
+    from lostmotion.spatial import Floats
+
+StatedGearbox = CatalogueGearbox[Any, Any, Any, Any] | PlanetaryGearbox | WolfromGearbox | StrainWaveGearbox | WormGearbox
+AnyGearbox = StatedGearbox | CycloidalGearbox
+MOST_GEARBOXES: Final = 100_000
+# Steps of half a loop.
+_STEPS: Final = 400
+_ROUNDING: Final = 1e-9
+# Of the rated torque: between them the slope of the curve is the stiffness that most makers print.
+SLOPE: Final = (0.5, 1.0)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Torque-angle hysteresis with the input held, the mean of the samples. Torques in N m, angles in rad (sliding drives: N and m).
+
+    torque (step,) from the largest one way to the largest the other; rising and falling (step,) the angles as it rises and falls; friction_rising,
+    friction_falling the same without play: friction's loop alone. play; rest: the torque that it takes to move through the play; small: the torque of
+    the lost motion, and ends (2,) the middle of the loop there; None and empty where no such torque is known.
+    """
+
+    torque: Floats
+    rising: Floats
+    falling: Floats
+    friction_rising: Floats
+    friction_falling: Floats
+    play: float
+    rest: float
+    small: float | None
+    ends: Floats
+
+    @property
+    def lost_motion(self) -> float | None:
+        """Return the lost motion, on the mean of the samples."""
+        return float(self.ends[1] - self.ends[0]) if len(self.ends) else None
+
+    @property
+    def width(self) -> float:
+        """Give the width of the loop at zero torque."""
+        return float(np.interp(0.0, self.torque, self.falling) - np.interp(0.0, self.torque, self.rising))
+
+    @property
+    def friction_width(self) -> float:
+        """Give the width at zero torque of friction's loop alone."""
+        return float(np.interp(0.0, self.torque, self.friction_falling) - np.interp(0.0, self.torque, self.friction_rising))
+
+
+@dataclass(frozen=True)
+class GearStudy:
+    """What was found of a gearbox under a torque (N m at the output; None where none is rated or given).
+
+    loop     None without torque, for a gearbox that neither gives nor has play, or where the torque does not overcome friction
+    read     the figures that makers print, of every sample; None without torque
+    drawn    what only a drawing gives; None for gearboxes by stated figures
+    """
+
+    gearbox: AnyGearbox
+    torque: float | None
+    count: int
+    seed: int
+    loop: Loop | None
+    read: Readings | None
+    drawn: Drawn | None
+
+    @property
+    def wind_up(self) -> float | None:
+        """Return the mean wind-up at the torque, play not counted."""
+        return None if self.read is None else float(self.read.wind_up.mean())
+
+
+def gear(
+    gearbox: ErrorSource,
+    torque: float | None = None,
+    gearboxes: int = 1000,
+    seed: int = 1,
+    lost_motion_torque: float | None = None,
+    slope_range: tuple[float, float] | None = None,
+) -> GearStudy:
+    """Study a gearbox under a torque (N m; left out: its rated one), on this many manufactured samples of a drawing.
+
+    `lost_motion_torque` N m at which the lost motion is read either way; left out: the stated share, or 3 %, of the rated torque. `slope_range` N m
+    between which the slope of the curve is taken; left out: 50 to 100 % of the rated torque. Raises InputError for a torque that is not above zero, a
+    slope range that does not rise, a count out of range, a seed below zero; DidNotConvergeError where the contacts cannot carry the load.
+    """
+    if not _is_known(gearbox):
+        raise refuse_argument("gearbox", type(gearbox).__name__, "a gearbox that a joint can have")
+    for name, value in (("torque", torque), ("lost_motion_torque", lost_motion_torque), ("slope_range", slope_range and slope_range[1])):
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise refuse_argument(name, value, "a torque above zero", f"{name} = 200.0")
+    if slope_range is not None and not 0 <= slope_range[0] < slope_range[1]:
+        raise refuse_argument("slope_range", slope_range, "two rising torques", "slope_range = (100.0, 200.0)")
+    if not 2 <= gearboxes <= MOST_GEARBOXES:  # noqa: PLR2004 - a scatter needs two
+        raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", "gearboxes = 1000")
+    if seed < 0:
+        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+    chosen, rated = gearbox.rated_torque if torque is None else torque, gearbox.rated_torque
+    if chosen is None:
+        return GearStudy(gearbox, None, gearboxes, seed, None, None, None)
+    share = LOST_MOTION if isinstance(gearbox, CycloidalGearbox) else gearbox.lost_motion_torque
+    asked = Definitions(
+        float(chosen),
+        lost_motion_torque or (share * rated if rated is not None else None),
+        slope_range or ((SLOPE[0] * rated, SLOPE[1] * rated) if rated is not None else None),
+    )
+    if not isinstance(gearbox, CycloidalGearbox):
+        curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.hysteresis or 0.0)
+        read = readings(curve, np.array([gearbox.play.nominal]), asked)
+        return GearStudy(gearbox, chosen, gearboxes, seed, _loop(curve, gearbox.play.nominal, gearbox.friction, read), read, None)
+    try:
+        inside = drawn(gearbox, asked, gearboxes, seed)
+    except DidNotConvergeError as error:
+        most = max(chosen, asked.slope[1] if asked.slope else 0.0, asked.small or 0.0)
+        raise DidNotConvergeError(
+            f"{most:.4g} N m at the output is more than the contacts of the lobes can carry: take a smaller torque, larger lobes or a stiffer "
+            f"material ({error})"
+        ) from error
+    loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest, inside.read)
+    return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside)
+
+
+def _is_known(gearbox: ErrorSource | CycloidalGearbox) -> TypeGuard[AnyGearbox]:
+    return isinstance(gearbox, Gearbox | CycloidalGearbox)
+
+
+def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None:
+    """Follow the torque to and fro: wind-up, friction that holds it back on the way, and the play, crossed once the torque overcomes friction."""
+    most, small = read.asked.torque, read.asked.small
+    if most <= rest:
+        return None
+    past = float(np.nextafter(rest, math.inf))
+    even = np.linspace(-most, most, 2 * _STEPS + 1)
+    # the play is crossed between two neighbouring numbers, with nothing between them that rounding left there
+    torque = np.unique([*even[np.abs(np.abs(even) - rest) > _ROUNDING * most], -past, -rest, rest, past])
+    rising, falling = (each.mean(axis=1) for each in curve.branches(torque))
+    if not (play or rising.any() or falling.any()):
+        return None
+    if rising[-1] >= np.interp(0.0, torque, falling):
+        # once the torque turns back, friction holds the output where it is until the torque has let go of it
+        falling, rising = np.minimum(falling, rising[-1]), np.maximum(rising, falling[0])
+    side = play / 2
+    end = None if read.lost_motion is None else float(read.lost_motion.mean()) / 2
+    return Loop(
+        torque=torque,
+        rising=rising + np.where(torque > rest, side, -side),
+        falling=falling + np.where(torque < -rest, -side, side),
+        friction_rising=rising,
+        friction_falling=falling,
+        play=play,
+        rest=rest,
+        small=small,
+        ends=np.array([]) if end is None else np.array([-end, end]),
+    )

@@ -1,0 +1,64 @@
+"""The report of a gearbox: a folder with report.html and result.json, and the profile of a cycloidal one as profile.dxf."""
+
+from __future__ import annotations
+
+import secrets
+import tempfile
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.reporting.folder import refuse_existing, to_disk, write_whole
+from lostmotion.reporting.page import contents
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.analyses.gearbox.gear import GearStudy
+    from lostmotion.reporting.sheet import Sheet
+
+
+def write_gearbox(sheet: Sheet, study: GearStudy, drawing: bytes | None, out: str | Path, *, force: bool = False) -> Path:
+    """Where does the sheet lie? Writes it into the folder `out`, whole or not at all; errors as `folder.write_whole`."""
+    from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
+
+    refuse_existing(out, force=force)
+    drawn = gearbox_plots(study)
+    if drawing is None:
+        return write_whole(contents(sheet, drawn), out, force=force)
+    sheet = replace(sheet, drawing="the profiles of disc and ring in mm")
+    return write_whole({**contents(sheet, drawn), "profile.dxf": drawing}, out, force=force)
+
+
+def refuse_existing_file(out: Path, *, force: bool) -> None:
+    """Raise OutputExistsError where something is there already (a folder or a link always), LostmotionError where there is no folder for it."""
+    if not out.absolute().parent.is_dir():
+        raise LostmotionError(f"there is no folder '{out.parent}' for the drawing\n  make it, or name another file with --dxf")
+    if out.is_symlink() or (out.exists() and not out.is_file()):
+        raise OutputExistsError(f"'{out}' is no file of ours to replace\n  name another file with --dxf")
+    if out.exists() and not force:
+        raise OutputExistsError(f"'{out}' exists\n  replace it with --force, or name another file with --dxf")
+    try:
+        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not tell whether that works
+            pass
+    except OSError as error:
+        raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error
+
+
+def write_drawing(drawing: bytes, out: Path, *, force: bool = False) -> Path:
+    """Where does the drawing lie? Writes it into the file `out`, whole or not at all.
+
+    Raises OutputExistsError as `refuse_existing_file`, LostmotionError where the file cannot be written.
+    """
+    refuse_existing_file(out, force=force)
+    new = out.with_name(f".{out.name[:80]}.{secrets.token_hex(4)}.new")
+    try:
+        new.write_bytes(drawing)
+        to_disk(new)
+        new.replace(out)
+    except BaseException as error:
+        new.unlink(missing_ok=True)
+        if not isinstance(error, OSError):
+            raise
+        raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error
+    return out

@@ -1,0 +1,280 @@
+"""Figures of a cycloidal gearbox by its drawing: geometry, lobe loads, manufactured samples, compliance by member, transmission error, friction."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from lostmotion.analyses.gearbox.cycloidal import LIGHT
+from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
+from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius
+from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, length
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.gearbox.cycloidal import Drawn
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.spatial import Floats
+
+Bound: TypeAlias = Literal["", "upper", "lower"]
+_DRAWING: Final = "the drawing"
+_AS_DRAWN: Final = "the stage as drawn, without tolerances"
+_LEVELS: Final = ((0.05, "5th percentile"), (0.5, "median"), (0.95, "95th percentile"))
+_MOST_WAVES: Final = 8
+# Of the largest wave: smaller ones are not listed.
+_SMALLEST_WAVE: Final = 0.01
+# Above it the loads, taken without friction, no longer hold.
+_RUBS: Final = 0.2
+_NEVER_TOUCHING: Final = 1e-12
+
+
+def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> list[Section]:
+    """Return the sections of the drawing: geometry, loads, manufactured samples, compliance, transmission error, friction where it is stated."""
+    friction = [] if drawn.rubbing is None else [_friction(drawn)]
+    return [_geometry(gearbox), _lobes(gearbox, drawn), _built(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction]
+
+
+def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str, count: int) -> str:
+    """Return the answer in a few sentences."""
+    free, lost, wound = (_mean(each, "") for each in (drawn.play, drawn.lost_motion, drawn.read.wind_up))
+    most = _quantile(drawn.lost_motion, 0.95, "")
+    out = [f"Play {free} and lost motion {lost} on average over {count} simulated gearboxes; 95 % have a lost motion below {most}."]
+    if drawn.members:
+        name, angle = next(iter(drawn.members.items()))
+        share = 100 * angle / float(drawn.read.wind_up.mean())
+        at_least = "at least " if gearbox.rigid else ""
+        out.append(f"Under {said} the output winds up by {at_least}{wound} beyond its play, {share:.0f} % of it through the {name}.")
+    if gearbox.rigid:
+        out.append(f"At most this stiff: not specified are {gearbox.rigid_said}.")
+    if drawn.jammed:
+        out.append(f"{100 * drawn.jammed / count:.3g} % of the gearboxes jam.")
+    return " ".join(out)
+
+
+def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str) -> tuple[Card, ...]:
+    """Return the figures that are asked for first."""
+    read, hardest = drawn.read, drawn.lobes[0]
+    free, lost = (_quantile(each, 0.95, "") for each in (drawn.play, drawn.lost_motion))
+    span = drawn.transmission.peak_to_peak[-1]
+    at_most = "; not all members are specified" if gearbox.rigid else ""
+    cards = [
+        Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
+        Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
+        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
+        Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {said}, play not counted"),
+        Card("peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {hardest.largest_force:.3g} N at {said}"),
+        Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {said}, mean of {len(span)} gearboxes"),
+    ]
+    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
+        low, high = read.asked.slope
+        stiff = _stiffness(read.slope, "", "upper" if gearbox.rigid else "")
+        cards.insert(4, Card("stiffness", str(stiff), f"slope from {low:.4g} to {high:.4g} N m{at_most}"))
+    return tuple(cards)
+
+
+def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
+    """Return what the reader should be warned of."""
+    said = []
+    if gearbox.rigid:
+        said.append(
+            f"not specified and taken as rigid: {gearbox.rigid_said}; the true gearbox winds up more, so every stiffness here is an upper limit"
+        )
+    if drawn.jammed:
+        said.append("gearboxes that jam have flanks that press on each other without torque; their wind-up counts from where they then rest")
+    if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
+        said.append("friction takes more than a fifth of the torque: loads are computed without it, so efficiency is a rough estimate")
+    if torque <= gearbox.friction_at_rest:
+        said.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
+    return tuple(said)
+
+
+def _angle(value: float, samples: str) -> Figure:
+    return Figure(value / ARCMIN, "arcmin", samples=samples)
+
+
+def _rms(squares: Floats, samples: str) -> Figure:
+    """Return the root of the mean of squares (sample,), rad^2, with its interval."""
+    found = root_mean_square_of_samples(squares)
+    return Figure(found.value / ARCSEC, "arcsec", found.low / ARCSEC, found.high / ARCSEC, samples)
+
+
+def over_samples(values: Floats, unit: str, factor: float, samples: str, bound: Bound = "") -> Figure:
+    """Return the mean over independent samples (sample,) of a size, none below zero, with Student's interval, multiplied by a factor into `unit`."""
+    mean, half = float(values.mean()), student(len(values) - 1) * float(values.std(ddof=1)) / math.sqrt(len(values))
+    return Figure(mean * factor, unit, max(mean - half, 0.0) * factor, (mean + half) * factor, samples, bound=bound)
+
+
+def _mean(values: Floats, samples: str, unit: str = "arcmin") -> Figure:
+    return over_samples(values, unit, 1 / (ARCMIN if unit == "arcmin" else ARCSEC), samples)
+
+
+def _stiffness(values: Floats, samples: str, bound: Bound = "") -> Figure:
+    return over_samples(values, "N m/arcmin", ARCMIN, samples, bound)
+
+
+def _quantile(values: Floats, level: float, samples: str, unit: str = "arcmin", factor: float = 1 / ARCMIN) -> Figure:
+    value, low, high = (float(end) * factor for end in robots_quantile(values, level))
+    return Figure(value, unit, low, high, samples)
+
+
+def _geometry(gearbox: CycloidalGearbox) -> Section:
+    """Put the stage at the output and a cycloidal stage before it side by side."""
+    stages: list[CycloidalStage] = [gearbox]
+    if gearbox.first_stage is not None and gearbox.first_stage.kind == "cycloidal":
+        stages.insert(0, gearbox.first_stage)
+    found = [_stage_rows(stage, ratio_of(stage.stage, gearbox.fixed if stage is gearbox else "ring")) for stage in stages]
+    rows = [Row(label, tuple(each[k][1] for each in found), note) for k, (label, _, note) in enumerate(found[0])]
+    columns = ("value",) if len(stages) == 1 else ("first stage", "stage at the output")
+    whole = f"the whole gearbox: {gearbox.ratio:g} turns of the input per turn of the output" + (", the other way" if gearbox.ratio < 0 else "")
+    return Section("geometry", "Geometry", columns, tuple(rows), whole)
+
+
+def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str]]:
+    stage, drive = part.stage, part.drive
+    wheel = "ring" if stage.twin else "disc"
+    ends = np.linalg.norm(flank(stage, np.array([0.0, math.pi / stage.lobes]), drive.made)[0], axis=-1)
+    working = np.linspace(0, math.pi, 2001)[1:-1]
+    longest = pressure_angles(stage, np.array(math.acos(stage.shortening)))
+    sharpest = smallest_convex_radius(stage)
+    between = 2 * (stage.ring_radius * math.sin(math.pi / stage.pins) - stage.pin_radius)
+    no_convex = "the flank is nowhere convex towards the pins: no pin undercuts it"
+
+    def of_length(value: float) -> Figure:
+        found = length(value)
+        return Figure(found.value, found.unit, samples=_DRAWING, stated=True)
+
+    def of_angle(value: float) -> Figure:
+        return Figure(math.degrees(value), "deg", samples=_DRAWING, stated=True)
+
+    return [
+        ("ratio of the stage", Figure(steps, "1", samples=_DRAWING, stated=True), "turns of the crank per turn of its output; negative: opposite"),
+        ("K1 = e N/R", Figure(stage.shortening, "1", samples=_DRAWING, stated=True), "at 1 the profile would loop"),
+        ("lobes", Figure(stage.lobes, "1", samples=_DRAWING, stated=True), f"of the {wheel}, on {stage.pins} pins or lobes of the other wheel"),
+        (f"tip radius of the {wheel}", of_length(float(ends[1])), "with what is ground off"),
+        (f"root radius of the {wheel}", of_length(float(ends[0])), "with what is ground off"),
+        (
+            "smallest convex radius of the flank",
+            of_length(sharpest) if math.isfinite(sharpest) else Figure(math.inf, "mm", samples=_DRAWING),
+            "so much larger a pin would undercut it" if math.isfinite(sharpest) else no_convex,
+        ),
+        ("room between neighbouring pins", of_length(between), ""),
+        ("smallest pressure angle", of_angle(float(pressure_angles(stage, working).min())), ""),
+        ("pressure angle at the longest arm", of_angle(float(longest)), "where cos θ = K1"),
+        (
+            "play by the relief alone",
+            _angle(play(stage, drive.made), _DRAWING),
+            "first order, without tolerances and clearances; negative: flanks interfere",
+        ),
+    ]
+
+
+def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
+    """Say what each loaded lobe carries, and the hardest over a pitch of the crank."""
+    cases = drawn.lobes
+    columns = tuple(name for case in cases for name in (f"load at share {case.share:.3g}" if len(cases) > 1 else "load", "peak pressure"))
+    rows = [
+        Row("hardest over a pitch of the crank", tuple(figure for case in cases for figure in _pair(case.largest_force, case.largest_peak))),
+    ]
+    loaded = np.flatnonzero(np.max([case.force for case in cases], axis=0) > _NEVER_TOUCHING)
+    for k in sorted(loaded, key=lambda k: cases[0].theta[k]):
+        label = f"θ = {math.degrees(cases[0].theta[k]):.1f}°"
+        note = f"pressure angle {math.degrees(cases[0].pressure_angle[k]):.1f}°"
+        rows.append(Row(label, tuple(figure for case in cases for figure in _pair(float(case.force[k]), float(case.peak[k]))), note))
+    said = "; ".join(
+        f"share {case.share:.3g}: {case.carrying[0]} to {case.carrying[1]} of {gearbox.pins} carry, {case.bearing:.4g} N on each eccentric bearing"
+        for case in cases
+    )
+    customary = "; a share of 0.5 is what discs alike take, 0.55 the customary allowance" if len(cases) > 1 else ""
+    note = (
+        f"one of {gearbox.discs} discs, crank at zero, θ from the line of centres"
+        if gearbox.discs > 1
+        else "crank at zero, θ from the line of centres"
+    )
+    return Section("lobes", "Load of the lobes", columns, tuple(rows), f"{note}; {said}{customary}")
+
+
+def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
+    return Figure(force, "N", samples=_AS_DRAWN), Figure(peak / 1e9, "GPa", samples=_AS_DRAWN)
+
+
+def _built(drawn: Drawn, count: int) -> Section:
+    counted, read = f"{count} simulated gearboxes", drawn.read
+    quantities = [("play", drawn.play, "arcmin", 1 / ARCMIN, ""), ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, "")]
+    quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {read.asked.torque:.4g} N m, play not counted"))
+    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
+        low, high = read.asked.slope
+        quantities.append(("stiffness", read.slope, "N m/arcmin", ARCMIN, f"slope from {low:.4g} to {high:.4g} N m"))
+    rows = []
+    for name, values, unit, factor, note in quantities:
+        rows.append(Row(f"{name}: mean", (over_samples(values, unit, factor, counted),), note))
+        rows += [Row(f"{name}: {label}", (_quantile(values, level, counted, unit, factor),)) for level, label in _LEVELS]
+    low, high = (100 * end for end in share_interval(drawn.jammed, count))
+    rows.append(
+        Row(
+            "gearboxes that jam",
+            (Figure(100 * drawn.jammed / count, "%", low, high, counted),),
+            "flanks interfere all the way round, by more than the clearances make up for",
+        )
+    )
+    note = f"lost motion between ± {read.asked.small:.4g} N m; each sample on average over a turn of the crank"
+    return Section("built", "Manufactured samples", ("value",), tuple(rows), note)
+
+
+def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
+    counted = f"mean of {count} simulated gearboxes"
+    whole = sum(drawn.members.values())
+    torque = float(drawn.transmission.loads[-1])
+    rows = [
+        Row(
+            name,
+            (
+                _angle(angle, counted),
+                Figure(100 * angle / whole, "%", samples=counted),
+                Figure(torque / angle * ARCMIN, "N m/arcmin", samples=counted),
+            ),
+        )
+        for name, angle in drawn.members.items()
+    ]
+    if whole:
+        mean = float(drawn.read.secant.mean()) * ARCMIN
+        together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
+        rows.append(Row("all together", together))
+    rigid = f"not specified and taken as rigid: {gearbox.rigid_said}" if gearbox.rigid else "every member is specified"
+    note = f"under {torque:.4g} N m at the output, play not counted; stiffness: torque over wind-up; {rigid}"
+    return Section("members", "Compliance by member", ("wind-up", "share", "stiffness"), tuple(rows), note)
+
+
+def _transmission(drawn: Drawn) -> Section:
+    found = drawn.transmission
+    counted = f"{found.errors.shape[-1]} simulated gearboxes"
+    rows = [
+        Row("peak to peak", tuple(_mean(each, counted, "arcsec") for each in found.peak_to_peak)),
+        Row("root mean square", tuple(_rms(each, counted) for each in found.mean_square)),
+    ]
+    strongest = np.argsort(-(found.amplitude**2).sum(axis=0), kind="stable")[:_MOST_WAVES]
+    rows += [
+        Row(f"{found.cycles[k]:g} per turn", tuple(_rms(each, counted) for each in found.power[:, k]))
+        for k in sorted(strongest)
+        if found.amplitude[:, k].max() > _SMALLEST_WAVE * found.amplitude.max()
+    ]
+    columns = tuple(f"at {load:.4g} N m" for load in found.loads)
+    note = (
+        f"peak to peak: mean over gearboxes; per turn of the output: root mean square amplitude of each of the {_MOST_WAVES} largest harmonics; "
+        f"loads: {100 * LIGHT:.0f} % and all of the torque"
+    )
+    return Section("transmission", "Transmission error", columns, tuple(rows), note)
+
+
+def _friction(drawn: Drawn) -> Section:
+    rows: list[Row] = []
+    if drawn.rubbing is not None:
+        for load, friction, share in zip(drawn.rubbing.loads, drawn.rubbing.friction, drawn.rubbing.efficiency, strict=True):
+            figures = (Figure(float(friction), "N m", samples=_AS_DRAWN), Figure(100 * float(share), "%", samples=_AS_DRAWN))
+            rows.append(Row(f"at {load:.4g} N m", figures))
+    note = (
+        "an estimate: Coulomb friction of flanks, eccentric and output pins of the stage at the output; seals, grease and a first stage come on top"
+    )
+    return Section("friction", "Friction", ("felt at the output", "efficiency"), tuple(rows), note)

@@ -1,0 +1,209 @@
+"""Does a measured robot look like one of those predicted? Each figure of its sheet against the same figure of the robots built."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.iso9283.confidence import student_interval
+from lostmotion.analyses.iso9283.cube import INWARD, NAMES, five_points, held_alike, out_of_reach
+from lostmotion.analyses.iso9283.measured_paths import FEWEST_STATED, path_ends
+from lostmotion.analyses.iso9283.paths import PATH_FIGURES
+from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
+from lostmotion.error_model.intervals import Estimate, of_length, robots_quantile
+from lostmotion.errors import InputError, Problem, shown
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.iso9283.measured import Measured, MeasuredLoad
+    from lostmotion.analyses.iso9283.predicted import LoadSheet, Predicted
+    from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+# m, rad: commanded positions, and ways in which the tool is held, that differ by less are the same.
+SAME: Final = 1e-3
+_HELD_THE_SAME: Final = 0.01
+_LOW: Final = 0.05
+_HIGH: Final = 0.95
+_BASE: Final = 6
+_AXES: Final = ("a", "b", "c", "x", "y", "z")
+_TURNS: Final = 3
+
+
+@dataclass(frozen=True)
+class OverRobots:
+    """How a figure falls over the robots built: mean, and what 5 % and 95 % of them stay below, with intervals."""
+
+    mean: Estimate
+    low: Estimate
+    high: Estimate
+
+
+def over_robots(values: Floats, *, signed: bool = False) -> OverRobots:
+    """How does a figure (robot,) fall over robots? One that is not signed is a length or a size: no interval of it goes below zero."""
+    low, high = (Estimate(*(float(x) for x in robots_quantile(values, level))) for level in (_LOW, _HIGH))
+    mean = student_interval(values)
+    return OverRobots(mean if signed else of_length(mean.value, mean.low, mean.high), low, high)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One figure: its name, which pose or path, whether it is an angle (rad) or a length (m), the load, what robots show, what was measured."""
+
+    name: str
+    pose: str
+    angle: bool
+    load: float
+    predicted: OverRobots
+    measured: Estimate
+
+    @property
+    def within(self) -> bool:
+        """Tell whether the measured value lies between what 5 % and 95 % of the robots stay below."""
+        return self.predicted.low.value <= self.measured.value <= self.predicted.high.value
+
+
+def compare(predicted: Predicted, measured: Measured) -> list[Compared]:
+    """Which figures do both have, at the same poses, along the same path and under the same load? Empty where poses and loads are others.
+
+    Orientations where the measured tool is held as the predicted one; along a path with six joints or more alone. AP_p with best-fit frames where
+    the measured poses tell a base frame, as that of the robots predicted is, and no tool frame besides.
+    """
+    found: list[Compared] = []
+    for there in measured.loads:
+        for sheet in predicted.loads:
+            if sheet.load == there.load:
+                found += _at_poses(predicted, sheet, there) + _along_path(predicted, sheet, there)
+    return [each for each in found if math.isfinite(each.measured.value)]
+
+
+def held_otherwise(predicted: Predicted, measured: MeasuredLoad) -> tuple[str, ...]:
+    """At which of P1 to P5 was an orientation measured, of a tool that is held in another one than the arm predicted holds it in?"""
+    at = {pose.name: pose.rotation for pose in measured.poses}
+    return tuple(name for name, held in zip(NAMES, predicted.cube.poses[:, :3, :3], strict=True) if name in at and _apart(at[name], held))
+
+
+def _apart(one: Floats, other: Floats) -> bool:
+    """Tell whether two rotations (3, 3) differ; one that is not known does not."""
+    return float(np.linalg.norm(one - other)) > math.sqrt(2) * _HELD_THE_SAME
+
+
+def tells_tool(measured: MeasuredLoad) -> bool:
+    """Do the measured poses tell a tool frame besides the base frame that robots predicted are fitted with?"""
+    return measured.fit is not None and measured.fit.told > _BASE
+
+
+def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) -> list[Compared]:
+    at = {pose.name: pose for pose in measured.poses}
+    command = predicted.cube.poses[:, :3, 3]
+    if not set(NAMES) <= set(at) or not all(np.linalg.norm(at[name].command - command[k]) <= SAME for k, name in enumerate(NAMES)):
+        return []
+    found: list[Compared] = []
+    turned = held_otherwise(predicted, measured)
+
+    def add(name: str, pose: str, values: Floats, value: Estimate, *, angle: bool = False, signed: bool = False) -> None:
+        found.append(Compared(name, pose, angle, sheet.load, over_robots(values, signed=signed), value))
+
+    for k, name in enumerate(NAMES):
+        pose = at[name]
+        add("AP_p", name, sheet.accuracy[k], pose.accuracy)
+        add("AP_p fitted", name, sheet.fitted[k], Estimate(math.nan if tells_tool(measured) else pose.fitted, math.nan, math.nan))
+        add("RP_l", name, sheet.repeatability[k], pose.repeatability)
+        average = np.concatenate([sheet.turn[k], sheet.barycentre[k]], axis=-1)
+        for axis, letter in list(enumerate(_AXES))[_TURNS if name in turned else 0 :]:
+            add(f"AP_{letter}", name, average[:, axis], pose.axes[axis], angle=axis < _TURNS, signed=True)
+            if axis < _TURNS:
+                add(f"RP_{letter}", name, sheet.scatter[k, :, axis], pose.scatter[axis], angle=True)
+        if k in FROM_THREE_SIDES:
+            add("vAP_p", name, sheet.multi_directional[FROM_THREE_SIDES.index(k)], pose.multi_directional)
+    if measured.distance is not None:
+        both = "-".join(NAMES[k] for k in DISTANCE)
+        for word, values, value in zip(("AD_p", "RD"), sheet.distance, measured.distance, strict=True):
+            add(word, both, values, value, signed=word == "AD_p")
+    return found
+
+
+def _along_path(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) -> list[Compared]:
+    """Compare the path that robots were sent along; whether its ends are those of the cube is seen by them."""
+    ends = predicted.cube.poses[list(predicted.path_ends), :3, 3]
+    name = "-".join(NAMES[k] for k in predicted.path_ends)
+    return [
+        Compared(word, name, word[-1] in "abc", sheet.load, over_robots(values), Estimate(float(value), math.nan, math.nan))
+        for path in measured.paths
+        if path.name == name and np.abs(path.ends - ends).max() <= SAME
+        for word, values, value in zip(PATH_FIGURES, sheet.path, path.figures, strict=True)
+        if predicted.cube.rotation is not None or word[-1] not in "abc"
+    ]
+
+
+def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None:
+    """Which cube were P1 to P5 commanded in? Centre, side (m) and the tool's rotation where known; None where they are no five poses of a cube."""
+    at = {name: k for k, name in reversed(list(enumerate(visits.pose)))}
+    known = {**visits.known} | {name: visits.commanded_pose(at[name]) for name in NAMES if name in at}
+    if not set(NAMES) <= set(known):
+        return None
+    points = np.stack([known[name][:3, 3] for name in NAMES])
+    if not np.isfinite(points).all():
+        return None
+    side = float(np.linalg.norm(points[3] - points[1])) / (INWARD * math.sqrt(3))
+    if np.linalg.norm(points - five_points(points[0], side), axis=1).max() > SAME:
+        return None
+    rotation = known[NAMES[0]][:3, :3]
+    return points[0], side, rotation if np.isfinite(rotation).all() else None
+
+
+def refuse_commanded(arm: Arm, visits: Visits, centre: Floats, side: float, rotation: Floats | None) -> InputError:
+    """Say that P1 to P5 were commanded where this arm does not reach: a cube (m) that the measured file tells."""
+    at = next((k for k, name in enumerate(visits.pose) if name in NAMES), 0)
+    points = five_points(centre, side)
+    beyond = np.flatnonzero(out_of_reach(arm, points, rotation))
+    named = [f"{NAMES[k]} at ({', '.join(f'{x * 1e3:.0f}' for x in points[k])}) mm" for k in beyond]
+    place = f"a cube of {side * 1e3:.0f} mm about ({', '.join(f'{x * 1e3:.0f}' for x in centre)}) mm"
+    found = f"{', '.join(named)}, out of reach of {arm.name}" if named else f"on {place}, not all of which {arm.name} reaches"
+    expected = f"commands in the arm's base frame, on a cube all of which it reaches{held_alike(arm)}"
+    alone = f"lostmotion iso9283 --measured {visits.where[at][0]}, to judge the measured robot alone"
+    return InputError([Problem(visits.where[at][0], "commanded positions of P1 to P5", found, expected, alone)])
+
+
+def stated_poses(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:
+    """Where were P1 to P5 of a stated cube (centre (3,) and side in m) commanded? Poses (4, 4) by name; the rotation NaN where none is stated."""
+    out = {}
+    for name, point in zip(NAMES, five_points(np.asarray(centre, dtype=float), side), strict=True):
+        out[name] = np.eye(4)
+        out[name][:3, 3], out[name][:3, :3] = point, math.nan if rotation is None else rotation
+    return out
+
+
+def refuse_unstated(visits: Visits) -> None:
+    """Raise InputError where the command of P1 to P5, or of a path, is nowhere stated: a cube found by a search is not where the robot was sent."""
+    commanded = np.asarray(np.isfinite(visits.command).all(axis=1))
+    lines = {path for path in dict.fromkeys(visits.path) if path and _no_line(visits, path, commanded)}
+    missing: dict[str, list[int]] = {}
+    for k, (pose, path) in enumerate(zip(visits.pose, visits.path, strict=True)):
+        if path in lines or (pose in NAMES and not commanded[k]):
+            missing.setdefault(visits.where[k][0], []).append(k)
+    mistakes = []
+    for file, rows in missing.items():
+        poses = ", ".join(sorted({visits.pose[k] for k in rows} - {""}))
+        paths = ", ".join(shown(path) for path in dict.fromkeys(visits.path[k] for k in rows) if path)
+        named = " and ".join(([f"poses {poses}"] if poses else []) + ([f"readings along path {paths}"] if paths else []))
+        mistakes.append(
+            Problem(
+                file,
+                f"{len(rows)} row{'s' * (len(rows) > 1)}, from line {visits.where[rows[0]][1]}",
+                f"{named} without commanded positions",
+                "xc, yc, zc in the rows, a file of commands, or the cube that the robot was sent to; a cube found by search is not known to be it",
+                '--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"',
+            )
+        )
+    if mistakes:
+        raise InputError(mistakes)
+
+
+def _no_line(visits: Visits, path: str, commanded: np.ndarray) -> bool:
+    """Tell whether neither a path's name nor its rows say which line was commanded."""
+    rows = np.array([each == path for each in visits.path])
+    return path_ends(path, visits.known) is None and int(np.count_nonzero(rows & commanded)) < FEWEST_STATED

@@ -1,0 +1,292 @@
+"""What do measured visits say by ISO 9283, and how sure is each figure? One robot, as it stood before the instrument. Intervals: `confidence`."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.analyses.iso9283.confidence import (
+    FEWEST,
+    LEVEL,
+    NOTHING,
+    accuracy_interval,
+    generator,
+    length_interval,
+    repeatability_interval,
+    round_repeatability,
+    scatter_interval,
+    student_interval,
+)
+from lostmotion.analyses.iso9283.fitted import Fit, best_fit, left_by_frames
+from lostmotion.analyses.iso9283.measured_paths import MeasuredPath, judge_paths
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.errors import InputError, Problem, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.spatial import Floats
+
+_AGAIN: Final = 400
+_FRAME: Final = 3
+# Fewer poses than this, drawn again, say too little of others.
+_POOLED: Final = 20
+_MOST_MISTAKES: Final = 20
+
+
+@dataclass(frozen=True)
+class MeasuredPose:
+    """One pose: lengths in m, angles in rad; estimates are NaN where too few visits or no command tell nothing.
+
+    accuracy, repeatability   AP_p and RP_l
+    axes (6)                  AP_a, AP_b, AP_c, AP_x, AP_y, AP_z
+    scatter (6)               3 s about and along the axes: RP_a, RP_b, RP_c first
+    without_instrument        RP_l with the instrument's own scatter taken off, in squares, never below zero
+    fitted                    AP_p left with the best-fit frames over all poses
+    multi_directional         vAP_p, from visits with a side; NaN without
+    rotation (3, 3)           of the tool: commanded, or the attained ones' average where that is not known; NaN where none was measured
+    errors (visit, 3)         about the command, or about the barycentre where no command is known
+    """
+
+    name: str
+    visits: int
+    command: Floats
+    accuracy: Estimate
+    repeatability: Estimate
+    axes: tuple[Estimate, ...]
+    scatter: tuple[Estimate, ...]
+    without_instrument: Estimate
+    fitted: float
+    multi_directional: Estimate
+    rotation: Floats
+    errors: Floats
+
+
+@dataclass(frozen=True)
+class MeasuredLoad:
+    """The sheet of one robot under one load.
+
+    load        share of the payload
+    poses       each pose, P2 before P10
+    distance    AD_p and RD between P2 and P4; None without both
+    pooled      mean, standard deviation, 95 % point and largest of AP_p over poses, as it is and with the best-fit frames; with intervals over poses
+    fit         the frames; None for fewer than three poses or no commands
+    floor       RP_l that the instrument alone would show, m
+    paths       each path
+    """
+
+    load: float
+    poses: tuple[MeasuredPose, ...]
+    distance: tuple[Estimate, Estimate] | None
+    pooled: tuple[tuple[Estimate, ...], tuple[Estimate, ...]] | None
+    fit: Fit | None
+    floor: float
+    paths: tuple[MeasuredPath, ...]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The sheet of one robot: a part for each load, the heaviest first."""
+
+    visits: Visits
+    loads: tuple[MeasuredLoad, ...]
+
+
+def judge(visits: Visits, level: float = LEVEL) -> Measured:
+    """What does ISO 9283 say of these rows? Intervals of this level; two visits at least for a scatter, three poses for frames.
+
+    Raises InputError for poses that were visited from stated sides alone: their other figures are those of the standard's cycle; for a cycle that
+    visits a pose twice; and for paths as `judge_paths`.
+    """
+    of_path = np.array([bool(path) for path in visits.path])
+    _refuse_twice(visits)
+    loads = []
+    for load in sorted(dict.fromkeys(visits.load.tolist()), reverse=True):
+        there = visits.load == load
+        poses = _at_poses(visits.picked(there & ~of_path), level)
+        loads.append(MeasuredLoad(load=load, paths=judge_paths(visits.picked(there & of_path), level), **poses))
+    if not any(load.paths or load.pooled is not None for load in loads) and not any(
+        math.isfinite(pose.repeatability.value) for load in loads for pose in load.poses
+    ):
+        _refuse_too_few(visits)
+    return Measured(visits, tuple(loads))
+
+
+def _refuse_too_few(visits: Visits) -> None:
+    """Raise InputError for visits that show neither a repeatability nor an accuracy over poses."""
+    file, line = visits.where[0]
+    poses = len(dict.fromkeys(visits.pose))
+    found = f"{len(visits.pose)} visit{'s' * (len(visits.pose) > 1)} to {poses} pose{'s' * (poses > 1)}"
+    if visits.duplicates:
+        found += f", besides {visits.duplicates} duplicate row{'s' * (visits.duplicates > 1)}"
+    expected = "two visits or more to a pose (the standard asks for 30), or three poses or more with their commanded positions"
+    raise InputError([Problem(file, f"line {line}", found, expected, "cycle 1 to 30, one row for each visit")])
+
+
+def _refuse_twice(visits: Visits) -> None:
+    """Raise InputError where a cycle visits one pose twice: which of the two stands beside the other poses of that cycle nobody knows."""
+    first: dict[tuple[str, str, float, float], int] = {}
+    mistakes: list[Problem] = []
+    for k, visit in enumerate(zip(visits.pose, visits.side, visits.load.tolist(), visits.cycle.tolist(), strict=True)):
+        if visit[0] and len(mistakes) < _MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
+            (file, line), (other, before) = visits.where[k], visits.where[at]
+            stands = f"line {before}" if file == other else f"{other}, line {before}"
+            found = f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has it with another {_differing(visits, k, at)}"
+            mistakes.append(
+                Problem(file, f"line {line}", found, "one visit per pose, side, load and cycle", "strike the void one, or number it anew")
+            )
+    if mistakes:
+        raise InputError(mistakes)
+
+
+def _differing(visits: Visits, one: int, other: int) -> str:
+    """Return the names of the coordinates in which two readings of one pose differ."""
+    moved = visits.attained[one] != visits.attained[other]
+    turned = np.isfinite(visits.orientation[[one, other]]).all() and (visits.orientation[one] != visits.orientation[other]).any()
+    names = [axis for axis, different in zip("xyz", moved, strict=True) if different] + (["orientation (a, b, c)"] if turned else [])
+    return ", ".join(names) or "row"
+
+
+def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
+    """Give what a `MeasuredLoad` holds of poses."""
+    everywhere: dict[str, list[int]] = {}
+    for k, name in enumerate(visits.pose):
+        everywhere.setdefault(name, []).append(k)
+    names = sorted(everywhere, key=_counting)
+    if not names:
+        return {"poses": (), "distance": None, "pooled": None, "fit": None, "floor": 0.0}
+    rows = {name: np.array([k for k in everywhere[name] if not visits.side[k]], dtype=int) for name in names}
+    if alone := [name for name, found in rows.items() if not len(found)]:
+        file, line = visits.where[everywhere[alone[0]][0]]
+        expected = "visits without a side at every pose too, those of the standard's cycle"
+        raise InputError([Problem(file, f"line {line}, side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")])
+    command = np.array([visits.command[found[0]] for found in rows.values()]).reshape(-1, 3)
+    barycentre = np.array([visits.attained[found].mean(axis=0) for found in rows.values()]).reshape(-1, 3)
+    turned = np.array([visits.rotation[found[0]] for found in rows.values()])
+    rotation = turned if np.isfinite(turned).all() else None
+    fit = best_fit(barycentre, command, rotation) if len(rows) >= _FRAME and np.isfinite(command).all() else None
+    left = np.full(len(rows), math.nan) if fit is None else np.linalg.norm(fit.residual, axis=1)
+    turn = visits.turn
+    poses = tuple(
+        _pose(visits, turn, name, found, float(left[k]), _from_sides(visits, everywhere[name], level), level)
+        for k, (name, found) in enumerate(rows.items())
+    )
+    pooled = None
+    if fit is not None:
+        raw = barycentre - command
+        pooled = _pooled(lambda chosen: raw[chosen], len(raw), level), _pooled(_refit(command, rotation, fit), len(raw), level)
+    floor = visits.instrument * round_repeatability(min(len(found) for found in rows.values()))
+    return {"poses": poses, "distance": _distance(visits, rows, level), "pooled": pooled, "fit": fit, "floor": floor}
+
+
+def _counting(name: str) -> tuple[str, int, str]:
+    """Give what sorts names as people count."""
+    word = name.rstrip("0123456789")
+    return word, int(name[len(word) :][-9:] or 0), name
+
+
+def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: float, from_sides: Estimate, level: float) -> MeasuredPose:
+    attained, command = visits.attained[found], visits.command[found[0]]
+    known = bool(np.isfinite(command).all())
+    errors = attained - (command if known else attained.mean(axis=0))
+    rotation, turned = visits.rotation[found[0]], turn[found]
+    aimed = bool(np.isfinite(turned).all())
+    if not aimed:
+        rotation, turned = _about_average(visits.orientation[found])
+    each = np.column_stack([turned, errors])
+    measured = [bool(np.isfinite(turned).all())] * 3 + [True] * 3
+    commanded = [aimed] * 3 + [known] * 3
+    repeat = repeatability_interval(errors, level)
+    floor = visits.instrument * round_repeatability(len(found))
+    return MeasuredPose(
+        name,
+        len(found),
+        command,
+        accuracy_interval(errors, level) if known else NOTHING,
+        repeat,
+        tuple(student_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, commanded, strict=True)),
+        tuple(scatter_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, measured, strict=True)),
+        _without(repeat, floor) if visits.instrument and repeat.value > 0 else NOTHING,
+        fitted,
+        from_sides,
+        rotation,
+        errors,
+    )
+
+
+def _without(repeat: Estimate, floor: float) -> Estimate:
+    """Return a repeatability with that of the instrument alone taken off in squares, both the value and its ends."""
+    return Estimate(*(math.sqrt(max(each**2 - floor**2, 0.0)) if math.isfinite(each) else each for each in (repeat.value, repeat.low, repeat.high)))
+
+
+def _about_average(orientation: Floats) -> tuple[Floats, Floats]:
+    """Give the average of orientations (visit, 3, 3), and the rotation vectors (visit, 3) from it to each; NaN where one is not known."""
+    from scipy.spatial.transform import Rotation
+
+    if not np.isfinite(orientation).all():
+        return np.full((3, 3), math.nan), np.full((len(orientation), 3), math.nan)
+    each = Rotation.from_matrix(orientation)
+    middle = each.mean()
+    return np.asarray(middle.as_matrix()), np.asarray((each * middle.inv()).as_rotvec())
+
+
+def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:
+    """Give vAP_p, with the interval of the pair of sides that stand farthest apart."""
+    sides: dict[str, list[int]] = {}
+    for k in rows:
+        if visits.side[k]:
+            sides.setdefault(visits.side[k], []).append(k)
+    sets = [visits.attained[found] for found in sides.values()]
+    if len(sets) < FEWEST:
+        return NOTHING
+    pairs = [(one, other) for one, other in itertools.combinations(sets, 2)]
+    one, other = max(pairs, key=lambda pair: float(np.linalg.norm(pair[0].mean(axis=0) - pair[1].mean(axis=0))))
+    between, fewest = one.mean(axis=0) - other.mean(axis=0), min(len(one), len(other))
+    if fewest < FEWEST:
+        return Estimate(float(np.linalg.norm(between)), math.nan, math.nan)
+    return length_interval(between, np.cov(one.T) / len(one) + np.cov(other.T) / len(other), fewest - 1, level)
+
+
+def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tuple[Estimate, Estimate] | None:
+    """Give AD_p and RD between P2 and P4, from the cycles in which both were visited."""
+    if not {"P2", "P4"} <= set(rows):
+        return None
+    cycles = [dict(zip(visits.cycle[rows[name]].tolist(), rows[name].tolist(), strict=True)) for name in ("P2", "P4")]
+    both = sorted(set(cycles[0]) & set(cycles[1]))
+    if len(both) < FEWEST:
+        return None
+    ends = [visits.attained[[at[cycle] for cycle in both]] for at in cycles]
+    far = np.linalg.norm(ends[1] - ends[0], axis=1)
+    command = float(np.linalg.norm(visits.command[rows["P4"][0]] - visits.command[rows["P2"][0]]))
+    return (student_interval(far - command, level) if math.isfinite(command) else NOTHING), scatter_interval(far, level)
+
+
+def _refit(command: Floats, rotation: Floats | None, fit: Fit) -> Callable[[np.ndarray], np.ndarray]:
+    """Give what turns picked poses into what their own best-fit frames leave; small steps about the fit over all poses."""
+    stands = (command if rotation is None else command + rotation @ fit.tool) @ fit.base[:3, :3].T + fit.base[:3, 3]
+    turned = None if rotation is None else fit.base[:3, :3] @ rotation
+
+    def left(chosen: np.ndarray) -> np.ndarray:
+        return left_by_frames(fit.residual[chosen], stands[chosen], None if turned is None else turned[chosen])
+
+    return left
+
+
+def _pooled(left: Callable[[np.ndarray], np.ndarray], count: int, level: float) -> tuple[Estimate, ...]:
+    """Give mean, standard deviation, 95 % point and largest of the lengths that are `left` at poses, with intervals by drawing poses again."""
+
+    def told(chosen: np.ndarray) -> Floats:
+        lengths = np.linalg.norm(left(chosen), axis=1)
+        return np.array([lengths.mean(), lengths.std(ddof=1), np.quantile(lengths, 0.95), lengths.max()])
+
+    low, high = np.full((2, 4), math.nan)
+    if count >= _POOLED:
+        rng = generator("poses")
+        again = np.array([told(rng.integers(count, size=count)) for _ in range(_AGAIN)])
+        low[:3], high[:3] = np.quantile(again[:, :3], [(1 - level) / 2, (1 + level) / 2], axis=0)
+    return tuple(Estimate(float(value), float(a), float(b)) for value, a, b in zip(told(np.arange(count)), low, high, strict=True))

@@ -1,0 +1,71 @@
+"""The headline and the first cards of a predicted ISO 9283 sheet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.iso9283.compared import over_robots
+from lostmotion.analyses.iso9283.tables.labels import of, of_scatter
+from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, repeats_bounded
+from lostmotion.reporting.sheet import Card, Figure
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.iso9283.predicted import Predicted
+    from lostmotion.error_model.provenance import States
+    from lostmotion.spatial import Floats
+
+
+def predicted_verdict(found: Predicted, known: States, either_known: States) -> str:
+    """Return the headline: what 95 % of the arms built repeat within, and how far their averages lie off, as bounds where values are such.
+
+    `known` holds the makers' limits that count where joints arrive as in the standard's cycle, `either_known` where they arrive from either side.
+    Where nothing that is described varies from one side, the figure from either side comes first: a zero is no prediction.
+    """
+    sheet = found.loads[0]
+    one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.from_any_side)
+    accurate, fitted = (of(over_robots(values.max(axis=0)).high) for values in (sheet.accuracy, sheet.fitted))
+    from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
+    worst = "at the worst of the five poses, 100 % of the payload"
+    if not one.words:
+        text = (
+            f"Of the arms built to this design 95 % will repeat within {repeats_bounded(one, known)}{_interval(one)}: RP_l from one side {worst}; "
+            f"{from_either} where joints arrive from either side."
+        )
+    elif not either.words:
+        text = (
+            f"Of the arms built to this design 95 % will repeat within {from_either} where joints arrive from either side: RP_l {worst}; "
+            "from one side nothing that is described varies from visit to visit, so no repeatability is predicted there."
+        )
+    else:
+        text = "Nothing that is described varies from visit to visit, from whichever side joints arrive, so no repeatability is predicted."
+    arms = "the arms built to this design" if either.words and one.words else "them"
+    text += (
+        f" In 95 % of {arms} the average of an arm's visits will lie within {at_least(accurate, known)}{_interval(accurate)} of the "
+        f"commanded point: AP_p at its worst pose; {at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
+    )
+    return " ".join([text, *caveats(known)])
+
+
+def predicted_cards(found: Predicted, known: States, either_known: States) -> tuple[Card, ...]:
+    """Return the figures that are asked for first, arguments as for `predicted_verdict`; the repeatability that is a number stands first."""
+    sheet = found.loads[0]
+    one = Card("RP_l, 95 % of arms", str(_worst_scatter(sheet.repeatability)), "worst of five poses, one side")
+    either = Card("RP_l, from either side", str(_worst_scatter(sheet.from_any_side)), "95 % of arms, worst pose")
+    repeats = (*bounded_cards([one], known, ("RP_l",)), *bounded_cards([either], either_known, ("RP_l",)))
+    others = [
+        Card("AP_p, 95 % of arms", str(of(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses, as it is"),
+        Card("AP_p, best-fit frames", str(of(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
+        Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
+    ]
+    accuracy = bounded_cards(others, known, ("AP_p",))
+    numbers, without = ([card for card in repeats if (card.number == "none described") == none] for none in (False, True))
+    return (*numbers, *(without if numbers else ()), *accuracy[:2], *(() if numbers else without), *accuracy[2:])
+
+
+def _worst_scatter(values: Floats) -> Figure:
+    """Return what 95 % of robots stay below at their worst pose, of values (pose, robot) in m."""
+    return of_scatter(over_robots(values.max(axis=0)).high)
+
+
+def _interval(figure: Figure) -> str:
+    return f" ({figure.interval})" if figure.interval else ""

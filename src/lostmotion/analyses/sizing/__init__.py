@@ -1,0 +1,1 @@
+"""Which sections and bought parts does the arm need?"""

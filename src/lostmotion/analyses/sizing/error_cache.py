@@ -1,0 +1,122 @@
+"""What does every part add to the tool's error? Mean and covariance at fixed poses, part by part: those of independent parts add.
+
+For arms that differ in some parts only: a part that was met before under the same load is not asked again, so an arm with one part exchanged costs
+a walk of the loads and a sum. Exact, nothing is fitted; a part whose load changes with the weight outboard of it is asked anew.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws.normal_length import share_below
+from lostmotion.mechanism.carry_kernel import carry_to_tool
+from lostmotion.mechanism.serial import conditions, frames
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.parts.error_source import Condition, ErrorSource, Friction
+    from lostmotion.spatial import Floats
+
+# Rows of what a part adds: the bias, and the covariance's xx, yy, zz, yz, xz, xy.
+BIAS, COVARIANCE = slice(3), slice(3, 9)
+ROWS: Final = 9
+_PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+# Parts under a load that are remembered: some 20 kB each at 256 poses.
+_MOST_KEPT: Final = 5000
+_CLOSE: Final = 1e-5
+_WIDER: Final = 1.03
+_FURTHEST: Final = 200
+
+
+class Ledger:
+    """The poses at which arms are compared that differ in their parts but not in their geometry, and what each part adds there."""
+
+    def __init__(self, arm: Arm, q: Floats) -> None:
+        """Walk the arm out once: where every place is does not depend on the parts."""
+        self.q = q
+        self._at = frames(arm, q)
+        self._along = np.ascontiguousarray(self._at.transpose(0, 2, 3, 1))
+        self._known: OrderedDict[tuple[int, int, Friction | None, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
+
+    def of(self, arm: Arm) -> Floats:
+        """What does the whole arm's error sum up to? (ROWS, pose), m and m^2. `arm` has the places of the one that this was made for."""
+        out = np.zeros((ROWS, len(self.q)))
+        for _, place, source, felt in conditions(arm, self.q, self._at):
+            out += self._part(place, source, felt)
+        return out
+
+    def _part(self, place: int, source: ErrorSource, felt: Condition) -> Floats:
+        # The source is kept with what it adds, so that no other one takes its number. One part may sit at several joints.
+        # Assumed friction follows from what the joint holds at other poses too, which the wrench here does not say.
+        friction = source.play_friction(felt.holding)
+        key = place, id(source), friction, felt.wrench.tobytes()
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = source, self._added(place, source, felt)
+            if len(self._known) > _MOST_KEPT:
+                self._known.popitem(last=False)
+        else:
+            self._known.move_to_end(key)
+        return found[1]
+
+    def _added(self, place: int, source: ErrorSource, felt: Condition) -> Floats:
+        terms = list(source.terms(felt))
+        out = np.zeros((ROWS, len(self.q)))
+        if not terms:
+            return out
+        local = np.empty((6, len(terms), len(self.q)))
+        for k, term in enumerate(terms):
+            local[:, k] = np.atleast_2d(term.screw).T
+        shift = carry_to_tool(self._along, np.full(len(terms), place), local)[3:]
+        design = np.array([term.level == "design" for term in terms])
+        out[BIAS] = shift[:, design].sum(axis=1)
+        drawn = shift[:, ~design]
+        for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
+            # Draws have no mean, variance one, and no correlation.
+            out[row] = np.einsum("tp,tp->p", drawn[i], drawn[j])
+        return out
+
+
+def mean_square(sums: Floats) -> float:
+    """What is the mean square error over the poses, m^2? Exact."""
+    return float((sums[BIAS] ** 2).sum(axis=0).mean() + sums[3:6].sum(axis=0).mean())
+
+
+def share_within(sums: Floats, limit: float) -> float:
+    """Which share of all errors over the poses lies below a limit (m), for sums (ROWS, pose), of normal errors?"""
+    covariance = np.ascontiguousarray(sums[COVARIANCE].T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+    shares, _ = share_below(np.ascontiguousarray(sums[BIAS].T), covariance, [limit])
+    return float(shares.mean())
+
+
+def error_at(sums: Floats, level: float) -> float:
+    """Which error (m) do this share of all errors over the poses stay below, for sums (ROWS, pose), of normal errors? Infinite where there is none.
+
+    The root of `share_within`, to 1e-5 of it. How far parts depart from the normal law, and what the choice of poses leaves open, a full study tells.
+    """
+    from scipy.optimize import brentq
+
+    squares = (sums[BIAS] ** 2).sum(axis=0) + sums[3:6].sum(axis=0)
+    guess = float(np.sqrt(np.quantile(squares, level)))
+    if not guess > 0:
+        guess = float(np.sqrt(squares.mean() / (1 - level)))
+    if not (guess > 0 and np.isfinite(guess)):
+        return 0.0 if guess == 0 else float("inf")
+
+    def beyond(limit: float) -> float:
+        return share_within(sums, limit) - level
+
+    here = beyond(guess)
+    step = _WIDER if here < 0 else 1 / _WIDER
+    for _ in range(_FURTHEST):
+        there = beyond(guess * step)
+        if not np.isfinite(there):
+            break
+        if (there < 0) != (here < 0):
+            low, high = sorted((guess, guess * step))
+            return float(brentq(beyond, low, high, xtol=_CLOSE * guess, rtol=_CLOSE))
+        guess, here = guess * step, there
+    return float("inf")

@@ -1,0 +1,296 @@
+"""How an arm is to be sized: limits, and for each link the family of sections or the list of stock to choose from. A TOML of its own.
+
+    [sizing]
+    slope = "0.5 arcmin"            # the paper's condition (4), and what holds where nothing is said
+    deflection = 2500               # the length of the link over this
+    tilt = "10 deg"                 # the base may lean by so much; left out: it stands as the arm file says
+    step = "0.1 mm"                 # free sizes come in whole steps of this
+    family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "3 mm" }
+
+    [sizing.links.A]                # by the name of the joint; a range, a size, or a share of the leading size
+    family = { kind = "box", height = "30 mm .. 150 mm", width = "60 % .. 100 %", wall = "2 mm .. 6 mm" }
+
+    [sizing.links.B]                # a list
+    stock = [{ kind = "tube", outer = "80 mm", wall = "2 mm" }, { kind = "tube", outer = "100 mm", wall = "2 mm" }]
+
+    [sizing.links.roll]
+    keep = true
+
+A link of which nothing is said is sized among sections like its own, for a target those from half to
+twice as large. `material` gives a link another one, or one at all.
+
+With `target = "0.5 mm"` the links are sized for the error of the tool instead, with the gearboxes and clearances that `offers` tells of; slope and
+deflection then limit the links besides where they are stated.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final, get_args
+
+from pydantic import Field, ValidationError, model_validator
+
+from lostmotion.analyses.sizing.candidates import Worth, link_slot
+from lostmotion.analyses.sizing.lightest import Limits
+from lostmotion.analyses.sizing.search import Rules
+from lostmotion.analyses.sizing.selection_options import TABLES_OFFERED, WORTH_EXAMPLE, Offers, worth_of
+from lostmotion.analyses.sizing.sizing import PAPER, Wanted
+from lostmotion.catalogue import materials
+from lostmotion.errors import Problem, shown
+from lostmotion.io.arm_builder import plain
+from lostmotion.io.limits import listed, nearest, refuse_all
+from lostmotion.io.own_reducers import take_reducers
+from lostmotion.io.toml import key_step, read_toml
+from lostmotion.io.validation_errors import problems
+from lostmotion.parts.error_source import Part
+from lostmotion.parts.family import Family, family_around
+from lostmotion.parts.material import Material
+from lostmotion.parts.section import Plain, Sized, refuse_section
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from lostmotion.analyses.sizing.candidates import Slot
+    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.io.validation_errors import Path as KeyPath
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.parts.joint import Joint
+
+TABLE: Final = "sizing"
+_EXAMPLE: Final = '[sizing] with slope = "0.5 arcmin", deflection = 2500'
+_LINK_EXAMPLE: Final = '[sizing.links.A] with family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "3 mm" }'
+_MOST_LINKS: Final = 100
+# How small and how large sections are that stand beside a link's own, where a target chooses among them.
+_NEAR_ITS_OWN: Final = (0.5, 2.0)
+_SIZED: Final = get_args(get_args(Sized)[0])
+Stock = Annotated[tuple[Plain, ...], Field(min_length=1, max_length=500)]
+
+
+class LinkChoice(Part):
+    """What a link may be made of: sections of a family, or a list of them; another material; or nothing, to be kept."""
+
+    family: Family | None = None
+    stock: Stock | None = None
+    material: Material | None = None
+    keep: bool = False
+
+    @model_validator(mode="after")
+    def _says_one_thing(self) -> LinkChoice:
+        said = [name for name, there in (("family", self.family), ("stock", self.stock), ("keep", self.keep)) if there]
+        if len(said) > 1:
+            raise refuse_section(" beside ".join(said), "one of family, stock and keep", "keep = true")
+        return self
+
+
+class Plan(LinkChoice):
+    """Limits for every link, and what the links not named may be made of."""
+
+    slope: Annotated[float, Quantity("rad", "0.5 arcmin", above=0, high=0.1)] = PAPER.slope
+    deflection: Annotated[float, Quantity("", "2500", low=10, high=1e9)] = PAPER.deflection
+    tilt: Annotated[float, Quantity("rad", "10 deg", low=0, high=math.pi)] | None = None
+    step: Annotated[float, Quantity("m", "0.1 mm", low=0, high=0.1)] = 1e-4
+    target: Annotated[float, Quantity("m", "0.5 mm", above=0, high=10)] | None = None
+    minimise: Annotated[str, Field(max_length=80)] = "mass"
+    price_per_kg: Annotated[float, Quantity("", "12", low=0)] | None = None
+
+    @property
+    def limits(self) -> Limits:
+        """Give what every link may do."""
+        return Limits(self.slope, self.deflection)
+
+
+_ALSO: Final[dict[type[Any], dict[str, str]]] = {
+    Plan: {"links": _LINK_EXAMPLE, **{table: f"[sizing.{table}]" for table in TABLES_OFFERED}},
+}
+BY_MASS: Final = Worth()
+_NUMBERS: Final = ("deflection", "price_per_kg")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a sizing is to do: limits or a target, the links to size by the name of their joint; with a target, all parts to choose and what is small.
+
+    notes   what the reader should be warned of
+    """
+
+    plan: Plan
+    wanted: dict[str, Wanted]
+    slots: tuple[Slot, ...] = ()
+    worth: Worth = BY_MASS
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rules(self) -> Rules:
+        """Give what is allowed beside the target: limits on the links, where they were stated."""
+        limited = {"slope", "deflection"} & self.plan.model_fields_set
+        return Rules(self.plan.limits if limited else None, self.plan.tilt)
+
+
+def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
+    """What does this file, and do these options of a command line, ask of an arm?
+
+    `options` stand as keys of `[sizing]`, under their own names; `own` are the arm file's rows of reducers. Raises InputError with every mistake in
+    file and options, also links, gearboxes and bearings that the arm has not, or that cannot be chosen.
+    """
+    file = str(path) if path is not None else ""
+    tree = read_toml(path) if path is not None else {}
+    said_nothing = path is not None and TABLE not in tree
+    stated = tree.pop(TABLE, {})
+    in_file, mistakes = take_reducers(file, tree)
+    if said_nothing:
+        mistakes.append(Problem(file, TABLE, _MISSING, "a table of limits, and of what links may be made of", _EXAMPLE))
+    mistakes += [
+        Problem(file, shown(key)[1:-1], f"an unknown key with {shown(value)}", f"one table [{TABLE}]", _EXAMPLE, nearest(key, [TABLE]))
+        for key, value in list(tree.items())[:_MOST_LINKS]
+    ]
+    if not isinstance(stated, dict):
+        refuse_all([*mistakes, Problem(file, TABLE, shown(stated), "a table", _EXAMPLE)])
+    twice = [key for key in options if key in stated]
+    mistakes += [Problem(file, f"{TABLE}.{key}", f"stated here, and by --{key}", "one of the two", f"--{key} left out") for key in twice]
+    merged = {**stated, **options}
+    links = merged.pop("links", {})
+    tables = {name: merged.pop(name) for name in TABLES_OFFERED if name in merged}
+
+    def key_of(where: KeyPath) -> str:
+        if where and where[0] in options:
+            return "--" + str(where[1] if where[0] == "family" and len(where) > 1 and where[1] in _OPTIONS else where[0])
+        return _key((TABLE, *where))
+
+    plan = _checked(merged, Plan, file, key_of, mistakes)
+    mistakes = _one_for_one(mistakes, [key_of(("family", name)) for name in _OPTIONS] if "family" in options else [])
+    named = _links(links, file, mistakes)
+    names = {joint.name: joint for joint in arm.joints}
+    for name in named:
+        if name not in names:
+            known = [joint.name for joint in arm.joints if joint.link.reach]
+            mistakes.append(
+                Problem(file, _key((TABLE, "links", name)), "no such joint", f"one of {listed(known)}", _LINK_EXAMPLE, nearest(name, known))
+            )
+    offers = _offers(merged, Offers(file, tables, arm, BY_MASS, own, in_file), key_of)
+    parts = offers.slots()
+    mistakes += offers.mistakes
+    wanted: dict[str, Wanted] = {}
+    if isinstance(plan, Plan) and not any(problem.key.startswith(f"{TABLE}.links") for problem in mistakes):
+        wanted = _wanted(plan, named, arm, file, mistakes, needed=not tables)
+        if wanted and offers.worth.price and plan.price_per_kg is None:
+            expected = "what a kilogram of link costs, for prices are to be small; 0 where links cost nothing"
+            mistakes.append(Problem(file, f"{TABLE}.price_per_kg", "nothing", expected, "price_per_kg = 12"))
+    if mistakes or not isinstance(plan, Plan):
+        refuse_all(mistakes)
+    return Asked(plan, wanted) if plan.target is None else _aiming(plan, wanted, offers, parts)
+
+
+def _offers(merged: dict[str, Any], offers: Offers, key_of: Callable[[KeyPath], str]) -> Offers:
+    """Say what is to be small; note where it cannot be read, and where something is offered and no target is stated."""
+    alone = [*offers.tables, *(name for name in ("minimise", "price_per_kg") if name in merged)]
+    if alone and "target" not in merged:
+        expected = "a target on the tool beside it: by condition (4) links are sized, by mass"
+        offers.mistakes.append(Problem(offers.file, f"{TABLE}.{alone[0]}", "no target", expected, 'target = "0.5 mm"'))
+    worth = worth_of(str(merged.get("minimise", "mass")))
+    if worth is None:
+        expected = "mass, price, or a sum of both, each with a factor where it has one"
+        offers.mistakes.append(Problem(offers.file, key_of(("minimise",)), shown(merged["minimise"]), expected, WORTH_EXAMPLE))
+    offers.worth = worth or BY_MASS
+    return offers
+
+
+def _aiming(plan: Plan, wanted: dict[str, Wanted], offers: Offers, parts: list[Slot]) -> Asked:
+    """Put the links' sections beside the other parts, in the order of the joints."""
+    order = {joint.name: k for k, joint in enumerate(offers.arm.joints)}
+    joints = {joint.name: joint for joint in offers.arm.joints}
+    sections = [link_slot(joints[name], want.choice, want.material, plan.step, plan.price_per_kg or 0.0) for name, want in wanted.items()]
+    slots = sorted([*parts, *sections], key=lambda slot: order[slot.joint])
+    return Asked(plan, wanted, tuple(slots), offers.worth, tuple(offers.notes))
+
+
+# Keys of a family that options of the command line are called after; its kind is --family's own word.
+_OPTIONS: Final = ("outer", "wall")
+_MISSING: Final = "nothing"
+
+
+def _one_for_one(mistakes: list[Problem], keys: Sequence[str]) -> list[Problem]:
+    """Leave out what is missing among these keys where another of them is wrong: whoever mistypes one size of two has made one mistake."""
+    wrong = any(each.key in keys and each.found != _MISSING for each in mistakes)
+    return [each for each in mistakes if not (wrong and each.key in keys and each.found == _MISSING)]
+
+
+def _key(path: KeyPath) -> str:
+    out = ""
+    for step in path:
+        out += f"[{step}]" if isinstance(step, int) else f".{key_step(plain(step))}" if out else key_step(plain(step))
+    return out
+
+
+def _checked(tree: dict[str, Any], model: type[LinkChoice], file: str, key_of: Any, mistakes: list[Problem]) -> LinkChoice | None:  # noqa: ANN401
+    """Check a table by its model; material may go by name."""
+    known = materials()
+    tree = {key: f"{value}" if key in _NUMBERS and type(value) in {int, float} else value for key, value in tree.items()}
+    material = tree.get("material")
+    if isinstance(material, str):
+        if material in known:
+            tree = {**tree, "material": known[material]}
+        else:
+            near = nearest(material, known)
+            expected = f"a material of the catalogue: {listed(known)}; or a table"
+            mistakes.append(Problem(file, key_of(("material",)), shown(material), expected, f'material = "{near or "aluminium"}"', near))
+            tree = {key: value for key, value in tree.items() if key != "material"}
+    try:
+        return model.model_validate(tree, context={"text": True})
+    except ValidationError as error:
+        mistakes += problems(error, model, file, key_of, _ALSO)
+        return None
+
+
+def _links(links: Any, file: str, mistakes: list[Problem]) -> dict[str, LinkChoice]:  # noqa: ANN401 - whatever a file holds
+    if not isinstance(links, dict) or len(links) > _MOST_LINKS:
+        found = shown(links) if not isinstance(links, dict) else f"{len(links)} links"
+        mistakes.append(Problem(file, f"{TABLE}.links", found, "a table of links by the name of their joint", _LINK_EXAMPLE))
+        return {}
+    out = {}
+    for name, stated in links.items():
+        if not isinstance(stated, dict):
+            mistakes.append(Problem(file, _key((TABLE, "links", name)), shown(stated), "a table", _LINK_EXAMPLE))
+            continue
+        choice = _checked(stated, LinkChoice, file, lambda where, name=name: _key((TABLE, "links", name, *where)), mistakes)
+        if choice is not None:
+            out[name] = choice
+    return out
+
+
+def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mistakes: list[Problem], *, needed: bool) -> dict[str, Wanted]:
+    """Decide for each link of the arm; notes a mistake where one that is named cannot be sized, and where none can though one is needed."""
+    before = len(mistakes)
+    out: dict[str, Wanted] = {}
+    for joint in arm.joints:
+        own = named.get(joint.name)
+        asked = own if own is not None and (own.family or own.stock or own.keep) else plan
+        if asked.keep:
+            continue
+        material = (own.material if own is not None else None) or plan.material
+        section = joint.link.section
+        choice = asked.family or asked.stock
+        if choice is None and isinstance(section, _SIZED):
+            choice = family_around(section) if plan.target is None else family_around(section, *_NEAR_ITS_OWN)
+        lacks = _lacks(joint, has_choice=choice is not None, has_material=material is not None)
+        if lacks and own is not None:
+            mistakes.append(Problem(file, _key((TABLE, "links", joint.name)), lacks[0], lacks[1], lacks[2]))
+        elif not lacks and choice is not None:
+            out[joint.name] = Wanted(choice, material)
+    if needed and not out and len(mistakes) == before:
+        expected = "at least one link with a section and a material, or a family and a material for one without"
+        mistakes.append(Problem(file, TABLE, "no link to size", expected, 'material = "aluminium" beside the family'))
+    return out
+
+
+def _lacks(joint: Joint, *, has_choice: bool, has_material: bool) -> tuple[str, str, str] | None:
+    link = joint.link
+    if not link.reach:
+        return "a joint whose link leads nowhere", "a link with a length", "keep = true"
+    if not has_choice:
+        return "a link without a section that could be scaled, and no family", "a family or stock", _LINK_EXAMPLE
+    if not has_material and (link.section is None or link.material is None):
+        return "a link of no one material", "the material to make it of", 'material = "aluminium"'
+    return None

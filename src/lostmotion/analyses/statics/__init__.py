@@ -1,0 +1,1 @@
+"""What do the joints carry, and how much does the arm deflect?"""

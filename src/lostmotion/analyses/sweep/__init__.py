@@ -1,0 +1,1 @@
+"""Many designs, or one large run."""

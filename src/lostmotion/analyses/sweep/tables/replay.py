@@ -1,0 +1,106 @@
+"""The figures of one extreme of a big run, term by term."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.analyses.sweep.tables.sweep import design_said, extreme_facts
+from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, digits, length, several
+
+if TYPE_CHECKING:
+    from lostmotion.runs.job import Order
+    from lostmotion.runs.replay import Replay
+
+_MOST_TERMS: Final = 400
+# Of the length: smaller terms are added up in one line.
+_LEAST_TERM: Final = 1e-3
+_NOT_REPRODUCED: Final = "The stored figure is not reproduced, so the store is damaged or was made by other code:"
+
+
+def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
+    """How did one extreme come about?"""
+    at = found.found
+    said = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (f", {design_said(order, at.design)}" if order.axes else "")
+    same = "the same to the last bit" if found.kernel == at.error else f"apart by {abs(found.kernel - at.error):.1e} m"
+    notes = (f"the store was made with other versions, so that last bits may differ: {', '.join(found.others)}",) if found.others else ()
+    pose = tuple(
+        Row(joint, (Figure(math.degrees(value), "°", stated=True) if kind == "revolute" else Figure(value * 1e3, "mm", stated=True),))
+        for (joint, kind), value in zip(found.joints, at.q, strict=True)
+    )
+    tool = tuple(Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
+    exactly = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
+    lengths = (
+        Row("stored", (Figure(at.error * 1e6, "µm"),), "what the run kept"),
+        Row("its block computed again", (Figure(found.kernel * 1e6, "µm"),), same),
+        Row("sum over terms", (Figure(found.length * 1e6, "µm"),), f"apart by {found.apart:.1e} of it"),
+        Row("exact composition", (Figure(exactly * 1e6, "µm"),), "rotations multiplied out; the study itself is of first order"),
+    )
+    return Sheet(
+        name=name,
+        subject="an extreme replayed",
+        verdict=f"An error of {length(at.error)}: {said}." if found.reproduced else f"{_NOT_REPRODUCED} {said}.",
+        cards=(),
+        sections=(
+            Section("length", "Length of the error", ("value",), lengths),
+            Section("pose", "Joint values", ("value",), pose),
+            Section("tool", "Tool, base frame", ("should be at", "is off by"), tool, _attitude(found)),
+            *_terms(found),
+        ),
+        counts=said,
+        notes=notes,
+        source=f"seed {order.seed}.",
+        seed=order.seed,
+        facts={
+            **extreme_facts(at),
+            "design": at.design,
+            "stated": order.stated(at.design),
+            "replayed_m": found.length,
+            "same_bits": found.kernel == at.error,
+            "reproduced": found.reproduced,
+        },
+    )
+
+
+def _attitude(found: Replay) -> str:
+    turn = found.tool[:3, :3]
+    yaw, pitch, roll = (
+        math.atan2(turn[1, 0], turn[0, 0]),
+        math.atan2(-turn[2, 0], math.hypot(turn[2, 1], turn[2, 2])),
+        math.atan2(turn[2, 1], turn[2, 2]),
+    )
+    return f"turned by roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}° from the base"
+
+
+def _terms(found: Replay) -> list[Section]:
+    """Lay out every term that tells, by where it comes from: its draw and what it adds to the length; then whereto each moves the tool."""
+    shown = [term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length]
+    out, moves = [], []
+    for key, (title, levels) in _LEVELS.items():
+        rows = []
+        for term in (term for term in shown if term.level in levels):
+            name = term.name.removeprefix("joints.")
+            rows.append(Row(name, (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(_share(term.along, found), "%"))))
+            moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
+        if rows:
+            whole = sum(term.along for term in found.terms if term.level in levels)
+            note = f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the length"
+            out.append(Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note))
+    note = "along, above: these shifts along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
+    rest = found.terms[len(shown) :]
+    if rest:
+        together = digits(sum(term.along for term in rest) * 1e6)
+        note += f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the length, add {together} µm together"
+    return [*out, Section("moves", "Whereto each term moves the tool, base frame", tuple("XYZ"), tuple(moves), note)]
+
+
+def _share(along: float, found: Replay) -> float:
+    return 100 * along / found.length if found.length else 0.0
+
+
+# Where terms come from: the section's title, and the levels of chance that it holds.
+_LEVELS: Final = {
+    "design": ("Terms that follow from load and pose", ("design",)),
+    "robot": ("Terms of this robot", ("robot",)),
+    "visit": ("Terms of this visit", ("visit", "robot x visit")),
+}

@@ -1,0 +1,1 @@
+"""What does a target on the tool require of each part?"""

@@ -1,0 +1,182 @@
+"""The plots of a target: each size as it is against what is allowed, all of them together, and yield against target."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.targets.tables.sizes import now_sized, sized
+from lostmotion.analyses.targets.tables.targets import ordered
+from lostmotion.analyses.targets.tables.yield_ import JUDGED_BY
+from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    import plotly.graph_objects as go
+
+    from lostmotion.analyses.targets.targets import Allowed, Targets
+
+_MOST_BARS: Final = 40
+_BAND: Final = {BLUE: "rgba(0,114,178,0.18)", ORANGE: "rgba(230,159,0,0.22)"}
+_FACTOR: Final = "factor on its errors"
+
+
+def targets_plots(found: Targets) -> list[Plot]:
+    """Which plots does a target have? In reading order."""
+    out = []
+    for key, title, allowed in (
+        ("single", "Each item alone: now and allowed", found.single),
+        ("kinds", "Each cause in all parts of a kind: now and allowed", found.kinds),
+    ):
+        some = ordered(allowed)[:_MOST_BARS]
+        if some:
+            out.append(Plot(f"{key}-allowed", key, dumbbells(some, title), "Dumbbells from each size as it is to the size allowed."))
+    if found.equal_factor is not None:
+        out.append(Plot("together-allowed", "together", together(found), "Dumbbells from each size as it is to that of equal effect."))
+    out.append(Plot("yield", "yield", yield_curve(found), "Share of robots that keep a target, against the target, with its interval."))
+    return out
+
+
+def dumbbells(allowed: Sequence[Allowed], title: str) -> go.Figure:
+    """By which factor may each item's errors grow, or must they shrink, for the target to be just met?"""
+    import plotly.graph_objects as go
+
+    rows = list(range(len(allowed)))
+    names = [label(each.item.name.removeprefix("joints.")) for each in allowed]
+    values = [each.factor.value for each in allowed]
+    said = [f"{now_sized(each.item)} → {sized(each.item, each.factor)}" for each in allowed]
+    ends = [(_finite(each.factor.low, each.factor.value), _finite(each.factor.high, each.factor.value)) for each in allowed]
+    colours = [BLUE if value >= 1 else RED for value in values]
+    above = {
+        "type": "data",
+        "symmetric": False,
+        "array": [high - value for (_, high), value in zip(ends, values, strict=True)],
+        "arrayminus": [value - low for (low, _), value in zip(ends, values, strict=True)],
+        "color": INK,
+        "thickness": 1,
+        "width": 3,
+    }
+    figure = framed(
+        title,
+        *_bars([1.0] * len(rows), values, colours),
+        _dots([1.0] * len(rows), rows, "now", INK, said, symbol="line-ns-open"),
+        go.Scatter(
+            x=values,
+            y=rows,
+            mode="markers",
+            name="allowed, with 95 % interval",
+            marker={"size": 9, "color": colours},
+            error_x=above,
+            customdata=said,
+            hovertemplate="%{customdata}<br>factor %{x:.4~g}<extra></extra>",
+        ),
+        height=180 + 22 * len(rows),
+    )
+    return _dressed(figure, names, values)
+
+
+def together(found: Targets) -> go.Figure:
+    """Which sizes have equal effect, and which a single factor on all?"""
+    import plotly.graph_objects as go
+
+    factor, effect = found.equal_factor, found.equal_effect
+    if factor is None:
+        raise ValueError("nothing moves the tool")
+    shown = [k for k in range(len(found.items)) if np.isfinite(factor.factors[k])]
+    other = factor if effect is None else effect
+    shown = sorted(shown, key=lambda k: float(other.factors[k]))[:_MOST_BARS]
+    rows = list(range(len(shown)))
+    values = [float(other.factors[k]) for k in shown]
+    colours = [GREEN if value >= 1 else RED for value in values]
+    said = [
+        f"{now_sized(found.items[k])}, {'not limiting' if other.usual[k] else f'factor {value:.3g}'}" for k, value in zip(shown, values, strict=True)
+    ]
+    figure = framed(
+        "All items together: now, and with equal effect",
+        *_bars([1.0] * len(rows), values, colours),
+        _dots([1.0] * len(rows), rows, "now", INK, said, symbol="line-ns-open"),
+        _dots(values, rows, "equal effect" if effect is not None else "equal factor", colours, said),
+        height=180 + 22 * len(rows),
+    )
+    alike = float(np.nanmax(factor.factors))
+    line = {"color": ORANGE, "width": 1.5, "dash": "dot"}
+    figure.add_trace(go.Scatter(x=[alike] * 2, y=[-0.5, len(rows) - 0.5], mode="lines", name=f"equal factor {alike:.3g}", line=line))
+    names = [label(found.items[k].name.removeprefix("joints.")) + (" (not limiting)" if other.usual[k] else "") for k in shown]
+    return _dressed(figure, names, [*values, alike])
+
+
+def yield_curve(found: Targets) -> go.Figure:
+    """How many robots would keep another target (%), against that target (mm)?"""
+    import plotly.graph_objects as go
+
+    traces: list[Any] = []
+    for one, colour in zip(found.yields, (BLUE, ORANGE), strict=True):
+        targets, shares, ends = one.curve()
+        x, name = targets * 1e3, JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
+        band = {"x": [*x, *x[::-1]], "y": [*(100 * ends[:, 1]), *(100 * ends[::-1, 0])]}
+        traces.append(go.Scatter(**band, fill="toself", fillcolor=_BAND[colour], line={"width": 0}, mode="lines", hoverinfo="skip", showlegend=False))
+        line = {"color": colour, "width": 2, "shape": "hv"}
+        traces.append(go.Scatter(x=x, y=100 * shares, mode="lines", name=name, line=line, hovertemplate="%{x:.4~g} mm: %{y:.4~g} %<extra></extra>"))
+    figure = framed("Yield against target, with 95 % interval", *traces, height=420)
+    figure.add_shape(
+        type="line",
+        x0=found.target * 1e3,
+        x1=found.target * 1e3,
+        y0=0,
+        y1=1,
+        yref="y domain",
+        line={"color": RED, "width": 1.3, "dash": "dot"},
+    )
+    figure.add_annotation(
+        x=found.target * 1e3, y=0.02, yref="y domain", yanchor="bottom", xanchor="left", xshift=4, text="target", showarrow=False, font={"color": RED}
+    )
+    figure.update_xaxes(title_text="target [mm]")
+    figure.update_yaxes(title_text="robots that keep it [%]", range=[-2, 102])
+    figure.update_layout(legend=LEGEND, margin_t=80)
+    return figure
+
+
+def _finite(value: float, instead: float) -> float:
+    return value if math.isfinite(value) else instead
+
+
+def _bars(starts: Sequence[float], values: Sequence[float], colours: Sequence[str]) -> list[go.Scatter]:
+    """Draw the bar of each dumbbell, in its end's colour."""
+    import plotly.graph_objects as go
+
+    out = []
+    for colour in dict.fromkeys(colours):
+        x: list[float | None] = []
+        y: list[float | None] = []
+        for k, (start, value) in enumerate(zip(starts, values, strict=True)):
+            if colours[k] == colour:
+                x += [start, value, None]
+                y += [k, k, None]
+        out.append(go.Scatter(x=x, y=y, mode="lines", line={"color": colour, "width": 3}, opacity=0.45, hoverinfo="skip", showlegend=False))
+    return out
+
+
+def _dots(x: Sequence[float], y: Sequence[int], name: str, colour: Any, said: Sequence[str], symbol: str = "circle") -> go.Scatter:  # noqa: ANN401
+    import plotly.graph_objects as go
+
+    marker = {"size": 9, "color": colour, "symbol": symbol, "line": {"width": 2, "color": colour}}
+    return go.Scatter(
+        x=list(x), y=list(y), mode="markers", name=name, marker=marker, customdata=list(said), hovertemplate="%{customdata}<extra></extra>"
+    )
+
+
+def _dressed(figure: go.Figure, names: Sequence[str], values: Sequence[float]) -> go.Figure:
+    low, high = math.log10(min(1.0, *values)), math.log10(max(1.0, *values))
+    margin = 0.06 * (high - low) + 0.02
+    low, high = low - margin, high + margin
+    marks = (1.0,) if high - low > 3 else (1.0, 2.0, 5.0) if high - low > 0.9 else (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)  # noqa: PLR2004 - decades
+    ticks = [mark * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for mark in marks]
+    shown = [tick for tick in ticks if low <= math.log10(tick) <= high]
+    figure.update_xaxes(title_text=_FACTOR, type="log", range=[low, high], tickvals=shown, ticktext=[f"{tick:.6g}" for tick in shown])
+    figure.update_yaxes(**named(names), tickfont={"size": 11})
+    figure.update_layout(legend=LEGEND, margin_t=108)  # beside long names the legend stands in three rows
+    return figure

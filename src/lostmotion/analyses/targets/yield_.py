@@ -1,0 +1,225 @@
+"""Which share of the robots built keeps a target? Every robot is judged by its own figures; the interval counts robots and is exact.
+
+The robots are those of the Monte Carlo study with the same seed. C. Clopper, E. Pearson, Biometrika 26 (1934) 404: the interval covers the true share
+in at least 95 % of all productions, whatever the share; since robots come whole, mostly in more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+import numpy as np
+
+from lostmotion.error_model import error_bins
+from lostmotion.error_model.intervals import quantile
+from lostmotion.error_model.pose_matrix import Screws, screws
+from lostmotion.errors import refuse_argument
+from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.montecarlo import BLOCK
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+Judged = Literal["error", "worst accuracy", "repeatability", "worst repeatability"]
+JUDGED: Final[tuple[Judged, ...]] = get_args(Judged)
+# Each robot has a histogram of its own, of 74 kB.
+MOST_ROBOTS: Final = 4000
+_MOST_PAIRS: Final = 2_000_000
+_CONFIDENCE: Final = 0.95
+
+
+@dataclass(frozen=True)
+class RobotFigures:
+    """What each robot does, m (robot,): one entry per robot in each.
+
+    error               the distance that `share` of its own positions stay within, over all poses and visits
+    worst_accuracy      AP at the pose where its AP is largest; repeatability RP averaged over the poses, worst_repeatability RP where it is largest
+    """
+
+    share: float
+    poses: int
+    visits: int
+    error: Floats
+    worst_accuracy: Floats
+    repeatability: Floats
+    worst_repeatability: Floats
+
+    def judged_by(self, figure: Judged) -> Floats:
+        """Give the figure by which robots are judged (robot,)."""
+        return np.asarray(getattr(self, figure.replace(" ", "_")))
+
+
+@dataclass(frozen=True, repr=False)
+class Yield:
+    """The share of robots built that keep a target: `figures` (robot,) m, rising, of the kind `judged`, held against `target`, m."""
+
+    judged: Judged
+    share_of_positions: float
+    target: float
+    figures: Floats
+    poses: int
+    visits: int
+
+    @property
+    def robots(self) -> int:
+        """Give the number of robots built."""
+        return len(self.figures)
+
+    @property
+    def within(self) -> int:
+        """Count the robots that keep the target."""
+        return self.within_of(self.target)
+
+    @property
+    def share(self) -> float:
+        """Give the share of robots that keep the target, 0..1."""
+        return self.within / self.robots
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Give the ends of the share's exact 95 % interval."""
+        return exact_share(self.within, self.robots)
+
+    def within_of(self, target: float) -> int:
+        """Count the robots that would keep another target, m."""
+        return int(np.searchsorted(self.figures, target, side="right"))
+
+    def curve(self, points: int = 121) -> tuple[Floats, Floats, Floats]:
+        """Give yield against target: targets (point,), m, around all figures and the target; shares (point,); their intervals' ends (point, 2)."""
+        low, high = float(self.figures[0]), float(self.figures[-1])
+        margin = 0.1 * (high - low) or 0.1 * high
+        targets = np.linspace(max(min(low - margin, 0.98 * self.target), 0.0), max(high + margin, 1.02 * self.target), points)
+        counts = [self.within_of(float(each)) for each in targets]
+        return targets, np.array(counts) / self.robots, np.array([exact_share(count, self.robots) for count in counts])
+
+    def robots_for(self, width: float) -> int:
+        """Give how many robots would have to be built for an interval no wider than this (0..1), at this yield; errors as `robots_needed`."""
+        return robots_needed(self.share, width)
+
+    def __repr__(self) -> str:
+        """Tell the yield in a line."""
+        low, high = self.interval
+        said = f"{self.within} of {self.robots} robots keep {self.target * 1e3:.4g} mm ({self.judged})"
+        return f"<Yield {100 * self.share:.2f} % ({100 * low:.2f} … {100 * high:.2f} %): {said}>"
+
+
+def exact_share(hits: int, count: int, confidence: float = _CONFIDENCE) -> tuple[float, float]:
+    """Between which shares, 0..1, does the true one lie after so many hits among `count`? Clopper and Pearson's interval, by the binomial law.
+
+    Each end is the share at which what was seen, or more of it, would happen with half of what confidence leaves. Raises ValueError for counts that
+    cannot be.
+    """
+    from scipy.special import betaincinv
+
+    if not 0 <= hits <= count or not count or not 0 < confidence < 1:
+        raise ValueError(f"{hits} hits among {count}, confidence {confidence}")
+    half = (1 - confidence) / 2
+    low = float(betaincinv(hits, count - hits + 1, half)) if hits else 0.0
+    high = float(betaincinv(hits + 1, count - hits, 1 - half)) if hits < count else 1.0
+    return low, high
+
+
+def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -> int:
+    """How many robots must be built, so that at about this share of good ones the exact interval is no wider than `width` (0..1)?
+
+    Raises ValueError for a share outside 0..1 or a width outside 0..1.
+    """
+    if not 0 <= share <= 1 or not 0 < width < 1:
+        raise ValueError(f"share {share}, width {width}: expected 0 to 1 each")
+
+    def wide(count: int) -> bool:
+        low, high = exact_share(round(share * count), count, confidence)
+        return high - low > width
+
+    most = 1
+    while wide(most):
+        most *= 2
+    least = most // 2
+    while most - least > 1:
+        middle = (least + most) // 2
+        least, most = (middle, most) if wide(middle) else (least, middle)
+    return most
+
+
+def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float) -> RobotFigures:
+    """What does each robot of this plan do by itself? `blocks` are the poses' screws, with the number of the first pose of each.
+
+    Raises InputError for more than MOST_ROBOTS robots. AP and RP are NaN for a single visit.
+    """
+    if plan.robots > MOST_ROBOTS:
+        raise refuse_argument("robots", plan.robots, f"at most {MOST_ROBOTS} where each is judged by itself", "robots = 1000")
+    own = replace(plan, groups=plan.robots)
+    counts = np.zeros((plan.robots, error_bins.BINS), np.int32)
+    worst = np.zeros((2, plan.robots))
+    sums = np.zeros(plan.robots)
+    poses = 0
+    for first, matrix in blocks:
+        sample = sample_block(own, matrix, first)
+        counts[:, sample.bins] += sample.group_hist
+        poses += len(matrix.tool)
+        if plan.visits > 1:
+            worst = np.maximum(worst, sample.ap_rp.max(axis=0))
+            sums += sample.ap_rp[:, 1].sum(axis=0)
+    if plan.visits == 1:
+        worst, sums = np.full_like(worst, math.nan), np.full_like(sums, math.nan)
+    error = np.array([quantile(hist, share) for hist in counts])
+    return RobotFigures(share, poses, plan.visits, error, worst[0], sums / poses, worst[1])
+
+
+def in_blocks(matrix: Screws, robots: int) -> Iterator[tuple[int, Screws]]:
+    """Cut screws into blocks of poses, so that memory stays bounded however many robots there are."""
+    step = max(min(BLOCK, _MOST_PAIRS // robots), 1)
+    for first in range(0, len(matrix.tool), step):
+        yield first, matrix.stretch(first, first + step)
+
+
+def walked(plan: Plan) -> Iterator[tuple[int, Screws]]:
+    """Walk the arm through the poses of a plan, block by block."""
+    step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
+    for first in range(0, len(plan.poses), step):
+        yield first, screws(plan.arm, plan.poses.q[first : first + step], approach=plan.approach)
+
+
+def production_of(  # noqa: PLR0913 - a production is these numbers
+    arm: Arm,
+    poses: Poses,
+    target: float,
+    *,
+    judged: Judged,
+    share: float,
+    robots: int,
+    visits: int,
+    seed: int,
+    approach: float = 0.0,
+) -> Yield:
+    """Which share of so many robots keeps a target (m), each judged by its own figure?
+
+    Raises InputError for a target that is not above zero, an unknown figure, a share outside 0.5 to 0.999, counts out of range, and for AP or RP of a
+    single visit.
+    """
+    if not (math.isfinite(target) and target > 0):
+        raise refuse_argument("target", target, "a length above zero, m", "target = 0.0005")
+    if judged not in JUDGED:
+        raise refuse_argument("judged", judged, "one of " + ", ".join(JUDGED), 'judged = "error"')
+    if judged != "error" and visits < 2:  # noqa: PLR2004 - a scatter needs two
+        raise refuse_argument("visits", visits, "at least 2 for AP and RP", "visits = 30")
+    check_share(share)
+    plan = Plan.of(arm, poses, robots, visits, seed, approach)
+    return yield_of(robot_figures(plan, walked(plan), share), judged, target)
+
+
+def yield_of(found: RobotFigures, judged: Judged, target: float) -> Yield:
+    """Hold the robots' figures against a target, m."""
+    return Yield(judged, found.share, target, np.sort(found.judged_by(judged)), found.poses, found.visits)
+
+
+def check_share(share: float) -> None:
+    """Refuse a share of positions or robots for which a target means nothing; raises InputError."""
+    if not 0.5 <= share <= 0.999:  # noqa: PLR2004 - a half, and what samples can tell
+        raise refuse_argument("share", share, "from 0.5 to 0.999", "share = 0.95")

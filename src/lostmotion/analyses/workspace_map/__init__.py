@@ -1,0 +1,1 @@
+"""How accurate is the arm in each cell of its workspace?"""

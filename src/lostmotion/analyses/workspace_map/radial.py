@@ -1,0 +1,53 @@
+"""What does the map look like in a plane through a vertical first axis that turns without limit?"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE, by_cell
+from lostmotion.mechanism.serial import frames
+from lostmotion.parts.joint import FixedJoint, RevoluteJoint
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.workspace_map.map import Zones
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+_TURN: Final = 2 * math.pi
+_PARALLEL: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Radial:
+    """The quantile (r, z) over all poses at a distance r from the first axis and a height z, m, by the configuration asked for; NaN where none is."""
+
+    r: Floats
+    z: Floats
+    values: Floats
+
+
+def radial(found: Zones) -> Radial | None:
+    """How accurate is the arm by distance from its first axis and by height, over all azimuths? None unless that axis is vertical and turns fully."""
+    axis = vertical_axis(found.arm)
+    if axis is None:
+        return None
+    grid, points = found.reached.grid, found.reached.points
+    at = np.floor(np.hypot(points[:, 0] - axis[0], points[:, 1] - axis[1]) / grid.edge).astype(int)
+    rings, heights = int(at.max()) + 1, grid.shape[2]
+    up = np.unravel_index(found.reached.cell, grid.shape)[2]
+    values = by_cell(found.looked.errors, at * heights + up, rings * heights)[QUANTILE, BYS.index(found.by)]
+    return Radial(np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float), grid.along(2), values.reshape(rings, heights))
+
+
+def vertical_axis(arm: Arm) -> tuple[float, float] | None:
+    """Where does the first axis stand (x, y; m) if it is vertical and turns through 360°? None where not."""
+    k, joint = next((k, joint) for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint))
+    if not isinstance(joint, RevoluteJoint) or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):
+        return None
+    here = frames(arm, arm.limits.mean(axis=1)[None])[3 * k + 2, 0]
+    direction = here[:3, :3] @ joint.twist[:3]
+    return None if math.hypot(direction[0], direction[1]) > _PARALLEL else (float(here[0, 3]), float(here[1, 3]))

@@ -1,0 +1,1 @@
+"""Terms of a mechanism as a pose matrix; draws, poses, intervals and the error budget."""

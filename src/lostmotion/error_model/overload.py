@@ -1,0 +1,50 @@
+"""Which drives hold more than they are rated for, standing still?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.mechanism.serial import joint_torques
+from lostmotion.parts.joint import RevoluteJoint
+
+if TYPE_CHECKING:
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.serial import Arm
+
+_POSES: Final = 2048
+_CHUNK: Final = 4096
+# A drive that is sized to hold exactly its rated torque is not overloaded by the last bit of a sum.
+_ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Overload:
+    """A drive that holds more than its rated torque: both in N m, or N on a sliding joint; the larger of the two signs."""
+
+    joint: str
+    unit: str
+    held: float
+    rated: float
+    poses: int
+
+
+def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
+    """Return the drives whose static torque exceeds the rated torque of their gearbox, as the base stands, in the order of the joints.
+
+    Checked at the poses that somebody gave; where they were drawn, or there are none, at 2 048 poses over the joint limits, the same for every
+    question to one arm. Valid for static load: acceleration, friction and shocks come on top. Joints without a rated torque are not listed.
+    """
+    rated = np.array([np.nan if joint.gearbox is None or joint.gearbox.rated_torque is None else joint.gearbox.rated_torque for joint in arm.moving])
+    if np.isnan(rated).all():
+        return ()
+    q = poses.q if poses is not None and poses.law == "given" else sample_poses(arm, _POSES).q
+    held = np.max([np.abs(joint_torques(arm, q[k : k + _CHUNK])).max(axis=0) for k in range(0, len(q), _CHUNK)], axis=0)
+    return tuple(
+        Overload(joint.name, "N m" if isinstance(joint, RevoluteJoint) else "N", float(most), float(limit), len(q))
+        for joint, most, limit in zip(arm.moving, held, rated, strict=True)
+        if most > limit * (1 + _ROUNDING)  # false where no rated torque is stated
+    )

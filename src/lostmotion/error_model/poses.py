@@ -1,0 +1,88 @@
+"""Which poses does the arm visit? Within every joint's limits, by a law of the user's choice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+import numpy as np
+
+from lostmotion.error_model.draws import sobol, uniforms
+from lostmotion.errors import refuse_argument
+from lostmotion.laws.distributions import Normal
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+PoseLaw = Literal["sobol", "uniform", "normal", "grid", "given"]
+POSE_LAWS: Final[tuple[str, ...]] = get_args(PoseLaw)[:-1]
+# Independent sets of poses: what the choice of poses leaves uncertain shows as the difference between them.
+REPLICATES: Final = 8
+MOST_POSES: Final = 10_000_000
+# NumPy's limit of dimensions; with more joints a grid has one step each, or far too many poses.
+_MOST_AXES: Final = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Poses:
+    """Joint values q (pose, joint) in rad or m, how they were chosen, and in how many independent sets of equal size (in order)."""
+
+    q: Floats
+    law: PoseLaw
+    replicates: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse joint values that are no table of finite numbers, and sets that do not share the poses evenly."""
+        if self.q.ndim != 2 or not len(self.q) or not np.isfinite(self.q).all():  # noqa: PLR2004 - pose and joint
+            raise refuse_argument(
+                "poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m", "poses = 2048"
+            )
+        if self.replicates < 1 or len(self.q) % self.replicates:
+            raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", "replicates = 1")
+
+    def __len__(self) -> int:
+        """Give the number of poses."""
+        return len(self.q)
+
+
+def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) -> Poses:
+    """Which `count` poses fill the joint ranges of this arm?
+
+    sobol    eight independently scrambled Sobol sequences: even coverage, and an honest interval
+    uniform  every value within the limits alike
+    normal   the paper's: around mid-range with sigma = range/6, cut at the limits
+    grid     equal steps in every joint, ends included; at least `count` poses
+    The count is rounded up: to eight powers of two (sobol), to a multiple of eight (uniform, normal), to a full grid.
+    Raises InputError for an unknown law, or a count below one or above ten million.
+    """
+    if law not in POSE_LAWS:
+        raise refuse_argument("pose law", law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+    if not 1 <= count <= MOST_POSES:
+        raise refuse_argument("poses", count, f"from 1 to {MOST_POSES}", "poses = 2048")
+    low, high = arm.limits.T
+    joints = len(low)
+    if law == "grid":
+        steps = max(math.ceil(count ** (1 / joints) - 1e-9), 1)
+        if steps**joints > MOST_POSES:
+            found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
+            raise refuse_argument("poses on a grid", found, f"at most {MOST_POSES}", 'pose_law = "sobol"')
+        axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
+        at = np.unravel_index(np.arange(steps**joints), (steps,) * joints) if joints <= _MOST_AXES else np.zeros((joints, 1), int)
+        return Poses(np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)]), "grid")
+    each = math.ceil(count / REPLICATES)
+    if law == "sobol":
+        u = _sobol(joints, each, seed)
+    else:
+        u = np.column_stack([uniforms(seed, f"poses.{law}.{k}", each * REPLICATES) for k in range(joints)])
+    if law == "normal":
+        middle, sigma = (low + high) / 2, (high - low) / 6
+        shape = Normal(cut=3.0)
+        return Poses(middle + sigma * shape.quantile(u) * (3.0 / shape.bound), "normal", REPLICATES)
+    return Poses(low + u * (high - low), law, REPLICATES)
+
+
+def _sobol(joints: int, each: int, seed: int) -> Floats:
+    power = max(each - 1, 0).bit_length()
+    return np.concatenate([sobol(seed, f"poses.sobol.{replicate}", joints).random_base2(power) for replicate in range(REPLICATES)])

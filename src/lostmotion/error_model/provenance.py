@@ -1,0 +1,257 @@
+"""What is known of every joint of an arm: each kind of error source is stated, assumed, or ideal because nothing describes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from lostmotion.errors import InputError, Problem
+from lostmotion.mechanism.serial import Payload, Tool
+from lostmotion.parts.base import Base
+from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+from lostmotion.parts.error_source import Part
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.joint import FixedJoint, Mounting, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.link import Link
+from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.material import Material
+from lostmotion.parts.provenance import DEFAULT, Sourced, value_keys
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.parts.joint import Joint
+
+State = Literal["stated", "assumed", "ideal"]
+NOT_DESCRIBED: Final = "no error source is described, so no accuracy can be predicted"
+
+# The kinds of error source that a joint may have, in the order of the table.
+KINDS: Final = (
+    "backlash",
+    "stiffness",
+    "hysteresis",
+    "transmission error",
+    "bearing",
+    "encoder",
+    "axis mounting",
+    "link bending",
+    "link length",
+    "lumped",
+)
+BASE_KINDS: Final = ("tilt", "mount")
+
+# Which keys of a gearbox describe each of its kinds of error; the first list decides whether it is described, the second counts besides.
+_OF_GEARBOX: Final = {
+    "backlash": (("backlash", "lost_motion"), ("lost_motion_torque",)),
+    "stiffness": (("stiffness",), ("zone_torques", "stiffness_scatter")),
+    "hysteresis": (("hysteresis",), ()),
+}
+_OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero")
+_OF_LUMPED: Final = ("angle", "offset")
+_OF_MOUNT: Final = ("angular_stiffness", "linear_stiffness", "compliance", "tracks")
+# Of bearings given by their figures: what only says how large they are.
+_SIZES_OF_BEARING: Final = frozenset({"span", "pitch_diameter", "closing_force"})
+# Parts that each belong to one joint, or to the arm; others may stand once in a file and be used by several joints.
+_NEVER_SHARED: Final = (RevoluteJoint, PrismaticJoint, FixedJoint, Link, Mounting, Lumped, Base, Tool, Payload)
+
+
+@dataclass(frozen=True, slots=True)
+class LimitShare:
+    """An error of a gearbox that stands at its maker's upper limit, with its shares of the mean-square error and of the part between visits."""
+
+    joint: str
+    model: str
+    key: str
+    of_error: float
+    of_repeat: float
+
+
+@dataclass(frozen=True, slots=True)
+class JointStates:
+    """The state of each kind of error source of one joint; a kind that the joint cannot have is left out."""
+
+    joint: str
+    states: Mapping[str, State]
+
+    @property
+    def ideal(self) -> bool:
+        """Return whether no error source at all is described for this joint."""
+        return all(state == "ideal" for state in self.states.values())
+
+
+@dataclass(frozen=True, slots=True)
+class AssumedValue:
+    """A value that nobody stated as a fact: where it stands ("joints.A.gearbox"), its key, why it is no fact, and its source."""
+
+    owner: str
+    key: str
+    reason: str
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class States:
+    """What is known of an arm.
+
+    joints   of every moving joint, in order
+    fixed    of fixed joints whose link or mounting is described
+    base     the state of the base's tilt and mount
+    assumed  every value that is assumed; a value that several joints share counts once, under the first of them
+    limits   maker's upper limits that count at the poses of a study (`studies.limits.with_limits`), the largest contributor first
+    """
+
+    joints: tuple[JointStates, ...]
+    fixed: tuple[JointStates, ...]
+    base: Mapping[str, State]
+    assumed: tuple[AssumedValue, ...]
+    limits: tuple[LimitShare, ...] = ()
+
+    @property
+    def ideal_joints(self) -> tuple[str, ...]:
+        """Return the names of the moving joints without any error source: they are taken as perfect."""
+        return tuple(each.joint for each in self.joints if each.ideal)
+
+    @property
+    def ideal_kinds(self) -> tuple[str, ...]:
+        """Return the kinds of error that are not described for every moving joint; what lumps several kinds together is no kind of its own."""
+        return tuple(kind for kind in KINDS if kind != "lumped" and any(each.states.get(kind) == "ideal" for each in self.joints))
+
+    @property
+    def described(self) -> bool:
+        """Return whether the arm has any error source: without one no accuracy can be predicted."""
+        return not (all(each.ideal for each in (*self.joints, *self.fixed)) and all(state == "ideal" for state in self.base.values()))
+
+
+def states(arm: Arm) -> States:
+    """Return the state of every kind of error source of an arm, and its assumed values.
+
+    A kind is "ideal" where nothing describes it, "assumed" where any value behind it is assumed (by the file, a catalogue's upper limit, a
+    typical material), else "stated". A value of zero that was stated on purpose is stated. A default never describes a kind; where one is used
+    beside stated values it is listed among the assumed ones.
+    """
+    found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in arm.joints]
+    return States(
+        joints=tuple(each for joint, each in found if not isinstance(joint, FixedJoint)),
+        fixed=tuple(each for joint, each in found if isinstance(joint, FixedJoint) and not each.ideal),
+        base=_of_base(arm.base),
+        assumed=tuple(_assumed_in(arm)),
+    )
+
+
+def assumed_in_part(part: object, owner: str) -> tuple[AssumedValue, ...]:
+    """Return every assumed value of one part and of the parts that it is made of; `owner` is what the part is called, "gearbox"."""
+    return tuple(value for value, _ in _walk(part, owner, ""))
+
+
+def refuse_undescribed(arm: Arm) -> None:
+    """Refuse to predict the accuracy of an arm of which no error source is described. Raises InputError that says what to add, and where."""
+    if not states(arm).described:
+        joint = arm.moving[0]
+        backlash = "20 µm" if joint.type == "prismatic" else "1 arcmin"
+        expected = (
+            "the gearbox, bearing, encoder or link of at least one joint; `lostmotion run FILE` prints lines to fill in for every joint, "
+            "and shows workspace and holding torques"
+        )
+        raise InputError([Problem(arm.name, f"joints.{joint.name}", NOT_DESCRIBED, expected, f'gearbox = {{ backlash = "{backlash}" }}')])
+
+
+def _of_joint(joint: Joint) -> dict[str, State]:
+    found: dict[str, State] = {}
+    if not isinstance(joint, FixedJoint):
+        found |= _of_gearbox(joint.gearbox, whole="gearbox" in joint.assumed)
+        found["bearing"] = _of_bearing(joint.bearing, whole="bearing" in joint.assumed)
+        found["encoder"] = _state(joint.encoder, _OF_ENCODER, ("ratio",), whole="encoder" in joint.assumed)
+        found["lumped"] = _state(joint.lumped, _OF_LUMPED, _all(joint.lumped), whole="lumped" in joint.assumed)
+    found["axis mounting"] = _state(joint.mounting, _all(joint.mounting), whole="mounting" in joint.assumed)
+    found |= _of_link(joint.link, whole="link" in joint.assumed)
+    return {kind: found[kind] for kind in KINDS if kind in found}
+
+
+def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
+    if isinstance(gearbox, CycloidalGearbox):  # all that it does follows from the whole drawing, its springs from the materials besides
+        drawn: State = "assumed" if whole or _any_assumed(gearbox, besides=Material) else "stated"
+        springs: State = "assumed" if whole or _any_assumed(gearbox) else "stated"
+        rubs = gearbox.friction is not None or gearbox.friction_torque is not None
+        return {"backlash": drawn, "stiffness": springs, "hysteresis": drawn if rubs else "ideal", "transmission error": drawn}
+    out = {kind: _state(gearbox, main, besides, whole=whole) for kind, (main, besides) in _OF_GEARBOX.items()}
+    errors = [name for name in _all(gearbox) if name == "transmission_error" or name.endswith("_error")]
+    return {**out, "transmission error": _state(gearbox, errors, whole=whole)}
+
+
+def _of_bearing(bearing: Sourced | None, *, whole: bool) -> State:
+    if isinstance(bearing, DrawnBearing):
+        return "assumed" if whole or _any_assumed(bearing) else "stated"
+    names = _all(bearing)
+    return _state(bearing, [name for name in names if name not in _SIZES_OF_BEARING], names, whole=whole)
+
+
+def _of_link(link: Link, *, whole: bool) -> dict[str, State]:
+    if not link.reach:
+        return {}
+    length: State = "ideal"
+    if link.length.tolerance or "length_tolerance" in link.model_fields_set:
+        length = "assumed" if whole or {"length", "length_tolerance"} & set(link.assumed) else "stated"
+    bending = _state(link, ("section", "compliance", "measured", "rigid"), ("material",), whole=whole)
+    return {"link bending": bending, "link length": length}
+
+
+def _of_base(base: Base) -> dict[str, State]:
+    tilt: State = "ideal"
+    if base.roll.tolerance or base.pitch.tolerance:
+        tilt = "assumed" if {"roll", "pitch"} & set(base.assumed) else "stated"
+    return {"tilt": tilt, "mount": _state(base, _OF_MOUNT, ())}
+
+
+def _state(part: Sourced | None, main: tuple[str, ...] | list[str], besides: tuple[str, ...] | list[str] = (), *, whole: bool = False) -> State:
+    """Return the state of what these keys of a part describe; `whole`: the joint says that all of the part is assumed."""
+    if part is None:
+        return "ideal"
+    given = {name: getattr(part, name) for name in (*main, *besides) if name in part.model_fields_set and getattr(part, name, None) is not None}
+    if not any(name in given for name in main):
+        return "ideal"
+    doubted = whole or any(name in _doubted(part) or _any_assumed(value) for name, value in given.items())
+    return "assumed" if doubted else "stated"
+
+
+def _all(part: Sourced | None) -> list[str]:
+    return [] if part is None else value_keys(type(part))
+
+
+def _doubted(part: Sourced) -> set[str]:
+    """Return the keys whose stated values are no facts; a default that is used beside them is no stated value."""
+    return {key for key, reason in part.assumptions.items() if not reason.startswith(DEFAULT)}
+
+
+def _any_assumed(value: object, besides: tuple[type[Part], ...] | type[Part] = ()) -> bool:
+    """Return whether any value in a part is assumed, those of some parts in it not counted."""
+    return any(not each.reason.startswith(DEFAULT) and not isinstance(holder, besides) for each, holder in _walk(value, "", ""))
+
+
+def _assumed_in(arm: Arm) -> Iterator[AssumedValue]:
+    """Yield every assumed value of an arm once, however many joints share the part that it belongs to."""
+    met: set[tuple[str, str]] = set()
+    places: list[tuple[str, object]] = [("base", arm.base), ("tool", arm.tool), ("payload", arm.payload)]
+    places += [(f"joints.{joint.name}", joint) for joint in arm.joints]
+    for owner, part in places:
+        for value, holder in _walk(part, owner, ""):
+            key = (value.owner if isinstance(holder, _NEVER_SHARED) else repr(holder), value.key)
+            if key not in met:
+                met.add(key)
+                yield value
+
+
+def _walk(value: object, owner: str, source: str) -> Iterator[tuple[AssumedValue, Part]]:
+    """Yield the assumed values in a part and in the parts that it is made of, each with the part that holds it."""
+    if isinstance(value, tuple | list):
+        for index, each in enumerate(value, 1):
+            yield from _walk(each, f"{owner}.{index}", source)
+    if not isinstance(value, Part):
+        return
+    if isinstance(value, Sourced):
+        source = value.source or source
+        for key, reason in value.assumptions.items():
+            # what the file quotes as the source of its values is none of a default's
+            yield AssumedValue(owner, key, reason, "" if reason.startswith(DEFAULT) else source), value
+    for name in value_keys(type(value)):
+        yield from _walk(getattr(value, name), f"{owner}.{name}", source)

@@ -1,0 +1,42 @@
+"""File formats, one file each.
+
+An ending names its reader in `READERS`; a new format is one more line there, and a module with `read_arm(path, sidecar)`. Text that begins as XML
+does is read as a URDF whatever its ending, and named by its root element where it is another format.
+"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.errors import nearest
+from lostmotion.io.text import begins_as_xml, refuse
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.serial import Arm
+
+READERS: Final = {
+    ".toml": "native",
+    ".urdf": "urdf",
+    ".xml": "urdf",
+}
+
+
+def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
+    """Which arm does this file describe? The ending says which format it is in, and XML by its first letters.
+
+    `sidecar` is the TOML that says what a URDF cannot; left out, NAME.toml beside NAME.urdf is taken where it exists. Raises InputError with every
+    mistake found: in the file, its sidecar, or the path itself.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in READERS and begins_as_xml(path):
+        ending = ".urdf"
+    if ending not in READERS:
+        near = nearest(ending, READERS)
+        if path.is_dir():
+            refuse(str(path), "", "a folder", f"a file that ends in one of {', '.join(READERS)}", str(path / "arm.toml"))
+        refuse(str(path), "", f"the ending '{ending}'" if ending else "no ending", f"one of {', '.join(READERS)}", f"{path.stem or 'arm'}.toml", near)
+    arm: Arm = importlib.import_module(f"lostmotion.io.{READERS[ending]}").read_arm(path, None if sidecar is None else Path(sidecar))
+    return arm

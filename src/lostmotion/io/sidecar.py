@@ -1,0 +1,123 @@
+"""The sidecar of a URDF: a TOML, keyed by joint name, that says what URDF cannot.
+
+    tip = "tool0"                    # which link is the tool, where several could be
+    [payload]                        # name, gravity, base, tool, payload: as in the native format
+    [gearboxes.large]                # parts that joints share, as in the native format
+    [joints.shoulder_pan_joint]      # gearbox, bearing, encoder, mounting, lumped, link
+    link = { section = "tube", material = "aluminium", length_tolerance = "50 µm" }
+
+It is NAME.toml beside NAME.urdf, unless another one is given.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.errors import shown
+from lostmotion.io.limits import listed, nearest
+from lostmotion.io.text import refuse
+from lostmotion.io.toml import key_step
+from lostmotion.mechanism.serial import MOST_NOTES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from lostmotion.io import validation_errors
+    from lostmotion.io.arm_builder import Draft
+
+# What a sidecar may say of a joint and of its link, with an example each; the rest is the URDF's.
+_OF_JOINT: Final = {
+    "gearbox": 'gearbox = "large"',
+    "bearing": 'bearing = "large"',
+    "encoder": 'encoder = { zero = "0.2 arcmin" }',
+    "mounting": 'mounting = { tilt = "0.5 arcmin" }',
+    "lumped": 'lumped = { angle = "0.5 arcmin" }',
+    "link": 'link = { section = "tube", material = "aluminium" }',
+    "assumed": 'assumed = ["gearbox"]',
+    "source": 'source = "maker\'s data sheet, 2024"',
+}
+_OF_LINK: Final = {
+    "length_tolerance": 'length_tolerance = "50 µm"',
+    "mass": 'mass = "2.5 kg"',
+    "section": 'section = "tube"',
+    "material": 'material = "aluminium"',
+    "compliance": 'compliance = "forearm.csv"',
+    "measured": 'measured = { force = "100 N", deflection = "0.2 mm" }',
+    "rigid": "rigid = true",
+    "up": 'up = "z"',
+    "assumed": 'assumed = ["section"]',
+    "source": 'source = "drawing 4711"',
+}
+_EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
+
+
+def find_sidecar(urdf: Path) -> Path | None:
+    """Which sidecar belongs to this URDF? NAME.toml beside it, or none. Raises InputError for a link that leads out of its folder."""
+    beside = urdf.with_suffix(".toml")
+    if not os.path.lexists(beside):
+        return None
+    folder = Path(os.path.realpath(urdf.parent))
+    if not Path(os.path.realpath(beside)).is_relative_to(folder):
+        refuse(
+            str(beside),
+            "",
+            "a link that leads out of the folder",
+            "a file beside the URDF, or a sidecar given by its path",
+            f"--sidecar {beside.name}",
+        )
+    return beside
+
+
+def add_sidecar(draft: Draft, said: dict[str, Any], all_joints: Iterable[str]) -> None:
+    """Put what a sidecar says onto a draft made from a URDF; note joints and keys that do not belong. `all_joints` are those of the URDF."""
+    by_name = said.pop("joints", {})
+    notes = draft.tree["notes"]
+    draft.tree.update(said)
+    if isinstance(said.get("notes", []), list):
+        own = said.get("notes", [])
+        draft.tree["notes"] = [*own, *notes[: max(MOST_NOTES - len(own), 0)]]
+    if not isinstance(by_name, dict):
+        expected = "a table of joints by name; a list of joints is a whole arm, which is read by itself"
+        draft.refuse(("joints",), shown(by_name), expected, _EXAMPLE)
+        return
+    entries = {entry["name"]: index for index, entry in enumerate(draft.tree["joints"])}
+    for name, parts in by_name.items():
+        if draft.full:
+            break
+        if name not in entries:
+            near = nearest(name, entries)
+            known = "a joint between root and tip" if name in all_joints else "a joint of the URDF"
+            draft.refuse(
+                ("joints", name), "an unknown joint", f"{known}: {listed(entries)}", f"[joints.{key_step(near or next(iter(entries)))}]", near
+            )
+        elif not isinstance(parts, dict):
+            draft.refuse(("joints", name), shown(parts), "a table", _EXAMPLE)
+        else:
+            _add_joint(draft, entries[name], parts)
+
+
+def _add_joint(draft: Draft, index: int, parts: dict[str, Any]) -> None:
+    entry = draft.tree["joints"][index]
+    link = parts.pop("link", {})
+    _add(draft, entry, parts, _OF_JOINT, ("joints", index))
+    if isinstance(link, dict):
+        _add(draft, entry["link"], link, _OF_LINK, ("joints", index, "link"))
+    else:
+        draft.refuse(("joints", index, "link"), shown(link), "a table", _OF_JOINT["link"])
+
+
+def _add(draft: Draft, onto: dict[str, Any], said: dict[str, Any], known: dict[str, str], path: validation_errors.Path) -> None:
+    for key, value in said.items():
+        if key in known:
+            onto[key] = value
+        elif not draft.full:
+            near = nearest(key, known)
+            draft.refuse(
+                (*path, key),
+                f"an unknown key with {shown(value)}",
+                f"one of {', '.join(known)}; the URDF says the rest",
+                known[near or next(iter(known))],
+                near,
+            )

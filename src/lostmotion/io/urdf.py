@@ -1,0 +1,163 @@
+"""URDF as an arm: the chain from the root link to one tip, with limits and masses; whatever URDF cannot say comes from a sidecar TOML.
+
+Each URDF joint gives one joint here. Its origin's rotation stays with it; its origin's translation becomes the tip of the link before, so that
+the link is the beam between two joints (the first joint keeps its whole origin). The root link stands on the ground, its mass weighs on
+nothing. Bodies beside the chain are carried by the link they hang on, exactly where they are rigidly fixed, else at their zero position.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.io.arm_builder import SHARED_EXAMPLES, Draft
+from lostmotion.io.dh import rpy_of
+from lostmotion.io.limits import cut, listed
+from lostmotion.io.sidecar import add_sidecar, find_sidecar
+from lostmotion.io.text import read_old_text
+from lostmotion.io.toml import key_step, read_toml
+from lostmotion.io.urdf_chain import find_chain
+from lostmotion.io.urdf_checks import with_doubts
+from lostmotion.io.urdf_tree import read_tree
+from lostmotion.mechanism.serial import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
+from lostmotion.parts.link import Place
+from lostmotion.spatial import pose_of, shift, turn
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pydantic import BaseModel
+
+    from lostmotion.io.urdf_chain import Chain
+    from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree
+
+MEGABYTES: Final = 5
+_ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}}
+_LIMITED: Final = ("revolute", "prismatic")
+_LEVEL: Final = 1e-12  # rad; less is rounding
+
+
+def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
+    """Which arm do this URDF and its sidecar describe?
+
+    A sidecar that is not given is NAME.toml beside NAME.urdf, where there is one. Joints may be revolute, continuous (taken as +-180 degrees, with
+    a note), prismatic and fixed. Raises InputError with every mistake found, each with its line and element.
+    """
+    sidecar = sidecar or find_sidecar(path)
+    return arm_of(path, sidecar, {} if sidecar is None else read_toml(sidecar))
+
+
+def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
+    """Which arm do this URDF and what its sidecar says describe? The tree `said` is used up; mistakes in it are told of the file `sidecar`."""
+    text, line = read_old_text(path, MEGABYTES)
+    tree = read_tree(text, str(path))
+    if line:
+        tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
+    chain = find_chain(tree, said, str(sidecar or path), path.with_suffix(".toml").name)
+    _stand_as_in_the_file(tree, chain, said)
+    draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
+    draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
+    add_sidecar(draft, said, tree.joints)
+    arm = draft.arm()
+    return with_doubts(arm, tree, chain)
+
+
+def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
+    """Give the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
+    notes = [*chain.notes, *tree.notes]
+    joints = []
+    weighs = any(tree.links[joint.child].mass for joint in chain.joints)
+    for index, joint in enumerate(chain.joints):
+        after = chain.joints[index + 1] if index + 1 < len(chain.joints) else None
+        link: dict[str, Any] = {"tip": Place(xyz=after.xyz) if after else Place()}
+        mass, centre, held = _carried(tree, joint.child, after)
+        if mass:
+            link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
+        notes += _notes_of_held(tree, joint.child, held)
+        entry: dict[str, Any] = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
+        if weighs:
+            entry["mass"] = "0 kg"  # a URDF's inertials weigh whole bodies, drives included
+        joints.append(entry | _motion(joint))
+        if joint.type == "continuous":
+            notes.append(f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees")
+    notes = [cut(note, LONGEST_NOTE) for note in notes][:MOST_NOTES]
+    return {"name": cut(tree.name or name, LONGEST_NAME) or "arm", "joints": joints, "notes": notes}
+
+
+def _origin(joint: UrdfJoint, *, first: bool) -> Place:
+    """Return the place of a joint behind the tip of the link before; a joint that cannot move stands where its limits say."""
+    xyz = joint.xyz if first else (0.0, 0.0, 0.0)
+    if not joint.locked or not joint.limits[0]:
+        return Place(xyz=xyz, rpy=joint.rpy)
+    axis = np.array(joint.axis) / math.hypot(*joint.axis)
+    seat = pose_of(xyz, joint.rpy)
+    pose = seat @ (shift(*(axis * joint.limits[0])) if joint.type == "prismatic" else turn(tuple(axis), joint.limits[0]))
+    x, y, z = pose[:3, 3].tolist()
+    return Place(xyz=(x, y, z), rpy=rpy_of(pose[:3, :3]))
+
+
+def _motion(joint: UrdfJoint) -> dict[str, Any]:
+    if not joint.moves:
+        return {"type": "fixed"}
+    low, high = (-math.pi, math.pi) if joint.type == "continuous" else joint.limits
+    unit = "m" if joint.type == "prismatic" else "rad"
+    return {"type": "prismatic" if joint.type == "prismatic" else "revolute", "axis": joint.axis, "limits": [f"{low!r} {unit}", f"{high!r} {unit}"]}
+
+
+def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, said: dict[str, Any]) -> None:
+    """Tilt a base that is not the root as the joints before it do at zero, unless the sidecar says how it is tilted."""
+    pose = pose_of()
+    for joint in chain.before:
+        pose = pose @ pose_of(joint.xyz, joint.rpy)
+    roll, pitch, _ = rpy_of(pose[:3, :3])
+    stated = said.setdefault("base", {}) if chain.before else None
+    if isinstance(stated, dict) and not {"roll", "pitch"} & stated.keys() and max(abs(roll), abs(pitch)) > _LEVEL:
+        stated |= {"roll": f"{roll!r} rad", "pitch": f"{pitch!r} rad"}
+        tree.notes.append(f"the base is tilted as in the URDF: roll {math.degrees(roll):.4g} deg, pitch {math.degrees(pitch):.4g} deg")
+
+
+def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
+    """What do a link and all that hangs on it beside the chain weigh (kg), where is the common centre (m, link's frame), which joints were held?"""
+    mass, moment = 0.0, [0.0, 0.0, 0.0]
+    held = []
+    waiting = [(link, pose_of())]
+    while waiting:
+        name, pose = waiting.pop()
+        body = tree.links[name]
+        centre = pose[:3, :3] @ body.centre + pose[:3, 3]
+        mass += body.mass
+        moment = [m + body.mass * float(c) for m, c in zip(moment, centre, strict=True)]
+        for joint in tree.children(name):
+            if joint is not after:
+                waiting.append((joint.child, pose @ pose_of(joint.xyz, joint.rpy)))
+                if joint.type != "fixed":
+                    held.append(joint)
+    if not mass:
+        return 0.0, (0.0, 0.0, 0.0), held
+    x, y, z = (m / mass for m in moment)
+    return mass, (x, y, z), held
+
+
+def _notes_of_held(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> list[str]:
+    """Say which joints on a link are no joints of the arm, what they carry, and what is odd about them."""
+    if not held:
+        return []
+    weight = math.fsum(tree.links[name].mass for name in {name for joint in held for name in _beyond(tree, joint.child)})
+    several = f"{len(held)} joints" if len(held) > 1 else "1 joint"
+    out = [f"not taken: {listed([joint.name for joint in held])} ({several} on link '{link}', held at zero, {weight:.3g} kg carried)"]
+    odd = [joint.name for joint in held if joint.type in _LIMITED and not joint.mistakes and not joint.limits[0] <= 0 <= joint.limits[1]]
+    if odd:
+        out.append(f"held at zero, outside their limits: {listed(odd)}; their weight hangs where it cannot stand")
+    wrong = [f"{joint.name}: {joint.mistakes[0].found}" for joint in held if joint.mistakes]
+    if wrong:
+        out.append(f"wrong in the URDF, and without effect beside the chain, where they are held at zero: {listed(wrong)}")
+    return out
+
+
+def _beyond(tree: UrdfTree, link: str) -> list[str]:
+    out = [link]
+    for name in out:
+        out += [joint.child for joint in tree.children(name)]
+    return out

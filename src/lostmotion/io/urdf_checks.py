@@ -1,0 +1,80 @@
+"""What makes a URDF's numbers doubtful: no masses, the same ones everywhere, lengths in millimetres, ranges that nobody measured.
+
+Such files are read, for kinematics may be right all the same; the doubt is shown as a warning.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.io.limits import cut, listed
+from lostmotion.io.urdf_tip import is_balancer
+from lostmotion.mechanism.serial import LONGEST_NOTE
+from lostmotion.parts.joint import FixedJoint, RevoluteJoint
+
+if TYPE_CHECKING:
+    from lostmotion.io.urdf_chain import Chain
+    from lostmotion.io.urdf_tree import UrdfTree
+    from lostmotion.mechanism.serial import Arm
+
+_LIGHTEST: Final = 1e-3  # kg
+_HEAVIEST: Final = 2000.0  # kg
+_SHORTEST: Final = 0.05  # m
+_LONGEST: Final = 15.0  # m
+_SEVERAL: Final = 3
+# A little more than two turns, for limits that are rounded.
+_TWO_TURNS: Final = 4 * math.pi * 1.01
+
+
+def with_doubts(arm: Arm, tree: UrdfTree, chain: Chain) -> Arm:
+    """Return the arm with a warning for everything in its URDF that looks like a placeholder, and for a tool that is a guess."""
+    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm), *chain.doubts]
+    return arm.with_doubts(cut(text, LONGEST_NOTE) for text in found) if found else arm
+
+
+def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
+    masses = [joint.total_mass + joint.link.total_mass for joint in arm.joints]
+    total = sum(masses)
+    if total == 0:
+        lack = "no link of this arm has a mass: what its own weight does to it (sag, wind-up, drive torques) is missing"
+        return [f'{lack}; state masses in the sidecar, for example [joints.NAME] with link = {{ mass = "2 kg" }}']
+    out = []
+    if not _LIGHTEST <= total <= _HEAVIEST:
+        out.append(f"the arm weighs {total:.3g} kg: are the masses in kg?")
+    weightless = _weightless(arm, masses)
+    if weightless:
+        out.append(f"nothing that moves with {listed(weightless)} alone has a mass: is it missing in the URDF?")
+    bodies = [link for joint in chain.joints if (link := tree.links[joint.child]).mass]
+    if len(bodies) >= _SEVERAL and len({link.mass for link in bodies}) == 1:
+        out.append(f"every link weighs {bodies[0].mass:g} kg: placeholders? Weight and what it does are then no better than a guess")
+    if len(bodies) >= _SEVERAL and not any(any(link.centre) for link in bodies):
+        out.append("every centre of mass lies at its link's origin: placeholders? Torques and sag are then no better than a guess")
+    if any(is_balancer(name) for joint in tree.joints.values() if joint.moves for name in (joint.name, joint.child)):
+        out.append("springs and balancers are not in a URDF: shoulder torques may be overstated")
+    return out
+
+
+def _weightless(arm: Arm, masses: list[float]) -> list[str]:
+    """Name the moving joints of which nothing up to the next one weighs anything."""
+    out: list[str] = []
+    weight = 0.0
+    for joint, mass in zip(reversed(arm.joints), reversed(masses), strict=True):
+        weight += mass
+        if not isinstance(joint, FixedJoint):
+            if not weight:
+                out.append(joint.name)
+            weight = 0.0
+    return out[::-1]
+
+
+def _of_lengths(chain: Chain) -> list[str]:
+    length = math.fsum(math.hypot(*joint.xyz) for joint in chain.joints)
+    if _SHORTEST <= length <= _LONGEST:
+        return []
+    return [f"the origins from base to tool add up to {length:.3g} m: are they in metres, or in millimetres?"]
+
+
+def _of_ranges(arm: Arm) -> list[str]:
+    far = [joint.name for joint in arm.moving if isinstance(joint, RevoluteJoint) and joint.limits[1] - joint.limits[0] > _TWO_TURNS]
+    return [f"{listed(far)} may turn more than twice around by the URDF: poses are drawn from the whole range"] if far else []

@@ -1,0 +1,263 @@
+"""Which link of a URDF is the tool? By names first, then by structure, as a person decides; never between two arms.
+
+Fingers, balancers, legs and wheels are set aside by their names, sliding pairs and joints that follow others by their structure. Among the links
+that are left, behind three moving joints or more, the name decides (`tcp` before `tool0` before `flange`); without one, the end of the longest chain.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree
+
+# Names of tools, best first: whole words between `_`, `-`, `/` and the ends, in any case, with free prefixes.
+_RANKS: Final = tuple(
+    re.compile(rf"(?:^|_)(?:{words})(?:_|$)")
+    for words in (
+        "tcp|tool_cent(?:er|re)_point",
+        "grasp[a-z]*|pinch|gripper_frame|gripper_cent(?:er|re)|ee_gripper",
+        "tool[0-9]*|tool_?frame",
+        "ee|eef|end_?effector|effector",
+        "flange|attachment",
+        "(?:hand|palm|gripper_base|gripper_(?:left|right)_base)(?:_(?:link|frame|base|base_link))?$",
+        "gripper(?:_(?:link|stator|body))?$",
+    )
+)
+# Ranks of frames, which stand beside a jaw on one link, before those of bodies.
+_FRAMES: Final = 3
+_FINGERS: Final = re.compile(r"finger|knuckle|thumb|pinky|jaw|(?:^|_)(?:index|pads?|inner|driver)(?:_|$)|gripper_?(?:[lr]_|left_|right_)?joint")
+_GRIPPER: Final = re.compile(r"gripper")
+_WRIST: Final = re.compile(r"wrist|roll|pitch|yaw|rotat|swivel")
+_BODY: Final = re.compile(r"wheel|cast[eo]r|(?:^|_)(?:head|neck|ankle|knee|hip|foot|legs?)(?:_|$)")
+_BALANCER: Final = re.compile(r"cylinder|piston|balanc")
+_ASIDE: Final = re.compile(r"camera|realsense|(?:^|_)(?:cam|imu|optical|ft|laser|lidar|sensors?|dummy|covers?|cables?|inertia|collisions?|sc)(?:_|$)")
+# So many moving joints make an arm; fewer behind a sensor or a cover belong to that.
+_ARM: Final = 3
+_LONGEST_TAIL: Final = 4
+# So many joints behind one that follows another are the rest of an arm, and no gripper's second knuckle.
+_FOLLOWED: Final = 2
+_SIDES: Final = (("left", "right"), ("l", "r"), ("1", "2"))
+
+
+@dataclass(frozen=True, slots=True)
+class _Spot:
+    """A link in the tree: the moving joints on the way to it, and how many fixed ones came after the last of them."""
+
+    link: str
+    way: tuple[str, ...] = ()
+    fixed: int = 0
+    aside: bool = False
+    coupled: bool = False
+    depth: int = 0
+
+    @property
+    def end(self) -> str:
+        return self.way[-1] if self.way else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The link that is probably the tool.
+
+    by_name  its name says so; else the structure suggests it
+    others   links that it could be as well, best first
+    rivals   ends of other arms that are as good: then nobody but the user can choose
+    """
+
+    link: str
+    joints: int
+    by_name: bool
+    others: tuple[str, ...] = ()
+    rivals: tuple[Choice, ...] = field(default=())
+
+
+def choose_tip(tree: UrdfTree, base: str) -> Choice | None:
+    """Return the link behind `base` that is probably the tool; None where no joint moves.
+
+    A chain through a joint that follows another one is chosen only where nothing else moves, or where a tool's name stands behind it: the caller
+    refuses it by name then, for an arm cut off before it would be another arm.
+    """
+    for sparing in (True, False):  # a gripper alone consists of fingers: then nothing is set aside
+        spots = [spot for spot in _spots(tree, base, sparing=sparing) if spot.way and not spot.aside]
+        free = [spot for spot in spots if not spot.coupled]
+        behind = _best(tree, spots)
+        found = _best(tree, free)
+        if found is not None and behind is not None and _goes_on(found, behind):
+            return behind
+        if found is not None or behind is not None:
+            return found or behind
+    return None
+
+
+def _goes_on(found: Choice, behind: Choice) -> bool:
+    """Tell a tool behind a coupled joint: by its name where none stands before it, or by several joints more."""
+    return (behind.by_name and not found.by_name) or behind.joints - found.joints >= _FOLLOWED
+
+
+def is_balancer(name: str) -> bool:
+    """Return whether this is the name of a balancing cylinder or spring."""
+    return bool(_BALANCER.search(_words(name)))
+
+
+def _words(name: str) -> str:
+    """Write a name in small letters with `_` between its words."""
+    return re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip("_")
+
+
+def _rank(link: str) -> int:
+    """Return how well a link's name says that it is a tool, 0 best; the number of ranks where it does not."""
+    words = _words(link)
+    if _ASIDE.search(words) or _FINGERS.search(words):
+        return len(_RANKS)
+    return next((rank for rank, known in enumerate(_RANKS) if known.search(words)), len(_RANKS))
+
+
+def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
+    """Walk the tree from its base, parents first and in the file's order."""
+    depth = _depths(tree, base)
+    waiting = [_Spot(base)]
+    while waiting:
+        spot = waiting.pop()
+        yield spot
+        children = tree.children(spot.link)
+        paired = Counter(joint.type == "prismatic" or bool(joint.leader) for joint in children if joint.moves)[True] > 1
+        has_tool = any(joint.type == "fixed" and _rank(joint.child) <= _FRAMES for joint in children)
+        for joint in reversed(children):
+            beyond = replace(spot, link=joint.child, fixed=spot.fixed + 1, depth=spot.depth + 1)
+            if joint.type in ("floating", "planar") and spot.way:
+                beyond = replace(beyond, aside=True)
+            elif joint.moves or joint.mistakes:
+                pair = paired and (joint.type == "prismatic" or bool(joint.leader))
+                jaw = has_tool and bool(_GRIPPER.search(_words(joint.child))) and not _WRIST.search(_words(joint.name))
+                aside = spot.aside or (sparing and (pair or jaw or _is_aside(joint, depth[joint.child])))
+                beyond = replace(beyond, way=(*spot.way, joint.name), fixed=0, aside=aside, coupled=spot.coupled or bool(joint.leader))
+            waiting.append(beyond)
+
+
+def _depths(tree: UrdfTree, base: str) -> dict[str, int]:
+    """Return how many joints move on the longest way out of each link."""
+    order = [base]
+    for link in order:
+        order += [joint.child for joint in tree.children(link)]
+    out: dict[str, int] = {}
+    for link in reversed(order):
+        out[link] = max((out[joint.child] + joint.moves for joint in tree.children(link)), default=0)
+    return out
+
+
+def _is_aside(joint: UrdfJoint, beyond: int) -> bool:
+    """Tell a joint that belongs to a gripper, a balancer, a sensor or a body and not to an arm; `beyond`: how many more move behind it."""
+    own, link = _words(joint.name), _words(joint.child)
+    both = f"{own} {link}"
+    words = [own, link]
+    if not _WRIST.search(own) and (any(_FINGERS.search(each) for each in words) or (_GRIPPER.search(own) and beyond < _ARM)):
+        return True
+    if any(_BODY.search(each) for each in words):
+        return True
+    return beyond < _ARM and not _WRIST.search(both) and any(_BALANCER.search(each) or _ASIDE.search(each) for each in words)
+
+
+def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
+    """Choose among these spots; the ends of arms as good are the choice's rivals."""
+    if not spots:
+        return None
+    by_link = {spot.link: spot for spot in spots}
+    least = min(_ARM, max(len(spot.way) for spot in spots))
+    named = [spot for spot in spots if len(spot.way) >= least and _rank(spot.link) < len(_RANKS)]
+    arms: dict[str, _Spot] = {}
+    for end in _ends(spots):
+        on_way = [spot for spot in named if spot.way == end[: len(spot.way)]]
+        chosen = min(on_way, key=_merit) if on_way else _by_structure(tree, spots, end)
+        arms.setdefault(chosen.end, chosen)
+    kept = _without_hands(tree, spots, list(arms.values()), named)
+    first = min(kept, key=lambda spot: (spot not in named, *_merit(spot)))
+    rivals = [spot for spot in kept if spot is not first and _is_rival(spot, first, named)]
+    rivals += [spot for spot in named if spot.end == first.end and _merit(spot)[:3] == _merit(first)[:3] and _mirrored(spot.link, first.link)]
+    others = sorted((spot for spot in named if spot is not first and first.way[: len(spot.way)] == spot.way), key=_merit)
+    others += [spot for spot in kept if len(spot.way) >= _ARM and spot is not first and spot not in others and spot not in rivals]
+
+    def choice(spot: _Spot) -> Choice:
+        return Choice(spot.link, len(by_link[spot.link].way), spot in named)
+
+    return replace(choice(first), others=tuple(spot.link for spot in others), rivals=tuple(map(choice, rivals)))
+
+
+def _merit(spot: _Spot) -> tuple[int, int, int, bool]:
+    """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the last moving one, a name that ends in the word."""
+    rank = _rank(spot.link)
+    words = re.sub("_(?:link|frame)$", "", _words(spot.link))
+    last = rank < len(_RANKS) and any(match.end() == len(words) for match in _RANKS[rank].finditer(words))
+    return -len(spot.way), rank, spot.fixed, not last
+
+
+def _ends(spots: list[_Spot]) -> list[tuple[str, ...]]:
+    """Return the ways that no other way goes on from, longest first, else in the file's order."""
+    ways = sorted(dict.fromkeys(spot.way for spot in spots), key=len, reverse=True)
+    on_the_way = {way[:-1] for way in ways}
+    return [way for way in ways if way not in on_the_way]
+
+
+def _by_structure(tree: UrdfTree, spots: list[_Spot], way: tuple[str, ...]) -> _Spot:
+    """Return the link behind the last joint of a way, or the nearest pure frame that is fixed to it."""
+    there = sorted((spot for spot in spots if spot.way == way), key=lambda spot: spot.fixed)
+    frames = (spot for spot in there if spot.fixed and tree.links[spot.link].is_frame and not _ASIDE.search(_words(spot.link)))
+    return next(frames, there[0])
+
+
+def _without_hands(tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named: list[_Spot]) -> list[_Spot]:
+    """Put the link that carries them in the place of several short ends on one arm: fingers without a finger's name."""
+    nameless = [spot for spot in arms if spot not in named]
+    beyond: dict[tuple[str, ...], set[str]] = defaultdict(set)
+    for spot in nameless:
+        for k in range(max(_ARM + 1, len(spot.way) - _LONGEST_TAIL), len(spot.way)):
+            beyond[spot.way[:k]].add(spot.way[k])
+    out: dict[str, _Spot] = {}
+    for spot in arms:
+        hands = [way for way in (spot.way[:k] for k in range(len(spot.way))) if len(beyond.get(way, ())) > 1] if spot in nameless else []
+        carrier = _by_structure(tree, spots, hands[0]) if hands else spot
+        out.setdefault(carrier.end, carrier)
+    return list(out.values())
+
+
+def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
+    """Tell the end of an arm that is as good as the first: of as many joints, or its mirror image by name."""
+    common = _common(spot.way, first.way)
+    own = len(spot.way) - common
+    if common in (len(first.way), len(spot.way)):
+        return False
+    if _mirrored(spot.link, first.link) or _mirrored(spot.end, first.end):
+        return True
+    same_length = len(spot.way) == len(first.way)
+    return same_length and (spot in named or first not in named or own >= _ARM)
+
+
+def _common(one: tuple[str, ...], other: tuple[str, ...]) -> int:
+    return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+
+
+def _mirrored(one: str, other: str) -> bool:
+    """Tell names that differ by left and right, l and r, or 1 and 2 only."""
+    if one == other:
+        return False
+    a, b = (re.split(r"_|(?<=[a-z])(?=[0-9]+$)", _words(name)) for name in (one, other))
+    return len(a) == len(b) and all(x == y or _is_pair(x, y) for x, y in zip(a, b, strict=True))
+
+
+def _is_pair(one: str, other: str) -> bool:
+    return any({one, other} == set(pair) for pair in _SIDES)
+
+
+def listed_ends(choices: Iterable[Choice]) -> list[str]:
+    """Write the ends of arms with their side, where their names have one, and the number of their joints."""
+    return [f"{_side(each.link)}{each.link} ({each.joints} joint{'s' * (each.joints != 1)})" for each in choices]
+
+
+def _side(link: str) -> str:
+    sides = {"left": "left: ", "l": "left: ", "right": "right: ", "r": "right: "}
+    return next((sides[word] for word in _words(link).split("_") if word in sides), "")

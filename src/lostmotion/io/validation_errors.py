@@ -1,0 +1,176 @@
+"""From pydantic's account of what is wrong to the user's: the key as written, what was found, what belongs there, an example that passes.
+
+Pydantic names a spot by fields, list positions, and the labels of the alternatives it tried. Walking the model along that path tells the
+labels from the user's own keys, and says what the spot takes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+
+from lostmotion.errors import Problem, shown
+from lostmotion.io.field_schema import example, inside, keys, literals, models, tag, words
+from lostmotion.io.limits import MOST_MISTAKES, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from pydantic import BaseModel, ValidationError
+
+    Also = Mapping[type[BaseModel], Mapping[str, str]]
+
+Path: TypeAlias = tuple[str | int, ...]
+# Of pydantic's errors; many of them can be one mistake of the user's.
+_MOST_LOOKED_AT: Final = 2000
+
+
+class _Said(NamedTuple):
+    """A mistake in words, still without its file."""
+
+    path: Path
+    found: str
+    expected: str
+    example: str
+    near: str = ""
+
+
+@dataclass
+class _Spot:
+    """One error: pydantic's details, the user's path, what is allowed at each step of it, and where alternatives forked, if they did."""
+
+    detail: Any
+    path: Path
+    trail: list[list[Any]]
+    fork: int | None = None
+
+    @property
+    def last(self) -> str:
+        return str(self.path[-1]) if self.path else ""
+
+    @property
+    def context(self) -> dict[str, Any]:
+        found: dict[str, Any] = self.detail.get("ctx", {})
+        return found
+
+    @property
+    def given(self) -> Any:  # noqa: ANN401 - whatever a file holds
+        return self.detail["input"]
+
+
+def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: Callable[[Path], str], also: Also | None = None) -> list[Problem]:
+    """Which mistakes did the user make? One Problem per mistake, whatever the number of alternatives that pydantic tried.
+
+    `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes besides a model's fields, with an example of each.
+    """
+    spots = [_spot(detail, model) for detail in error.errors(include_url=False)[:_MOST_LOOKED_AT] if not _is_echo(detail)]
+    forks: dict[Path, list[_Spot]] = {}
+    for spot in spots:
+        if spot.fork is not None:
+            forks.setdefault(spot.path[: spot.fork], []).append(spot)
+    out: dict[Problem, None] = {}
+    for spot in spots:
+        if len(out) > MOST_MISTAKES:
+            break
+        together = [spot] if spot.fork is None else forks.pop(spot.path[: spot.fork], [])
+        for chosen in _of_one_alternative(together):
+            said = _SAY.get(chosen.detail["type"], _say_value)(chosen, also or {})
+            out[Problem(file, key_of(said.path), said.found, said.expected, said.example, said.near)] = None
+    return list(out)
+
+
+def _is_echo(detail: Any) -> bool:  # noqa: ANN401 - pydantic's error details
+    """Tell a list that only seems too short because pydantic dropped its faulty members."""
+    least = detail.get("ctx", {}).get("min_length", 0)
+    return detail["type"] == "too_short" and isinstance(detail["input"], list) and len(detail["input"]) >= least
+
+
+def _of_one_alternative(together: list[_Spot]) -> list[_Spot]:
+    """Keep the errors of the alternative that fits what was written; where none does, one error that names all alternatives."""
+    deeper = [spot for spot in together if spot.fork is not None and len(spot.path) > spot.fork]
+    if deeper or len(together) <= 1:
+        return deeper or together
+    return [next((spot for spot in together if "why" in spot.context), together[0])]
+
+
+def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydantic's error details
+    spot = _Spot(detail, (), [[model]])
+    for index, item in enumerate(detail["loc"]):
+        here = spot.trail[-1]
+        further = inside(here, item)
+        tagged = [option for option in models(here) if tag(option) == item]
+        is_key = index == len(detail["loc"]) - 1 and detail["type"] in ("missing", "extra_forbidden")
+        if further or is_key:
+            spot.path = (*spot.path, item)
+            spot.trail.append(further)
+        elif tagged:
+            spot.trail[-1] = tagged
+        elif spot.fork is None:
+            spot.fork = len(spot.path)
+    return spot
+
+
+def _say_value(spot: _Spot, _: Also) -> _Said:
+    allowed = spot.trail[-1]
+    why = f" ({spot.context['why']})" if "why" in spot.context else ""
+    near = nearest(spot.given, literals(allowed)) if isinstance(spot.given, str) else ""
+    return _Said(spot.path, shown(spot.given) + why, words(allowed), _assignment(spot.path, f'"{near}"' if near else example(allowed)), near)
+
+
+def _say_rule(spot: _Spot, _: Also) -> _Said:
+    """Pass on what a part's own rule says: it carries its words with it."""
+    shape = spot.context["example"]
+    example = shape if "=" in shape else _assignment(spot.path, shape)
+    return _Said(spot.path, spot.context["why"], spot.context["expected"], example, spot.context.get("near", ""))
+
+
+def _say_missing(spot: _Spot, _: Also) -> _Said:
+    if isinstance(spot.path[-1], int):  # speak of the short list, not of the hole in it
+        path, allowed = spot.path[:-1], spot.trail[-2]
+        return _Said(path, shown(spot.given), words(allowed), _assignment(path, example(allowed)))
+    return _Said(spot.path, "nothing", words(spot.trail[-1]), _assignment(spot.path, example(spot.trail[-1])))
+
+
+def _say_unknown(spot: _Spot, also: Also) -> _Said:
+    owners = models(spot.trail[-2])
+    examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in keys(owner)}
+    for owner in owners:
+        examples |= also.get(owner, {})
+    near = nearest(spot.last, examples)
+    found = f"an unknown key with {shown(spot.given)}"
+    return _Said(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
+
+
+def _say_tag(spot: _Spot, _: Also) -> _Said:
+    name = spot.context["discriminator"].strip("'")
+    tags = [tag(option) for option in models(spot.trail[-1])]
+    stated = spot.context.get("tag")
+    near = nearest(str(stated or ""), tags)
+    found = "nothing" if stated is None else shown(stated)
+    return _Said((*spot.path, name), found, "one of " + ", ".join(f'"{each}"' for each in tags), f'{name} = "{near or tags[0]}"', near)
+
+
+def _say_count(spot: _Spot, _: Also) -> _Said:
+    least, most = spot.context.get("min_length"), spot.context.get("max_length")
+    of = "characters" if isinstance(spot.given, str) else "entries"
+    expected = f"at least {least} {of}" if most is None else f"at most {most} {of}"
+    return _Said(spot.path, f"{len(spot.given)} {of}", f"{words(spot.trail[-1])}, {expected}", _assignment(spot.path, example(spot.trail[-1])))
+
+
+_SAY: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
+    "missing": _say_missing,
+    "extra_forbidden": _say_unknown,
+    "union_tag_invalid": _say_tag,
+    "union_tag_not_found": _say_tag,
+    "too_short": _say_count,
+    "too_long": _say_count,
+    "string_too_short": _say_count,
+    "string_too_long": _say_count,
+    # raised by the parts themselves
+    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox"), _say_rule),
+}
+
+
+def _assignment(path: Path, value: str) -> str:
+    """Show the value behind its key, as it would stand in the file."""
+    return f"{path[-1]} = {value}" if path and isinstance(path[-1], str) else value

@@ -1,0 +1,1 @@
+"""Cycloidal drives: geometry, contact, load sharing and tolerances."""

@@ -1,0 +1,249 @@
+"""The cycloidal stage under load: which lobes carry, how hard, and by how much the output winds up.
+
+A rigid disc leans on unilateral contacts (Hertz by a named law, in series with the bending of pin or lobe), on the eccentric's bearing and on the
+output: three unknowns, the disc's displacement along x and across y the line of centres and its rotation. For one disc; share the torque first
+(half each for two, 0.55 is customary). Frictionless, quasi-static. What a rigid disc leaves out: the bodies of disc and ring. Finite elements
+of a solid steel stage put 31 % (Palmgren) to 42 % (Johnson) of its wind-up there; the lobes' shares hardly change. `cycloid_bodies` adds them:
+beside Johnson's law the sum is 0.5 to 1.1 % above those finite elements.
+
+Source: M. Lehmann, TU München 1976; S. Malhotra, M. Parameswaran, Analysis of a cycloid speed reducer, Mech. Mach. Theory 18 (1983) 491 (closed
+forms); equilibrium with gaps as J. Blanche, D. Yang, J. Mech. Transm. Autom. Des. 111 (1989) 337 lay it out, here with the bearing's give.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+
+from lostmotion.errors import DidNotConvergeError
+from lostmotion.laws.contact import LEAST_LOGARITHM, johnson_scale, palmgren_factor, peak_pressure
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles, pitch_distance
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.spatial import Floats
+
+FlankLaw = Literal["johnson", "palmgren", "linear"]
+
+
+@dataclass(frozen=True, slots=True)
+class Flanks:
+    """How do disc and pins (or lobes) give way where they touch? Raises ValueError for impossible values.
+
+    `width` m of the contact; `modulus` E* Pa; `law` of the approach; `bending` m/N of pin or lobe in series, zero for rigid ones; `stiffness` N/m of
+    each contact, for the "linear" law alone.
+    """
+
+    width: float
+    modulus: float
+    law: FlankLaw = "johnson"
+    bending: float = 0.0
+    stiffness: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        if self.law not in get_args(FlankLaw):
+            raise ValueError(f"no law of approach is called {self.law!r}: take 'johnson', 'palmgren' or 'linear'")
+        if not (self.width > 0 and self.modulus > 0 and self.bending >= 0 and self.stiffness > 0):
+            raise ValueError("the contact's width, modulus and stiffness must be positive, its bending zero or more")
+        if (self.law == "linear") != math.isfinite(self.stiffness):
+            raise ValueError("the 'linear' law needs a finite contact stiffness, and no other law takes one")
+
+
+@dataclass(frozen=True, slots=True)
+class Supports:
+    """What holds the disc besides the flanks? Infinite means rigid. Arrays (draw,) hold one value per drawn gearbox.
+
+    `bearing` N/m of the eccentric (bearing, shaft and seats in series) in any direction across its axis; `output` N m/rad between disc and output;
+    `pin_circle` m, the radius Rw of output pins in holes, which push the disc along the line of centres by 4 T/(pi Rw); infinite for crankshafts
+    that carry the output themselves.
+    """
+
+    bearing: float | Floats = math.inf
+    output: float | Floats = math.inf
+    pin_circle: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    """Which Coulomb coefficients rub where? Zero leaves a place out.
+
+    `flank` between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers; `bearing` of the eccentric, about 0.002 at its
+    `bearing_radius` (m) with rolling elements; `output` of pins on `pin_circle` (m) in their holes, with sleeves times bore over sleeve radius.
+    """
+
+    flank: float
+    bearing: float = 0.0
+    bearing_radius: float = 0.0
+    output: float = 0.0
+    pin_circle: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """What came out, with axes (torque, crank, draw, ...). Cases that did not converge hold NaN and `converged` False: never a plausible number."""
+
+    rotation: Floats  # rad, of the output against its unloaded, gapless place, in the torque's direction
+    displacement: Floats  # (..., 2) m, of the disc along and across the line of centres
+    forces: Floats  # (..., N) N, per pin or lobe
+    pressures: Floats  # (..., N) Pa, the peak in each contact
+    bearing_force: Floats  # N, on the eccentric
+    stiffness: Floats  # N m/rad, the tangent to the wind-up curve; 0 where the disc is free in its play
+    lobes: Floats  # how many carry load
+    residual: Floats  # of the equilibrium: largest force left over, as a share of T/(e z)
+    converged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+    def checked(self) -> Loaded:
+        """Is every case solved? Gives itself back, or raises DidNotConvergeError that says how many are not, and the first."""
+        missed = np.argwhere(~self.converged)
+        if len(missed):
+            raise DidNotConvergeError(
+                f"{len(missed)} of {self.converged.size} loaded contacts found no equilibrium, the first at (torque, crank, draw) = "
+                f"{tuple(map(int, missed[0]))}: the load is beyond the law of approach, or a value is not a number"
+            )
+        return self
+
+
+def loaded(
+    stage: Stage,
+    flanks: Flanks,
+    torque: Floats | Sequence[float],
+    crank: Floats | Sequence[float] = (0.0,),
+    gaps: Floats | float = 0.0,
+    supports: Supports | None = None,
+    *,
+    threads: int = 1,
+) -> Loaded:
+    """Which lobes of one disc carry, and how far does it turn, at torques (torque,) x crank angles (crank,) x drawn gearboxes?
+
+    `torque` N m about the planet's centre, of either sign; at zero torque the disc lies anywhere in its play, and rotation 0 is given. `gaps` m along
+    the normals, negative for interference, any shape that broadcasts to (crank, draw, N). The residual is below 1e-9 of the torque, usually 1e-12, or
+    the case is marked: so is a torque that is less than a millionth of what interference presses with, where rounding hides it. The same bits for
+    any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that are not positive.
+    """
+    from lostmotion.laws.cycloid import contact_kernel as kernel
+
+    supports = supports or Supports()
+    torque, crank = np.atleast_1d(np.asarray(torque, dtype=float)), np.atleast_1d(np.asarray(crank, dtype=float))
+    gap = np.asarray(gaps, dtype=float)
+    gap = np.ascontiguousarray(np.broadcast_to(gap, (*gap.shape[:-1], stage.pins))[(None,) * (3 - max(gap.ndim, 1))])
+    bearing, output = (np.atleast_1d(np.asarray(value, dtype=float)) for value in (supports.bearing, supports.output))
+    draws = np.broadcast_shapes(gap.shape[1:2], bearing.shape, output.shape)[0]
+    if gap.shape[0] not in {1, len(crank)}:
+        raise ValueError(f"gaps are given for {gap.shape[0]} crank angles, but there are {len(crank)}")
+    if not (np.isfinite(torque).all() and np.isfinite(crank).all() and np.isfinite(gap).all()):
+        raise ValueError("torques, crank angles and gaps must be finite numbers")
+    if not ((bearing > 0).all() and (output > 0).all() and supports.pin_circle > 0):
+        raise ValueError("the bearing's and the output's stiffness and the pin circle must be positive; infinite means rigid")
+    theta = pin_angles(stage, crank)
+    radius = contact_radius(stage, theta)
+    law, soft, scale, largest = _coefficients(flanks, radius)
+    shape = (len(torque), len(crank), draws)
+    cases = math.prod(shape)
+    out, forces = np.empty((cases, kernel.COLUMNS)), np.empty((cases, stage.pins))
+    across = np.ascontiguousarray(normals(stage, theta)[..., 0])
+    arm = arms(stage, theta) / stage.planet_pitch_radius
+    thrust = 0.0 if math.isinf(supports.pin_circle) else 4 / (math.pi * supports.pin_circle)
+    stiffness = np.ascontiguousarray(np.broadcast_to(bearing, draws))
+    given = (law, stage.planet_pitch_radius, thrust, torque, across, arm, soft, scale, largest, gap, stiffness, out, forces)
+    edges = np.linspace(0, cases, min(4 * threads, cases) + 1 if threads > 1 else 2).astype(int)
+    if threads > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(lambda ends: kernel.solve_cases(ends[0], ends[1], *given), pairwise(edges)))
+    else:
+        kernel.solve_cases(0, cases, *given)
+    return _named(flanks, radius, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
+
+
+def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, Floats]:
+    """What does the kernel need of a law: its number, two coefficients and the largest force it holds for, per contact?"""
+    from lostmotion.laws.cycloid import contact_kernel as kernel
+
+    one = np.ones_like(radius)
+    if flanks.law == "linear":
+        return kernel.LINEAR, (1 / flanks.stiffness + flanks.bending) * one, 0 * one, np.inf * one
+    if flanks.law == "palmgren":
+        return kernel.POWER, palmgren_factor(flanks.width) * one, flanks.bending * one, np.inf * one
+    soft = 1 / (math.pi * flanks.modulus * flanks.width)
+    scale = np.log(johnson_scale(flanks.width, radius, flanks.modulus))
+    # delta = soft F (ln B - ln F) + bending F: bending only shifts ln B
+    return kernel.LOGARITHMIC, soft * one, scale + flanks.bending / soft, np.exp(scale - LEAST_LOGARITHM)
+
+
+def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: Floats, forces: Floats) -> Loaded:
+    from lostmotion.laws.cycloid import contact_kernel as kernel
+
+    converged = np.isfinite(out[..., kernel.ROTATION])
+    with np.errstate(invalid="ignore"):
+        pressures = peak_pressure(forces / flanks.width, radius[None, :, None, :], flanks.modulus)
+    return Loaded(
+        rotation=out[..., kernel.ROTATION] + torque[:, None, None] / output,
+        displacement=out[..., kernel.ALONG : kernel.ACROSS + 1],
+        forces=forces,
+        pressures=pressures,
+        bearing_force=out[..., kernel.BEARING],
+        stiffness=1 / (out[..., kernel.SOFTNESS] + 1 / output),
+        lobes=np.where(converged, out[..., kernel.LOADED], np.nan),
+        residual=out[..., kernel.RESIDUAL],
+        converged=converged,
+    )
+
+
+def largest_force(stage: Stage, torque: float) -> float:
+    """How large (N) is the largest lobe force with equal springs and no gaps? F_max = 4 T/(e z N), F_i = F_max l_i/(e z); ripples as sum(l^2)."""
+    return 4 * torque / (stage.planet_pitch_radius * stage.pins)
+
+
+def mesh_stiffness(stage: Stage, contact: float, discs: int = 1) -> float:
+    """How stiff (N m/rad) is the mesh of discs with equal contacts of k_c (N/m), no gaps, rigid bearings? n_d k_c (e z)^2 N/4."""
+    return discs * contact * stage.planet_pitch_radius**2 * stage.pins / 4
+
+
+def eccentric_stiffness(stage: Stage, bearings: float) -> float:
+    """How stiff (N m/rad) does the output feel all eccentric bearings of k_r (N/m) together? k_r (e z)^2."""
+    return bearings * stage.planet_pitch_radius**2
+
+
+def output_pin_stiffness(pin: float, radius: float, count: int) -> float:
+    """How stiff (N m/rad) are n_w output pins of k_w (N/m) on the radius Rw (m), half of them loaded? k_w Rw^2 n_w/4; largest force 4 T/(Rw n_w)."""
+    return pin * radius**2 * count / 4
+
+
+def transmission_error(rotation: Floats) -> tuple[Floats, Floats]:
+    """How far does the output run ahead of an even ratio over a turn of the crank, and in which harmonics?
+
+    `rotation` (torque, crank, draw) in rad at equally spaced crank angles over one turn. Gives the error, mean taken out and as seen at the output
+    that lags where the disc gives way: (torque, crank, draw); and the amplitudes (torque, harmonic, draw) of 0, 1, 2, ... per turn of the crank.
+    """
+    error = rotation.mean(axis=1, keepdims=True) - rotation
+    amplitudes = np.abs(np.fft.rfft(error, axis=1)) * 2 / rotation.shape[1]
+    return error, amplitudes
+
+
+def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: Loaded, friction: Friction) -> Floats:
+    """How large (N m, (torque, crank, draw)) is one disc's Coulomb friction, felt at the output, at the crank angles of `answer`?
+
+    Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (twin: + Rr); the eccentric's bearing turns, and the
+    output pins slide, N times (twin: z times) as far as without the crank's speed: F_b r_b N and F_pin e N. Loads are those without friction: an
+    estimate, good while the friction stays below about a fifth of the torque; seals, grease and preloaded bearings come on top.
+    """
+    theta = pin_angles(stage, np.atleast_1d(np.asarray(crank, dtype=float)))
+    reach = stage.ring_radius * pitch_distance(stage, theta) + (1 if stage.twin else -1) * stage.pin_radius
+    meshes = friction.flank * (answer.forces * np.abs(reach)[None, :, None, :]).sum(axis=-1)
+    moment = np.abs((answer.forces * arms(stage, theta)[None, :, None, :]).sum(axis=-1))
+    pins = friction.output * stage.ring_pitch_radius * 4 / math.pi * moment / friction.pin_circle
+    faster = stage.ring_pitch_radius / stage.eccentricity
+    return np.asarray(meshes + pins + friction.bearing * friction.bearing_radius * faster * answer.bearing_force)
+
+
+def efficiency(torque: Floats, friction: Floats) -> Floats:
+    """Which share of the crank's power reaches the output, for torques and friction torques of shapes that broadcast? T/(T + M_f); 0 at no load."""
+    load = np.abs(np.asarray(torque, dtype=float))
+    return np.asarray(np.where(load > 0, load, 0.0) / np.where(load + friction > 0, load + friction, 1.0))

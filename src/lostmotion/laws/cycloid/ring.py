@@ -1,0 +1,112 @@
+"""Profiles of rings without rolling bodies, and of the epicycloid-hypocycloid pair.
+
+Source: F. Litvin, P. Feng, Mech. Mach. Theory 31 (1996) 891 (envelope with two branches); F. Litvin, A. Fuentes, Gear Geometry and
+Applied Theory, 2nd ed., ch. 13 (cycloidal pairs).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.laws.cycloid.geometry import flank
+
+if TYPE_CHECKING:
+    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.spatial import Floats
+
+
+def ring_root_radius(stage: Stage) -> float:
+    """How far out (m) from the ring's centre does the moving disc reach: R - Rr + 2 e?"""
+    return stage.ring_radius - stage.pin_radius + 2 * stage.eccentricity
+
+
+def ring_pitch(stage: Stage, points: int = 401, clearance: float = 0.0) -> Floats:
+    """How does one pitch of the ring run, from -pi/N to pi/N about the crest at angle 0? Points (points or a few more, 2) in m.
+
+    "lobe envelope": the boundary of all that the moving disc sweeps: the pin's arc near the crest, then the branch that the disc's tips cut.
+    "lobe arcs" (and "ring pins", as if they were one piece with the ring): arcs of Rr down to a root circle, `clearance` m beyond the tips' reach,
+    with radial walls where the root lies behind the arc's middle. For "planet pins" the ring is the toothed wheel: its `flank` once round / z.
+    """
+    half = points // 2 + 1
+    if stage.twin:
+        at = np.linspace(-math.pi, math.pi, 2 * half - 1) / stage.lobes
+        return flank(stage, at)[0]
+    side = _envelope_side(stage, half) if stage.kind == "lobe envelope" else _arc_side(stage, half, ring_root_radius(stage) + clearance)
+    return np.concatenate([side[:0:-1] * [1, -1], side])
+
+
+def once_round(pitch: Floats, times: int) -> Floats:
+    """What closed outline (times x (n - 1), 2) do `times` copies of one pitch (n, 2) make?"""
+    one = pitch[:-1, 0] + 1j * pitch[:-1, 1]
+    whole = (np.exp(2j * math.pi / times * np.arange(times))[:, None] * one).ravel()
+    return np.stack([whole.real, whole.imag], axis=-1)
+
+
+def arc_share(stage: Stage) -> float:
+    """Over which share of the pitch, 0..1, is an envelope ring the pin's arc?"""
+    x, y = _second_branch(stage, np.array([_junction(stage)]))[0]
+    return math.atan2(y, x) * stage.pins / math.pi
+
+
+def _arc_side(stage: Stage, points: int, root: float) -> Floats:
+    r, rr = stage.ring_radius, stage.pin_radius
+    behind = math.sqrt(r**2 - rr**2)
+    # the arc ends where it meets the root circle, or, with a deep root, where a ray from the centre grazes it
+    meets = math.acos((r**2 + rr**2 - root**2) / (2 * r * rr) if root < behind else rr / r)
+    turn = np.linspace(0, meets, points // 2)
+    arc = np.stack([r - rr * np.cos(turn), rr * np.sin(turn)], axis=-1)
+    start = math.atan2(arc[-1, 1], arc[-1, 0])
+    at = np.linspace(start, math.pi / stage.pins, points - points // 2 + (root < behind))[int(root < behind) :]
+    return np.concatenate([arc, root * np.stack([np.cos(at), np.sin(at)], axis=-1)])
+
+
+def _second_branch(stage: Stage, t: Floats) -> Floats:
+    """Where in the ring, as points (t, 2), does the disc's flank at t touch again: where its normal passes the pitch circle a second time?"""
+    e, z, n = stage.eccentricity, stage.lobes, stage.pins
+    points, normal = flank(stage, t)
+    place, towards = points[:, 0] + 1j * points[:, 1], normal[:, 0] + 1j * normal[:, 1]
+    along = (place * towards.conj()).real  # the chord's foot lies at place - along * towards
+    first = e * z * np.exp(1j * n * t)
+    foot = place - along * towards
+    other = 2 * foot - first
+    crank = np.angle(other * np.exp(-1j * math.pi / z)) * z / n + math.pi / n  # other = e z exp(i psi N/z); the tip's own is pi/N
+    at = e * np.exp(1j * crank) + place * np.exp(-1j * crank / z)
+    return np.stack([at.real, at.imag], axis=-1)
+
+
+def _junction(stage: Stage) -> float:
+    """At which t does the second branch leave the pin's arc? Where the normal grazes the pitch circle: cos(z t) = K1, with the longest arm."""
+    return math.acos(stage.shortening) / stage.lobes
+
+
+def _envelope_side(stage: Stage, points: int) -> Floats:
+    t = _junction(stage)
+    cut = _second_branch(stage, np.linspace(t, math.pi / stage.lobes, points - points // 3))
+    turn = np.linspace(0, math.atan2(cut[0, 1], stage.ring_radius - cut[0, 0]), points // 3 + 1)[:-1]
+    arc = np.stack([stage.ring_radius - stage.pin_radius * np.cos(turn), stage.pin_radius * np.sin(turn)], axis=-1)
+    return np.concatenate([arc, cut])
+
+
+def cycloid_pair(lobes: int, rolling_radius: float, per_arc: int = 100) -> tuple[Floats, Floats]:
+    """How do a disc and a ring run whose teeth are epicycloids outside and hypocycloids inside, all of one rolling circle q?
+
+    Closed outlines (2 n per_arc, 2) and (2 (n + 1) per_arc, 2) in m, each about its own centre, beginning with an epicycloid at angle 0. Base radii
+    2 n q and 2 (n + 1) q, centre distance 2 q. Raises ValueError for fewer than two lobes.
+    """
+    if lobes < 2:  # noqa: PLR2004 - one lobe has no tooth to follow
+        raise ValueError(f"a cycloid pair needs two lobes or more, not {lobes}")
+    return _composite(lobes, rolling_radius, per_arc), _composite(lobes + 1, rolling_radius, per_arc)
+
+
+def _composite(teeth: int, q: float, per_arc: int) -> Floats:
+    base = 2 * teeth * q
+    roll = np.linspace(0, 2 * math.pi, per_arc, endpoint=False)
+    a = roll * q / base
+    outer = (base + q) * np.exp(1j * a) - q * np.exp(1j * (a + roll))
+    inner = (base - q) * np.exp(1j * a) + q * np.exp(1j * (a - roll))
+    tooth = np.concatenate([outer, inner * np.exp(1j * math.pi / teeth)])
+    whole = (np.exp(2j * math.pi / teeth * np.arange(teeth))[:, None] * tooth).ravel()
+    return np.stack([whole.real, whole.imag], axis=-1)

@@ -1,0 +1,276 @@
+"""What cycloidal stages do as they are built: play, lost motion, wind-up and transmission error, gearbox by gearbox.
+
+Every dimension is drawn within its tolerance and turned into gaps at the contacts; then the discs, which lie in opposite phases of the same
+crank, carry the torque side by side: at each crank angle they share it so that both turn the output alike. Without load the first contact decides
+on either side, and an error of one flank counts in full; under load flanks average.
+
+Where the flanks of a disc, or of one disc against the other, interfere, the discs press on each other without any torque: `cycloid_preload` finds
+where they come to rest, and wind-up counts from there.
+
+Pins belong to the ring and are met by all discs; flanks belong to one disc. Each gearbox is drawn by name and number: a tolerance added, or more
+gearboxes, leaves the others' draws alone.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws.cycloid.drive import LEAST_ARM, crank_play, loaded_disc, resting_disc
+from lostmotion.laws.cycloid.geometry import arms, first_contact_error, gaps, gaps_from_pins, normals, pin_angles
+from lostmotion.laws.cycloid.preload import Branches, carried, preloaded
+from lostmotion.laws.distributions import Normal, of_tolerance
+from lostmotion.units import Toleranced
+
+if TYPE_CHECKING:
+    from lostmotion.laws.cycloid.drive import Drive
+    from lostmotion.laws.distributions import Law
+    from lostmotion.spatial import Floats
+
+_NONE: Final = Toleranced(0.0)
+# Halvings of the bracket in which the discs' common angle is sought: to the last bits.
+_HALVINGS: Final = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """By how much do the dimensions of gearboxes differ? All in m; nominal values belong to clearances alone.
+
+    The same all over one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material taken off (`roller`, `circle`), and the
+    diametral clearances of the crank bearings and of the output pins in their holes, with their ±. Each pin or lobe for itself, as ± of a normal
+    law: its place (`pin_position`, radially and tangentially), its radius (`pin_size`), the disc's flank along its normal (`flank_form`); each
+    output pin against its hole (`output_position`), and each bore of a disc for its crank against the flank and the other shafts
+    (`crank_position`), in both directions.
+    """
+
+    ring_radius: Toleranced = _NONE
+    pin_radius: Toleranced = _NONE
+    eccentricity: Toleranced = _NONE
+    roller: Toleranced = _NONE
+    circle: Toleranced = _NONE
+    crank_clearance: Toleranced = _NONE
+    output_clearance: Toleranced = _NONE
+    output_position: float = 0.0
+    crank_position: float = 0.0
+    pin_position: float = 0.0
+    pin_size: float = 0.0
+    flank_form: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """What came out; leading axes as said, the last one is the gearbox built.
+
+    `ahead` and `behind` (crank, gearbox) rad: how far the output turns freely either way from its gapless place, clearances of crank and output pins
+    counted in; their sum, the play, is zero where discs press on each other, and one of them is then below zero. `torque` (torque,) N m, of either
+    sign; `rotation` (torque, crank, gearbox) rad under it, with its sign, clearances counted in likewise: never short of the end of the free way.
+    `jammed` (gearbox,): flanks interfere at every crank angle, by more than all clearances make up for.
+    """
+
+    ahead: Floats
+    behind: Floats
+    torque: Floats
+    rotation: Floats
+    jammed: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+    @property
+    def ends(self) -> tuple[Floats, Floats]:
+        """Return the ends of the free way ahead and behind (crank, gearbox), rad; where discs press on each other, where they rest, twice."""
+        return self.ahead, -self.behind
+
+    @property
+    def play(self) -> Floats:
+        """Return the free play (gearbox,), rad, on average over the crank's turn; none where discs press on each other."""
+        return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
+
+
+def drawn(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -> Floats:
+    """Which values (gearbox, ...) does a stream of this name give within ± size? Each gearbox has a row of its own, whatever their number."""
+    if not size:
+        return np.zeros(shape)
+    stream = np.random.Generator(np.random.PCG64([seed, zlib.crc32(name.encode())]))
+    # open at both ends, as the laws want it
+    uniforms = (stream.integers(0, 2**53, size=shape) + 0.5) / 2**53
+    return law.quantile(uniforms) * (size / law.bound)
+
+
+def drawn_dimension(dimension: Toleranced, name: str, seed: int, count: int) -> Floats:
+    """Which values (gearbox,) does a toleranced dimension take?"""
+    return dimension.nominal + drawn(dimension.tolerance, of_tolerance(dimension.law), name, seed, (count,))
+
+
+def drawn_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
+    """How wide (disc, crank, gearbox, N; m) are the gaps at crank angles (crank,) in so many gearboxes? Below zero: interference."""
+    stage, pins, normal = drive.stage, drive.stage.pins, Normal()
+
+    def alike(name: str) -> Floats:
+        dimension = getattr(scatter, name)
+        return drawn(dimension.tolerance, of_tolerance(dimension.law), name, seed, (gearboxes,))[:, None]
+
+    def each(name: str, stream: str) -> Floats:
+        return drawn(getattr(scatter, name), normal, stream, seed, (gearboxes, pins))
+
+    radius = alike("pin_radius") + each("pin_size", "pin_size")
+    radial = alike("ring_radius") + each("pin_position", "pin_position radial")
+    tangential = each("pin_position", "pin_position tangential")
+    off, roller, circle = alike("eccentricity"), alike("roller"), alike("circle")
+    out = np.empty((drive.discs, len(crank), gearboxes, pins))
+    for disc in range(drive.discs):
+        theta = pin_angles(stage, crank + 2 * math.pi * disc / drive.discs)[:, None]
+        # dR takes off (1 - K1 cos theta)/D of itself, as a pin that stands farther out does; the twin's pins move the other way
+        taken = roller + np.abs(gaps_from_pins(stage, theta, np.zeros(1), np.ones(1), np.zeros(1))) * circle
+        moved, turned, _ = _bores(drive, scatter, disc, gearboxes, seed)
+        across, along = _in_line_of_centres(moved, crank + 2 * math.pi * disc / drive.discs)
+        normal_to = normals(stage, theta)
+        shift = normal_to[..., 0] * (off + along[..., None]) + normal_to[..., 1] * across[..., None] + arms(stage, theta) * turned[:, None]
+        flank = each("flank_form", f"flank_form disc {disc}")
+        out[disc] = gaps(stage, theta, drive.made) + taken + flank - shift + gaps_from_pins(stage, theta, radius, radial, tangential)
+    return out
+
+
+def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearboxes: int, seed: int, *, threads: int = 1) -> Built:
+    """What do so many gearboxes do at crank angles (crank,) under torques (torque,) of either sign, N m of the whole drive, none of them zero?
+
+    Rotations hold what disc, flanks and eccentric give (see `cycloid_drive`), not the output pins. Raises DidNotConvergeError where a load is
+    beyond the contact law, ValueError for a torque of zero. Discs share the torque on straight lines between the loads solved: to some
+    2 % of the angle where their gaps differ much. Without any torque, discs that press on each other are put in the middle of their overlap. The
+    same bits for any `threads`; more gearboxes keep the first.
+    """
+    torque, crank = np.asarray(torque, dtype=float), np.asarray(crank, dtype=float)
+    if not torque.all():
+        raise ValueError("under no torque the output lies anywhere in its play: see `ahead` and `behind`")
+    gap = drawn_gaps(drive, scatter, crank, gearboxes, seed)
+    angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
+    ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    alone = ahead.copy(), behind.copy()
+    stuck = ahead + behind < 0
+    for disc in np.flatnonzero(stuck.any(axis=(1, 2))):
+        # its own flanks hold the disc in one place, from where only the clearances let the output move
+        rest = (ahead[disc] - behind[disc]) / 2
+        if len(torque):
+            turned = crank + 2 * math.pi * disc / drive.discs
+            rest = resting_disc(drive, turned, gap[disc], float(np.abs(torque).min()))
+        ahead[disc], behind[disc] = np.where(stuck[disc], (rest, -rest), (ahead[disc], behind[disc]))
+    free = clearance_angle(drive, scatter, gearboxes, seed) / 2
+    early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
+    early = early - _room_lost(drive, scatter, gearboxes, seed)[:, None]
+    # the clearances may still let a disc out of its own interference, so only what they do not make up for jams
+    jammed = (((alone[0] + early[0]).min(axis=0) + (alone[1] + early[1]).min(axis=0) + 2 * free) < 0).all(axis=0)
+    first, last = ahead + early[0] + free, behind + early[1] + free
+    ends = np.stack([first.min(axis=0), last.min(axis=0)])
+    rotation = np.empty((len(torque), len(crank), gearboxes))
+    for way, (sign, start) in enumerate(((1.0, ahead), (-1.0, behind))):
+        chosen = np.flatnonzero(np.sign(torque) == sign)
+        if len(chosen):
+            found = _side_by_side(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way]
+            # errors of the output pins are averaged under load, where the first one to touch ends the free way
+            rotation[chosen] = sign * np.maximum(found, ends[way])
+    pressed = ends.sum(axis=0) < 0
+    middle = (ends[0] - ends[1]) / 2
+    ahead, behind = np.where(pressed, middle, ends[0]), np.where(pressed, -middle, ends[1])
+    chosen = np.flatnonzero(pressed.any(axis=0))
+    if len(chosen) and len(torque):
+        shifts = Branches(-last[..., chosen], first[..., chosen], (free + uneven)[..., chosen])
+        rest, turned = preloaded(drive, torque, crank, gap[:, :, chosen], shifts, threads=threads)
+        own = pressed[:, chosen]
+        rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
+        ahead[:, chosen], behind[:, chosen] = np.where(own, rest[1], ahead[:, chosen]), np.where(own, -rest[0], behind[:, chosen])
+    return Built(ahead, behind, torque, rotation, jammed)
+
+
+def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+    """Which play (gearbox,; rad) do the clearances of crank bearings and output pins make: G times `crank_play`, and Gw/Rw?"""
+    out = crank_play(drive) * drawn_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
+    if drive.output is not None:
+        out = out + drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
+    return np.asarray(out)
+
+
+def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int) -> tuple[Floats, Floats, Floats]:
+    """How do misplaced bores make a disc sit on its cranks: moved (gearbox, 2) m, turned (gearbox,) rad, each still off by (gearbox, crank, 2) m?
+
+    By least squares, as bearings alike that all carry place it; in the axes of the output.
+    """
+    count, circle = drive.eccentric.cranks, drive.eccentric.circle
+    off = np.stack([drawn(scatter.crank_position, Normal(), f"crank_position {way} disc {disc}", seed, (gearboxes, count)) for way in "xy"], axis=-1)
+    moved = off.mean(axis=1)
+    if count == 1:
+        return moved, np.zeros(gearboxes), np.zeros_like(off)
+    angle = 2 * math.pi * np.arange(count) / count
+    tangent = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+    around = (off * tangent).sum(axis=-1).mean(axis=1)
+    return moved, around / circle, off - moved[:, None] - around[:, None, None] * tangent
+
+
+def _in_line_of_centres(shift: Floats, crank: Floats) -> tuple[Floats, Floats]:
+    """Give shifts (gearbox, 2) in the output's axes across and along the line of centres, both (crank, gearbox)."""
+    cosine, sine = np.cos(crank)[:, None], np.sin(crank)[:, None]
+    return shift[:, 1] * cosine - shift[:, 0] * sine, shift[:, 0] * cosine + shift[:, 1] * sine
+
+
+def _room_lost(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+    """By how much (disc, gearbox; rad) do bores that do not fit the cranks shorten the free way, either way?
+
+    A bearing off by r within its half clearance g moves as freely as one of sqrt(g^2 - r^2), and not at all from r = g on; the worst one counts.
+    """
+    half = np.maximum(drawn_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes), 0.0) / 2
+    off = np.stack([np.linalg.norm(_bores(drive, scatter, disc, gearboxes, seed)[2], axis=-1).max(axis=1) for disc in range(drive.discs)])
+    return np.asarray(crank_play(drive) * (half - np.sqrt(np.maximum(half**2 - off**2, 0.0))))
+
+
+def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> tuple[Floats, Floats]:
+    """Give what misplaced output pins add, rad, to the free way (way, disc, crank, gearbox) and, loaded, to the turn (way, crank, gearbox).
+
+    A pin at phi from the line of centres, misplaced along it by d, meets its hole at (Gw/2 + d)/(Rw sin phi): the first to do so ends the free way,
+    and under load they turn the output by sum(sin phi d)/(Rw sum(sin phi^2)), on average over the discs.
+    """
+    shape = (2, drive.discs, len(crank), gearboxes)
+    pins = drive.output
+    if pins is None or not scatter.output_position:
+        return np.zeros(shape), np.zeros((2, len(crank), gearboxes))
+    half = drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes)[:, None] / 2
+    early, uneven = np.empty(shape), np.empty(shape)
+    for disc in range(drive.discs):
+        first, second = (
+            drawn(scatter.output_position, Normal(), f"output_position {way} disc {disc}", seed, (gearboxes, pins.count)) for way in "xy"
+        )
+        turned = (crank + 2 * math.pi * disc / drive.discs)[:, None, None]
+        off = first * np.cos(turned) + second * np.sin(turned)
+        sine = np.sin(2 * math.pi * np.arange(pins.count) / pins.count - turned)
+        for way, sign in enumerate((1.0, -1.0)):
+            leaning = np.maximum(sign * sine, 0.0)
+            touches = leaning > LEAST_ARM
+            lever = pins.circle * np.where(touches, leaning, 1.0)
+            with_error = np.where(touches, (half + off) / lever, np.inf).min(axis=-1)
+            early[way, disc] = with_error - np.where(touches, half / lever, np.inf).min(axis=-1)
+            uneven[way, disc] = (leaning * off).sum(axis=-1) / (pins.circle * (leaning**2).sum(axis=-1))
+    return early, uneven.mean(axis=1)
+
+
+def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, start: Floats, threads: int) -> Floats:
+    """Give the common angle (torque, crank, gearbox), above zero, at which the discs carry torques of one sign together; `start` is first contact."""
+    sign = float(np.sign(torque[0]))
+    # Each disc alone, from its first contact to all of the torque: it may have to carry nearly that.
+    wanted = np.abs(torque)
+    loads = np.unique(np.concatenate([[0.0], wanted / drive.discs, [wanted.max()]]))
+    alone = np.empty((drive.discs, len(loads), *gap.shape[1:3]))
+    for disc in range(drive.discs):
+        turned = crank + 2 * math.pi * disc / drive.discs
+        for k, each in enumerate(loads[1:], 1):
+            alone[disc, k] = sign * loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads).rotation[0]
+        # flanks that interfere push each other apart before any torque does
+        alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
+    out = np.empty((len(torque), *gap.shape[1:3]))
+    for k, whole in enumerate(wanted):
+        low, high = alone[:, 0].min(axis=0), alone[:, -1].max(axis=0)
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            short = sum(carried(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
+            low, high = np.where(short, middle, low), np.where(short, high, middle)
+        out[k] = high
+    return out

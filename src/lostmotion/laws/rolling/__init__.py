@@ -1,0 +1,1 @@
+"""Rolling bearings: contact laws and the equilibrium of the shaft."""

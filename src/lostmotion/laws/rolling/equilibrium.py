@@ -1,0 +1,84 @@
+"""Where a shaft on rolling bearings settles under any load: shift across, shift along and tilt, five degrees of freedom.
+
+Every contact only pushes, Q = K delta^n. How far a contact closes is a convex function of where the shaft stands (the length of a straight line for
+balls, a plane for rollers), so the stored energy is convex too: there is one balance, and Newton's method with a search along its line finds it.
+Rings and shaft are rigid, speeds low, friction none; cages and ribs carry nothing.
+
+Frame: z along the shaft, right-handed. A stand is (x, y, z, about x, about y) of the shaft against the housing, m and rad; a load
+(Fx, Fy, Fz, Mx, My) what the shaft puts on the bearings, N and N m, both about the frame's origin.
+
+Source: ISO/TS 16281:2008, 4.2 and 4.3; T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7. In the energy's own form the moment of a ball acts
+at the centres of the inner groove, where ISO/TS 16281 takes half the pitch diameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from lostmotion.laws.rolling.rows import Seat
+    from lostmotion.spatial import Floats
+
+    Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """Where the shaft settles.
+
+    stand      (case, 5) m, rad; NaN where no balance was found
+    loads      one (case, element) per row, N
+    residual   (case,) what is left unbalanced, as share of the load (moments over half the largest pitch diameter): 1e-11, or what rounding leaves
+               where preload or stiffness is many times the load
+    converged  (case,) false where nothing holds the load
+    stiffness  (case, 5, 5) the slope of the load at the stand, N/m, N/rad, N m/rad
+    """
+
+    stand: Floats
+    loads: tuple[Floats, ...]
+    residual: Floats
+    converged: Flags
+    stiffness: Floats
+
+
+def settle(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0) -> Settled:
+    """Where does a shaft on these rows settle under loads (case, 5), and what does each element carry?
+
+    `clearance` (case,) or one for all: radial internal clearance of every row, m, diametral; below zero preload. Where loads leave a direction
+    free (no load and no stiffness along it) the shaft stays there in the middle. A case without any balance is marked and NaN.
+    Raises ValueError for loads of another shape or not finite.
+    """
+    from lostmotion.laws.rolling.equilibrium_kernel import settle_cases
+
+    loads = np.asarray(load, dtype=float)
+    if loads.ndim != 2 or loads.shape[1] != 5 or not np.isfinite(loads).all():  # noqa: PLR2004 - case by five
+        raise ValueError(f"loads of the shape (case, 5), all finite, are needed, not {loads.shape}")
+    cases = len(loads)
+    play = np.array(np.broadcast_to(np.asarray(clearance, dtype=float), cases))
+    # Tilts as metres at half the largest pitch, so that all five count alike.
+    reach = max(seat.row.pitch_diameter for seat in seats) / 2
+    scale = np.array([1, 1, 1, 1 / reach, 1 / reach])
+    wanted = loads * scale
+    ends = np.cumsum([0] + [seat.row.count for seat in seats])
+    contacts = np.concatenate([seat.contacts for seat in seats])
+    contacts["element"] += np.repeat(ends[:-1], [len(seat.contacts) for seat in seats])
+    contacts["across"] *= scale
+    contacts["along"] *= scale
+    stand, stiffness, each = np.empty((cases, 5)), np.empty((cases, 5, 5)), np.empty((cases, ends[-1]))
+    residual, converged = np.empty(cases), np.empty(cases, dtype=bool)
+    settle_cases(contacts, play, wanted, reach, stand, stiffness, each, residual, converged)
+    size = np.linalg.norm(wanted, axis=1)
+    return Settled(
+        stand * scale,
+        tuple(np.split(each, ends[1:-1], axis=1)),
+        residual / np.where(size > 0, size, 1.0),
+        converged,
+        stiffness / (scale[:, None] * scale),
+    )

@@ -1,0 +1,231 @@
+"""Rows of rolling elements, each described by its contacts: which way they close, from where, and how hard they push.
+
+A contact is one of two. A straight one (roller, slice of a roller) closes by radial + across . stand. A ball between two grooves closes by as much
+as the line between the grooves' centres is longer than without load: hypot(radial + across . stand, axial + along . stand) - apart. Both are convex
+in the stand (x, y, z, about x, about y; m and rad) of the inner ring. Either loses its share of the row's clearance from `radial`.
+
+Source: ISO/TS 16281:2008, 4.2 and 4.3 (balls and sliced rollers); T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.laws.rolling.radial import BALL_EXPONENT, BEARING_STEEL, ROLLER_EXPONENT, ball_stiffness, element_angles, roller_stiffness
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.spatial import Floats
+
+    Contacts = NDArray[np.void]
+
+CONTACT: Final = np.dtype(
+    [
+        ("element", np.int64),  # its number in the row
+        ("stiffness", float),  # K and n of its force K closing^n, N
+        ("exponent", float),
+        ("share", float),  # of the radial clearance by which the contact stands off
+        ("radial", float),  # m, at rest without clearance
+        ("axial", float),
+        ("apart", float),  # m, between the grooves' centres without load; 0: a straight contact
+        ("shoulders", bool),  # whether a ball is held either way along the axis, or towards +axial only
+        ("across", float, 5),  # how `radial` and `axial` change with the stand
+        ("along", float, 5),
+    ],
+    align=True,
+)
+
+
+class Row(ABC):
+    """One row of rolling elements about the z axis of its own frame."""
+
+    count: int
+
+    @property
+    @abstractmethod
+    def spring(self) -> tuple[float, float]:
+        """Give K and n of one contact."""
+
+    @property
+    @abstractmethod
+    def pitch_diameter(self) -> float:
+        """Give the pitch diameter, m."""
+
+    @property
+    @abstractmethod
+    def contacts(self) -> Contacts:
+        """Give its contacts (contact,) of the type CONTACT."""
+
+    def _contacts(self, element: Any, **fields: Any) -> Contacts:  # noqa: ANN401 - whatever broadcasts
+        out = np.zeros(len(element), CONTACT)
+        out["element"] = element
+        out["stiffness"], out["exponent"] = self.spring
+        for name, values in fields.items():
+            out[name] = values
+        return out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BallRow(Row):
+    """A row of balls: deep-groove (contact_angle 0, both shoulders) or angular-contact (above 0, a shoulder against +z only).
+
+    ball, pitch   diameters, m
+    grooves       radius of the inner and outer groove over the ball's diameter
+    contact_angle rad; an angular-contact row stands, unloaded, where its balls just touch at this angle
+    first         angle of the first ball from x, rad
+    """
+
+    count: int
+    ball: float
+    pitch: float
+    grooves: tuple[float, float] = (0.52, 0.52)
+    contact_angle: float = 0.0
+    material: tuple[float, float] = BEARING_STEEL
+    first: float = 0.0
+
+    @property
+    def spring(self) -> tuple[float, float]:
+        """Hertz's point contacts at both races in series."""
+        return ball_stiffness(self.ball, self.pitch, *self.grooves, self.contact_angle, self.material), BALL_EXPONENT
+
+    @property
+    def pitch_diameter(self) -> float:
+        """Give the circle of the balls' centres."""
+        return self.pitch
+
+    @property
+    def contacts(self) -> Contacts:
+        """One per ball, along the line between the centres of the two grooves."""
+        apart = (sum(self.grooves) - 1) * self.ball
+        radius = self.pitch / 2 + (self.grooves[0] - 0.5) * self.ball * math.cos(self.contact_angle)
+        across, along = _directions(element_angles(self.count, self.first), radius)
+        return self._contacts(
+            np.arange(self.count),
+            share=0.5,
+            radial=apart * math.cos(self.contact_angle),
+            axial=apart * math.sin(self.contact_angle),
+            apart=apart,
+            shoulders=not self.contact_angle,
+            across=across,
+            along=along,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RollerRow(Row):
+    """A row of cylindrical rollers, cut into slices so that a tilt loads their ends; they carry nothing along the axis.
+
+    length, roller, pitch  effective length, diameter, pitch diameter, m
+    crowned       rollers with the profile of ISO/TS 16281, 0.35 µm per mm of diameter x ln(1/(1 - (2x/l)^2)), at each race
+    """
+
+    count: int
+    length: float
+    roller: float
+    pitch: float
+    slices: int = 30
+    crowned: bool = True
+    first: float = 0.0
+
+    @property
+    def spring(self) -> tuple[float, float]:
+        """Palmgren's line contact, its stiffness shared by the slices."""
+        return roller_stiffness(self.length) / self.slices, ROLLER_EXPONENT
+
+    @property
+    def pitch_diameter(self) -> float:
+        """Give the circle of the rollers' centres."""
+        return self.pitch
+
+    @property
+    def contacts(self) -> Contacts:
+        """One per slice: closed by the ring's shift there, less half the clearance and the profile at both races."""
+        angles = np.repeat(element_angles(self.count, self.first), self.slices)
+        place = np.tile(((np.arange(self.slices) + 0.5) / self.slices - 0.5) * self.length, self.count)
+        profile = -0.00035 * self.roller * np.log1p(-((2 * place / self.length) ** 2)) if self.crowned else np.zeros_like(place)
+        cosine, sine = np.cos(angles), np.sin(angles)
+        across = np.stack([cosine, sine, np.zeros_like(angles), -place * sine, place * cosine], axis=-1)
+        return self._contacts(np.repeat(np.arange(self.count), self.slices), share=0.5, radial=-2 * profile, across=across)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CrossedRow(Row):
+    """One row of rollers that stand crosswise: every other one leans the other way, so that one pair of rings carries every load.
+
+    lean          angle of the contacts from the plane of the bearing, rad
+    A clearance below zero is preload, the usual state of these bearings.
+    """
+
+    count: int
+    length: float
+    pitch: float
+    lean: float = math.pi / 4
+    first: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse an odd number: two neighbours would lean the same way."""
+        if self.count % 2:
+            raise ValueError("crossed rollers come in pairs: an even count is needed")
+
+    @property
+    def spring(self) -> tuple[float, float]:
+        """Palmgren's line contact."""
+        return roller_stiffness(self.length), ROLLER_EXPONENT
+
+    @property
+    def pitch_diameter(self) -> float:
+        """Give the circle of the rollers' centres."""
+        return self.pitch
+
+    @property
+    def contacts(self) -> Contacts:
+        """One per roller, along the line on which it leans."""
+        across, along = _directions(element_angles(self.count, self.first), self.pitch / 2)
+        leaning = np.where(np.arange(self.count) % 2, -1.0, 1.0)[:, None] * math.sin(self.lean)
+        return self._contacts(np.arange(self.count), share=math.cos(self.lean) / 2, across=math.cos(self.lean) * across + leaning * along)
+
+
+def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
+    """Give the radial and the axial motion of the inner race at each element, per unit stand (element, 5)."""
+    cosine, sine, zero = np.cos(angles), np.sin(angles), np.zeros_like(angles)
+    across = np.stack([cosine, sine, zero, zero, zero], axis=-1)
+    along = np.stack([zero, zero, zero + 1, radius * sine, -radius * cosine], axis=-1)
+    return across, along
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """A row on the shaft: at the height `at` (m) along z; `mirrored`: its shoulder faces -z; `pressed` (m): set off along its own +z before any load.
+
+    Two mirrored angular-contact rows, each pressed by the same amount, are a preloaded pair.
+    """
+
+    row: Row
+    at: float = 0.0
+    mirrored: bool = False
+    pressed: float = 0.0
+
+    @property
+    def view(self) -> Floats:
+        """Give the matrix (5, 5) from the shaft's stand to the row's own."""
+        view = np.eye(5)
+        view[0, 4], view[1, 3] = self.at, -self.at
+        if self.mirrored:
+            view[2:] *= -1
+        return view
+
+    @property
+    def contacts(self) -> Contacts:
+        """Give the row's contacts by the shaft's stand."""
+        out = self.row.contacts
+        out["radial"] += out["across"][:, 2] * self.pressed
+        out["axial"] += out["along"][:, 2] * self.pressed
+        out["across"] @= self.view
+        out["along"] @= self.view
+        return out

@@ -1,0 +1,174 @@
+"""Where a shaft on two rows of rolling elements settles, read from a table instead of solved for: microseconds per load instead of a Newton solve.
+
+A row whose tilt within itself matters little feels two things: its own radial reaction, which statics alone gives, and its part of the axial force.
+So the shaft's stand follows from three numbers, the two reactions' sizes and the axial force, whichever way the reactions point; `settle` fills the
+table over them. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean) apart.
+
+Exact where rows carry no moment of their own and elements are many; what few balls and rows of some width make of it is measured by the tests
+(tests/laws/test_rolling_table.py). Where the elements stand at the moment is averaged out. The pair must look the same from both its ends.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import DidNotConvergeError
+from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
+
+if TYPE_CHECKING:
+    from scipy.interpolate import NdBSpline
+
+    from lostmotion.spatial import Floats
+
+# Nodes over the size of the load, its split between the rows, and its part along the axis.
+_NODES: Final = (17, 11, 13)
+# A row with one shoulder leaves the other row alone with the load within a few degrees.
+_NODES_ANGULAR: Final = (17, 15, 17)
+# Crossed rollers go from one family to the other within a few degrees; their contacts are quicker to solve for.
+_NODES_CROSSED: Final = (17, 21, 21)
+_DENSER: Final = 1.5
+# Elements a quarter of their distance on: there the shifts are what they are on average over the turn.
+_BETWEEN: Final = 0.25
+# The lowest node as share of the top: so small that nothing gives, yet any play is closed.
+_BOTTOM: Final = 1e-8
+# How close to a row without any load the table goes, rad: there the row would hang free in its play.
+_RIM: Final = 2e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two rows, or one of crossed rollers, and the distance `span` (m) at which their forces meet the axis; `axial`: whether they hold along it."""
+
+    seats: tuple[Seat, ...]
+    span: float
+    axial: bool
+
+    @property
+    def exponent(self) -> float:
+        """Give n of the contacts, Q = K delta^n."""
+        return self.seats[0].row.spring[1]
+
+    def turned(self, share: float) -> Pair:
+        """Give the same pair with its elements this share of their distance further round."""
+        return replace(self, seats=tuple(replace(seat, row=_turned(seat.row, share)) for seat in self.seats))
+
+    def settled(self, behind: Floats, ahead: Floats, along: Floats, clearance: float) -> tuple[Floats, Floats, Floats]:
+        """Solve for the radial shift of the rows behind and ahead and the axial one (m), under reactions in one plane (N). Errors as `ShiftTable`."""
+        zero = np.zeros_like(behind)
+        loads = np.stack([behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1)
+        found = settle(self.seats, loads, clearance)
+        if not found.converged.all():
+            said = f"a shaft on its bearings was not balanced in {np.count_nonzero(~found.converged)} of {len(loads)} cases"
+            raise DidNotConvergeError(f"{said}, the largest load among them {np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  are they meant?")
+        x, z, tilt = found.stand[:, 0], found.stand[:, 2], found.stand[:, 4]
+        return x - tilt * self.span / 2, x + tilt * self.span / 2, z
+
+
+def _turned(row: object, share: float) -> BallRow | RollerRow | CrossedRow:
+    if not isinstance(row, BallRow | RollerRow | CrossedRow):
+        raise TypeError(f"no row of rolling elements: {type(row).__name__}")
+    return replace(row, first=row.first + share * 2 * math.pi / row.count)
+
+
+def _nodes(row: object) -> tuple[int, int, int]:
+    if isinstance(row, CrossedRow):
+        return _NODES_CROSSED
+    return _NODES_ANGULAR if isinstance(row, BallRow) and row.contact_angle else _NODES
+
+
+class ShiftTable:
+    """Shifts of a pair over its loads up to `top` (N, all reactions together) at one clearance (m); beyond the top each load is solved for."""
+
+    def __init__(self, pair: Pair, clearance: float, top: float) -> None:
+        """Fill the table. Raises DidNotConvergeError where `settle` finds no balance, ValueError for a top that is not above zero."""
+        from scipy.interpolate import NdBSpline, make_interp_spline
+
+        if not (math.isfinite(top) and top > 0):
+            raise ValueError(f"a table needs a load above zero at its top, not {top}")
+        self.pair, self.clearance, self.top = pair, clearance, top
+        nodes = _nodes(pair.seats[0].row)
+        axes = [np.linspace(0, 1, nodes[0]), np.linspace(_RIM, math.pi / 2 - _RIM, nodes[1])]
+        if pair.axial:
+            # Denser towards a load without axial part, about which the shaft moves along its axis most.
+            axes.append((math.pi / 2 - _RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
+        grid = np.meshgrid(*axes, indexing="ij")
+        behind, ahead, along = self._loads(grid[0].ravel(), grid[1].ravel(), grid[2].ravel() if pair.axial else np.zeros(grid[0].size))
+        values = np.stack(pair.turned(_BETWEEN).settled(behind, ahead, along, clearance), axis=-1)
+        coefficients = values.reshape(*grid[0].shape, 3) / self._growth(grid[0])[..., None]
+        if pair.axial:
+            # The pair seen from its other end: rows and axial direction change places.
+            mirrored = coefficients[:, ::-1, :0:-1][..., [1, 0, 2]] * [1, 1, -1]
+            coefficients = np.concatenate([mirrored, coefficients], axis=2)
+            axes[2] = np.concatenate([-axes[2][:0:-1], axes[2]])
+        knots = []
+        for dimension, places in enumerate(axes):
+            spline = make_interp_spline(places, coefficients, k=3, axis=dimension)
+            coefficients = np.moveaxis(spline.c, 0, dimension)
+            knots.append(spline.t)
+        self._spline: NdBSpline = NdBSpline(tuple(knots), coefficients, 3)
+
+    def shifts(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
+        """How far do the rows behind and ahead shift along their reactions, and the shaft along its axis (load, 3; m)?
+
+        `behind`, `ahead` (load,): sizes of the radial reactions, N, zero or more; `along` (load,): axial force, signed.
+        """
+        size, split, lean = self._coordinates(behind, ahead, along)
+        out = self._at(np.minimum(size, 1.0), split, lean)
+        beyond = size > 1
+        if beyond.any():
+            out[beyond] = np.stack(self.pair.settled(behind[beyond], ahead[beyond], along[beyond], self.clearance), axis=-1)
+        return out
+
+    def edges(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
+        """Where do loads of these directions hold the shaft before anything gives (load, 3; m), on the edge of its play? Zero where there is none."""
+        _, split, lean = self._coordinates(behind, ahead, along)
+        if self.clearance <= 0:
+            return np.zeros((len(split), 3))
+        found = self._at(np.zeros_like(split), split, lean)
+        # Where the edge has a corner the table overshoots it a little; the shaft never moves against its load.
+        found[:, :2] = np.maximum(found[:, :2], 0.0)
+        return found
+
+    def _at(self, size: Floats, split: Floats, lean: Floats) -> Floats:
+        split = np.clip(split, _RIM, math.pi / 2 - _RIM)
+        points = [size, split]
+        if self.pair.axial:
+            points.append(np.clip(lean, _RIM - math.pi / 2, math.pi / 2 - _RIM))
+        return np.asarray(self._spline(np.stack(points, axis=-1)) * self._growth(size)[:, None])
+
+    def _growth(self, size: Floats) -> Floats:
+        """Give what shifts grow by with the load from its smallest on; the table holds them over it, so that light loads keep their digits.
+
+        Out of the play's edge they do not begin at zero; just closed contacts give by their own power, preloaded ones in proportion to the load.
+        """
+        if self.clearance > 0:
+            return np.ones_like(size)
+        grown = np.maximum(size, _BOTTOM ** (1 / self.pair.exponent / 2)) ** 2
+        return np.asarray(grown**self.pair.exponent) if self.clearance < 0 or any(seat.pressed for seat in self.pair.seats) else grown
+
+    def _coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
+        """Give loads by size and direction, each component to the power at which contacts give: over them shifts are nearly straight."""
+        power = 1 / self.pair.exponent
+        one, two, axial = behind**power, ahead**power, np.sign(along) * np.abs(along) ** power
+        whole = np.sqrt(one**2 + two**2 + axial**2)
+        return np.sqrt(whole / self.top**power), np.arctan2(two, one), np.arctan2(axial, np.hypot(one, two))
+
+    def _loads(self, size: Floats, split: Floats, lean: Floats) -> tuple[Floats, Floats, Floats]:
+        """Undo `_coordinates` at the nodes."""
+        power = self.pair.exponent
+        whole = np.maximum(size**2, _BOTTOM ** (1 / power)) * self.top ** (1 / power)
+        one, two = whole * np.cos(lean) * np.cos(split), whole * np.cos(lean) * np.sin(split)
+        axial = whole * np.sin(lean)
+        return one**power, two**power, np.sign(axial) * np.abs(axial) ** power
+
+
+@functools.lru_cache(maxsize=64)
+def shift_table(pair: Pair, clearance: float, top: float) -> ShiftTable:
+    """Which table belongs to this pair? Made once for all joints that have the same bearings."""
+    return ShiftTable(pair, clearance, top)

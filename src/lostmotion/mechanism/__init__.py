@@ -1,0 +1,1 @@
+"""The chain of an arm: places, frames, loads, statics and inverse kinematics."""

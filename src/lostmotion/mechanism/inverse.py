@@ -1,0 +1,100 @@
+"""Which joint values bring the tool to a pose? Inverse kinematics by damped Newton steps within the joint limits, for many poses at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.mechanism.inverse_kernel import tool_and_levers
+from lostmotion.mechanism.serial import as_poses
+from lostmotion.parts.joint import FixedJoint
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+# A pose counts as reached within these of it, m and rad: far below anything that an arm can do.
+CLOSE: Final = 1e-9
+# Of a joint's step, rad; sliding joints by the same share of the arm's size.
+_LONGEST_STEP: Final = 0.4
+_DAMPING: Final = 1e-4
+_BARELY: Final = 1e-9
+
+
+def jacobian(arm: Arm, q: Floats) -> Floats:
+    """How does the tool turn and its point move per motion of each joint? (pose, 6, joint) in the base's axes, rad or m per rad or m.
+
+    Raises ValueError for q of another shape or not finite. Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
+    """
+    return tool_and_jacobian(arm, q)[1]
+
+
+def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
+    """Where is the tool, `frames(arm, q)[-1]` (pose, 4, 4) to rounding, and how does each joint move it, `jacobian(arm, q)`?"""
+    values = np.ascontiguousarray(as_poses(arm, q))
+    fixed, way = [], np.eye(4)
+    for seat, joint in zip(arm.seats, arm.joints, strict=True):
+        way = way @ seat
+        if not isinstance(joint, FixedJoint):
+            fixed.append(way)
+            way = np.eye(4)
+        way = way @ joint.link.tip_pose
+    fixed.append(way @ arm.tool.frame.pose)
+    twists = np.array([joint.twist for joint in arm.moving])
+    frame, levers = np.empty((len(values), 4, 4)), np.empty((len(values), 6, len(twists)))
+    tool_and_levers(values, np.array(fixed), twists[:, :3].copy(), twists[:, 3:].copy(), frame, levers)
+    return frame, levers
+
+
+def apart(reached: Floats, wanted: Floats) -> Floats:
+    """Which small motion (..., 6) leads from poses to others (..., 4, 4)? Rotation vector (rad) and shift of the origin (m), base axes."""
+    from scipy.spatial.transform import Rotation
+
+    turned = wanted[..., :3, :3] @ np.swapaxes(reached[..., :3, :3], -1, -2)
+    shape = turned.shape[:-2]
+    rotation = Rotation.from_matrix(turned.reshape(-1, 3, 3)).as_rotvec().reshape(*shape, 3)
+    return np.concatenate([rotation, wanted[..., :3, 3] - reached[..., :3, 3]], axis=-1)
+
+
+def bring(arm: Arm, wanted: Floats, start: Floats, *, turned: bool, steps: int = 40) -> tuple[Floats, np.ndarray]:
+    """Which joint values, found from `start` (pose, joint), bring the tool to the poses wanted (pose, 4, 4)? q (pose, joint), and which were reached.
+
+    turned  the tool's orientation counts; otherwise only its point, and the orientation comes as it comes
+    A pose counts as reached within `CLOSE` of it and the joint limits. No answer from one start is no proof that there is none. Joints that stand on
+    a limit and would go beyond stand still (P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402, the clamping there).
+    """
+    low, high = arm.limits.T
+    q = np.clip(as_poses(arm, start), low, high)
+    rows = slice(0, 6) if turned else slice(3, 6)
+    done = np.zeros(len(q), bool)
+    size = max(float(np.abs(wanted[:, :3, 3]).max(initial=0.0)), 0.1)
+    weight = np.r_[np.full(3, size), np.ones(3)][rows]
+    longest = _LONGEST_STEP * np.array([1.0 if joint.type == "revolute" else size for joint in arm.moving])
+    active = np.arange(len(q))
+    for _ in range(steps):
+        here = q[active]
+        at, push = tool_and_jacobian(arm, here)
+        miss = apart(at, wanted[active]) if turned else wanted[active, :3, 3] - at[:, :3, 3]
+        near = (np.abs(miss) < CLOSE).all(axis=1)
+        done[active[near]] = True
+        active, miss = active[~near], miss[~near]
+        if not len(active):
+            break
+        here, push = here[~near], push[~near][:, rows] * weight[:, None] * longest
+        move = _step(push, miss * weight, size)
+        blocked = ((here <= low + _BARELY) & (move < 0)) | ((here >= high - _BARELY) & (move > 0))
+        if blocked.any():
+            move = _step(np.where(blocked[:, None, :], 0.0, push), miss * weight, size)
+        move /= np.maximum(np.abs(move).max(axis=1, keepdims=True), 1.0)
+        q[active] = np.clip(here + move * longest, low, high)
+    return q, done
+
+
+def _step(push: Floats, miss: Floats, size: float) -> Floats:
+    """Solve push @ move = miss with the least and damped motion (pose, joint)."""
+    square = push @ np.swapaxes(push, 1, 2)
+    # Damped where far off, hardly at all near the answer: there it shall converge as Newton's steps do.
+    far = np.minimum((miss**2).sum(axis=1), (0.1 * size) ** 2)
+    square += (_DAMPING * far + 1e-12 * size**2)[:, None, None] * np.eye(square.shape[1])
+    return np.asarray((np.swapaxes(push, 1, 2) @ np.linalg.solve(square, miss[..., None]))[..., 0])

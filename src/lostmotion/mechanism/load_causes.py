@@ -1,0 +1,146 @@
+"""Whose weight is it? The same arm with one cause of load at a time, and how much each of them bends each link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.mechanism.elastostatics import given, to_tool
+from lostmotion.mechanism.serial import conditions, frames
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.parts.error_source import Condition, ErrorSource
+    from lostmotion.spatial import Floats
+
+# In the order in which they are told.
+CAUSES: Final = ("payload", "process force", "tool", "links", "joints and drives")
+OWN_WEIGHT: Final = "own weight"
+# What a link's tip carries of them are those outboard of it.
+NEXT: Final = {"links": "next links", "joints and drives": "next joints and drives"}
+_BLOCK: Final = 1024
+_NONE: Final = (0.0, 0.0, 0.0)
+
+
+def alone(arm: Arm) -> dict[str, Arm]:
+    """How would this arm be with one cause of load at a time, by name out of `CAUSES`? Causes that there are not are left out.
+
+    Wrenches are linear in the masses and in the process force, so what each arm carries adds up to what the whole one does.
+    """
+    joints = arm.joints
+    weightless = tuple(joint.model_copy(update={"mass": 0.0, "link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
+    links = tuple(joint.model_copy(update={"mass": 0.0}) for joint in joints)
+    units = tuple(joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
+    hangs = arm.payload.model_copy(update={"force": _NONE, "moment": _NONE})
+    pulls = arm.payload.model_copy(update={"mass": 0.0})
+    nothing = hangs.model_copy(update={"mass": 0.0})
+    no_tool = arm.tool.model_copy(update={"mass": 0.0})
+    made = {
+        "payload": (weightless, no_tool, hangs, arm.payload.mass),
+        "process force": (weightless, no_tool, pulls, any(arm.payload.force) or any(arm.payload.moment)),
+        "tool": (weightless, arm.tool, nothing, arm.tool.mass),
+        "links": (links, no_tool, nothing, any(joint.link.total_mass for joint in joints)),
+        "joints and drives": (units, no_tool, nothing, any(joint.total_mass for joint in joints)),
+    }
+    return {
+        name: arm.model_copy(update={"joints": chain, "tool": tool, "payload": payload})
+        for name, (chain, tool, payload, there) in made.items()
+        if there
+    }
+
+
+@dataclass(frozen=True)
+class LinkBending:
+    """How one link bends under its load, and by whose weight.
+
+    deflection, slope  of the tip against the joint, across the link (m, rad), at the poses deflection_index, slope_index where they are largest
+    by_cause           of each cause (deflection, slope, share): how far it moves the tip along the whole deflection and turns it with the whole
+                       slope, at those poses, so that parts add up; and its share of the tool's mean-square error over all poses, which adds up to
+                       what the link's bending has in the budget
+    """
+
+    joint: str
+    length: float
+    deflection: float
+    deflection_index: int
+    slope: float
+    slope_index: int
+    by_cause: dict[str, tuple[float, float, float]]
+
+
+def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkBending]:
+    """How much does each link that gives bend over these poses: by payload, own weight, next links, next joints and drives?
+
+    q (pose, joint) rad or m; bias (pose, 3) m, the tool's error that follows from load and pose, and mean_square (m^2) its whole one, for the shares.
+    Exact, by superposition: one cause at a time is let act on links that give in proportion.
+    """
+    whole: dict[str, Floats] = {}
+    shared: dict[str, dict[str, float]] = {}
+    for start in range(0, len(q), _BLOCK):
+        here = slice(start, start + _BLOCK)
+        for joint, bent in _bent(arm, q[here]).items():
+            sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
+            sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]
+            sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
+            for cause, shift in bent.at_tool.items():
+                sums[cause] += float(np.vdot(shift, bias[here]))
+    return [_told(arm, q, joint, sizes, shared[joint], mean_square * len(q)) for joint, sizes in whole.items() if sizes.any()]
+
+
+def _told(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float) -> LinkBending:
+    slopest, furthest = (int(each) for each in sizes.argmax(axis=0))
+    slopes = _along_whole({cause: twist[0, :3] for cause, twist in _bent(arm, q[[slopest]])[joint].across.items()})
+    shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _bent(arm, q[[furthest]])[joint].across.items()})
+    length = next(each.link.reach for each in arm.joints if each.name == joint)
+    parts = {cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0) for cause in shifts}
+    return LinkBending(joint, length, float(sizes[furthest, 1]), furthest, float(sizes[slopest, 0]), slopest, parts)
+
+
+def _along_whole(parts: dict[str, Floats]) -> dict[str, float]:
+    """Give each part's component along their sum."""
+    whole = np.sum(list(parts.values()), axis=0)
+    size = float(np.linalg.norm(whole))
+    return {cause: float(part @ whole) / size if size else 0.0 for cause, part in parts.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Bent:
+    """By cause: the twist (pose, 6) of a link's tip across the link, in the tip's axes, and the displacement (pose, 3) of the tool that follows."""
+
+    across: dict[str, Floats]
+    at_tool: dict[str, Floats]
+
+
+def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
+    at = frames(arm, q)
+    out = {}
+    felt_alone = {cause: _links(one, q, at) for cause, one in alone(arm).items()}
+    for joint, (place, source, felt) in _links(arm, q, at).items():
+        own = replace(felt, wrench=np.zeros_like(felt.wrench))
+        acting = {OWN_WEIGHT: own} | {cause: replace(links[joint][2], gravity=np.zeros_like(felt.gravity)) for cause, links in felt_alone.items()}
+        parts = {cause: twist for cause, one in acting.items() if (twist := given(source, one)) is not None}
+        if parts:
+            carry, off = to_tool(at, place)[:, 3:], _off_the_line(at, place)
+            out[joint] = _Bent(
+                {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},
+                {cause: np.einsum("pij,pj->pi", carry, twist) for cause, twist in parts.items()},
+            )
+    return out
+
+
+def _links(arm: Arm, q: Floats, at: Floats) -> dict[str, tuple[int, ErrorSource, Condition]]:
+    """Give the links by the name of their joint: place of the tip, part, and what it feels."""
+    return {
+        owner.removeprefix("joints.").removesuffix(".link"): (place, source, felt)
+        for owner, place, source, felt in conditions(arm, q, at)
+        if owner.endswith(".link")
+    }
+
+
+def _off_the_line(at: Floats, tip: int) -> Floats:
+    """Which matrices (2 per pose, 3, 3) take out of a vector in the tip's axes what lies along the line from the joint to the tip?"""
+    line = np.einsum("pij,pi->pj", at[tip, :, :3, :3], at[tip, :, :3, 3] - at[tip - 1, :, :3, 3])
+    line /= np.maximum(np.linalg.norm(line, axis=1), np.finfo(float).tiny)[:, None]
+    return np.repeat(np.eye(3) - line[:, :, None] * line[:, None, :], 2, axis=0)

@@ -1,0 +1,121 @@
+"""What a bearing's mounting makes of its clearance: from the delivered one through its fits to the one at work."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+import numpy as np
+
+from lostmotion.laws.distributions import of_tolerance
+from lostmotion.laws.fits import (
+    CUSTOMARY_SHARE,
+    Finish,
+    Spread,
+    clearance_spread,
+    effective_interference,
+    raceway_diameter,
+    thermal_loss,
+)
+from lostmotion.parts.error_source import LengthPlus
+from lostmotion.parts.provenance import Sourced
+from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+PlayOrPreload = Annotated[Toleranced, Quantity("m", "15 µm ± 8 µm", toleranced=True)]
+Interference = Annotated[Toleranced, Quantity("m", "13 µm ± 11 µm", toleranced=True)]
+Warmth = Annotated[Toleranced, Quantity("K", "5 K ± 5 K", toleranced=True)]
+FitShare = Annotated[float, Quantity("", "80 %", low=0, high=1)]
+
+# The steps of a clearance's way, in order.
+STEPS: Final = ("delivered", "mounted", "working")
+
+
+class MountedBearing(Sourced):
+    """A bearing on its shaft and in its housing.
+
+    bore, outside_diameter  of the bearing: the sizes of its seats
+    clearance               radial internal clearance as delivered, diametral; ± over bearings. In a file also a group of ISO 5753-1: "CN"
+    shaft_interference      of the shaft in the inner ring, on the diameter; below zero loose. In a file also by zone: shaft_fit = "k5"
+    housing_interference    of the outer ring in its housing. In a file also by zone: housing_fit = "H7"
+    finish                  of the seats, "ground" or "turned": its peaks are pressed flat
+    inner_share, outer_share  which share of an interference reaches the raceway
+    inner_ring_warmer       by how many kelvin, than the outer ring
+    """
+
+    bore: LengthPlus
+    outside_diameter: LengthPlus
+    clearance: PlayOrPreload = Toleranced(0.0)
+    shaft_interference: Interference = Toleranced(0.0)
+    housing_interference: Interference = Toleranced(0.0)
+    finish: Finish = "ground"
+    inner_share: FitShare = CUSTOMARY_SHARE
+    outer_share: FitShare = CUSTOMARY_SHARE
+    inner_ring_warmer: Warmth = Toleranced(0.0)
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the customary shares of an interference."""
+        fits = {"inner_share": self.shaft_interference, "outer_share": self.housing_interference}
+        default = {
+            name: f"default, {CUSTOMARY_SHARE:.0%} of the interference".replace("%", " %")
+            for name, fit in fits.items()
+            if (fit.nominal or fit.tolerance) and name not in self.model_fields_set
+        }
+        return {**super().assumptions, **default}
+
+    @property
+    def elements(self) -> Literal["ball", "roller"]:
+        """Say what rolls in it."""
+        return "roller"
+
+    @functools.cached_property
+    def spreads(self) -> dict[str, Spread]:
+        """Give the clearance's middle, limits and spread at each of `STEPS`."""
+        shaft, housing, warmth = self._losses(*(np.array(_limits(each)) for each in self._stated[1:]))
+        delivered = _limits(self.clearance)
+        shares = self.inner_share, self.outer_share
+        inner, outer, lost = _pair(shaft), _pair(housing), _pair(warmth)
+        return {
+            "delivered": clearance_spread(delivered, (0.0, 0.0)),
+            "mounted": clearance_spread(delivered, inner, outer, (0.0, 0.0), *shares),
+            "working": clearance_spread(delivered, inner, outer, lost, *shares),
+        }
+
+    @functools.cached_property
+    def working(self) -> Toleranced:
+        """Give the working clearance: its middle and ± over bearings at random, uniform where the delivered one is."""
+        spread = self.spreads["working"]
+        return Toleranced(spread.middle, spread.at_random, self.clearance.law)
+
+    def built(self, count: int, seed: int) -> dict[str, Floats]:
+        """Which clearances (bearing,), m, have so many bearings built and mounted at random, at each of `STEPS`? Each dimension by its own law."""
+        rng = np.random.default_rng(seed)
+        stated = []
+        for each in self._stated:
+            law = of_tolerance(each.law)
+            uniform = rng.uniform(np.finfo(float).tiny, 1.0, count)
+            stated.append(each.nominal + each.tolerance / law.bound * law.quantile(uniform))
+        shaft, housing, warmth = self._losses(*stated[1:])
+        mounted = stated[0] - self.inner_share * shaft - self.outer_share * housing
+        return dict(zip(STEPS, (stated[0], mounted, mounted - warmth), strict=True))
+
+    @property
+    def _stated(self) -> tuple[Toleranced, ...]:
+        return self.clearance, self.shaft_interference, self.housing_interference, self.inner_ring_warmer
+
+    def _losses(self, shaft: Floats, housing: Floats, warmth: Floats) -> tuple[Floats, Floats, Floats]:
+        """Give the effective interferences and the loss to warmth, m."""
+        warm = thermal_loss(warmth, raceway_diameter(self.bore, self.outside_diameter, self.elements))
+        inner, outer = (effective_interference(tight, size, self.finish) for tight, size in ((shaft, self.bore), (housing, self.outside_diameter)))
+        return inner, outer, warm
+
+
+def _limits(dimension: Toleranced) -> tuple[float, float]:
+    return dimension.nominal - dimension.tolerance, dimension.nominal + dimension.tolerance
+
+
+def _pair(values: Floats) -> tuple[float, float]:
+    return float(values[0]), float(values[1])

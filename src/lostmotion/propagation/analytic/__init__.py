@@ -1,0 +1,1 @@
+"""Without sampling: sums over terms."""

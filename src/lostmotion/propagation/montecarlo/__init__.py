@@ -1,0 +1,1 @@
+"""Monte Carlo: robots and visits."""

@@ -1,0 +1,217 @@
+"""One block of poses: what is drawn for the robots that visit them, and what the kernel makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, get_args
+
+import numpy as np
+
+from lostmotion.error_model import draw_kernel, error_bins
+from lostmotion.error_model.draws import Stream, robot_draws, visit_key, visit_table
+from lostmotion.error_model.intervals import robots_quantile, student
+from lostmotion.errors import refuse_argument
+from lostmotion.propagation.montecarlo import kernel, single_visit_kernel
+from lostmotion.propagation.montecarlo.memory import keep_freed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+Device = Literal["cpu", "gpu"]
+DEVICES: Final = get_args(Device)
+
+MOST_ROBOTS: Final = 1_000_000
+MOST_VISITS: Final = 10_000
+# Robots are split into groups for the intervals of pooled quantiles.
+_MOST_GROUPS: Final = 32
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run consists of; `groups` of robots, for the intervals of pooled quantiles."""
+
+    arm: Arm
+    poses: Poses
+    robots: int
+    visits: int
+    seed: int
+    approach: float
+    groups: int
+    device: Device = "cpu"
+    # What was drawn for every robot, by stream, and the tables of draws laid out for the kernel: the same in nearly all blocks.
+    _robot_draws: dict[Stream, Floats] = field(default_factory=dict, init=False)
+    _laid_out: dict[str, tuple[list[Stream], Floats]] = field(default_factory=dict, init=False)
+
+    @classmethod
+    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
+        """Check the numbers and split the robots into groups.
+
+        device "gpu": errors are formed by JAX on its graphics processor; LostmotionError where there is none.
+        """
+        for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
+            if not isinstance(value, Integral) or not 1 <= value <= most:
+                raise refuse_argument(name, value, f"a whole number from 1 to {most}", f"{name} = 30")
+        if approach not in (-1, 0, 1):
+            raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+        check_device(device)
+        keep_freed()
+        groups = min(_MOST_GROUPS, robots)
+        return cls(arm, poses, robots, visits, seed, approach, groups, device)
+
+    def of_robots(self, what: str, streams: list[Stream], *, pad: bool = False) -> Floats:
+        """Give what these streams drew for each robot (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros.
+
+        Kept under the name `what` until it is asked for with other streams.
+        """
+
+        def laid_out() -> Floats:
+            out = np.zeros((-(-self.robots // draw_kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), draw_kernel.LANES))
+            for row, stream in enumerate(streams):
+                if stream not in self._robot_draws:
+                    self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
+                out[:, row] = self._robot_draws[stream]
+            return out
+
+        return self._kept(what, streams, laid_out)
+
+    def tables(self, streams: list[Stream]) -> Floats:
+        """Give the tables that these streams' visits read, one after another (stream x ROW)."""
+        return self._kept(
+            "visits", streams, lambda: np.concatenate([visit_table(self.seed, stream) for stream in streams] or [np.zeros(draw_kernel.ROW)])
+        )
+
+    def _kept(self, what: str, streams: list[Stream], laid_out: Callable[[], Floats]) -> Floats:
+        known = self._laid_out.get(what)
+        if known is None or known[0] != streams:
+            known = self._laid_out[what] = streams, laid_out()
+        return known[1]
+
+
+@dataclass(frozen=True)
+class BlockSample:
+    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and histograms.
+
+    hist (bin,) counts the block's samples. group_hist (group, bin) counts those of each group of robots, and where several blocks are walked
+    together, of all blocks up to this one. Both hold those bins that `bins` cuts out of the histogram: there are no errors beside them.
+    """
+
+    per_pose: Floats
+    ap_rp: Floats
+    robot_sums: Floats
+    bins: slice
+    hist: np.ndarray
+    group_hist: np.ndarray
+
+    def over_robots(self) -> Floats:
+        """Sum AP and RP up (pose, 2, 4): mean, 95 % quantile over robots, and its interval; NaN where there is one visit."""
+        if not self.ap_rp.shape[2]:
+            return np.full((len(self.per_pose), 2, 4), np.nan)
+        return np.concatenate([self.ap_rp.mean(axis=2)[..., None], robots_quantile(self.ap_rp)], axis=-1)
+
+    def over_poses(self) -> Floats:
+        """Sum each robot's mean error, AP and RP (robot, 3); NaN for the latter where there is one visit."""
+        out = np.column_stack([self.robot_sums, np.full((len(self.robot_sums), 2), np.nan)])
+        if self.ap_rp.shape[2]:
+            out[:, 1:] = self.ap_rp.sum(axis=0).T
+        return out
+
+    def whole_hist(self) -> np.ndarray:
+        """Give the histogram of each group with all its bins (group, error_bins.BINS)."""
+        out = np.zeros((len(self.group_hist), error_bins.BINS), np.int64)
+        out[:, self.bins] = self.group_hist
+        return out
+
+
+def check_device(device: str) -> None:
+    """Refuse a device that is not known (InputError), or a GPU that is not there or that JAX is not there for (LostmotionError)."""
+    if device not in DEVICES:
+        raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
+    if device == "gpu":
+        from lostmotion.propagation.montecarlo.jax_kernel import refuse_without_gpu
+
+        refuse_without_gpu()
+
+
+def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
+    """Run the kernel on one block of poses, the first of which is number `first` of the study."""
+    return next(sample_blocks(plan, matrix, [(first, first + len(matrix.tool))]))
+
+
+def sample_blocks(plan: Plan, matrix: Screws, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
+    """Run the kernel on one block of poses after the other; `spans` are their numbers in the study, which the matrix holds from the first on."""
+    robot = _alive(matrix, "robot")
+    visit = _alive(matrix, "visit")
+    both = _alive(matrix, "robot x visit")
+    tables: dict[Stream, int] = {}
+    for k in (*visit, *both):
+        tables.setdefault(_known(matrix.infos[k].visit), len(tables))
+    work = _kernel(plan, moves=len(visit) + len(both) > 0)
+    drawn = (
+        _padded(robot),
+        plan.of_robots("robots", [_known(matrix.infos[k].robot) for k in robot], pad=True),
+        _padded(visit),
+        *_reading(plan.seed, matrix, visit, tables),
+        both,
+        *_reading(plan.seed, matrix, both, tables),
+        plan.of_robots("robots x visits", [_known(matrix.infos[k].robot) for k in both]),
+        plan.tables(list(tables)),
+        plan.robots,
+        plan.visits,
+        plan.groups,
+        student(plan.robots - 1),
+    )
+    counts = np.zeros((plan.groups, error_bins.ROW_OF_BINS), np.int64)
+    lowest, highest, before = error_bins.BINS, -1, np.zeros(error_bins.BINS, np.int64)
+    for first, last in spans:
+        here = slice(first - spans[0][0], last - spans[0][0])
+        per_pose = np.zeros((last - first, kernel.COLUMNS))
+        ap_rp = np.zeros((last - first, 2, plan.robots if plan.visits > 1 else 0))
+        robot_sums = np.zeros(plan.robots)
+        bias, shift = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], matrix.along_poses[3:, :, here]))
+        low, high = work(first, bias, shift, *drawn, per_pose, ap_rp, robot_sums, counts)
+        lowest, highest = min(lowest, low), max(highest, high)
+        bins = slice(lowest, highest + 1)
+        counted = counts[:, bins].sum(axis=0)
+        yield BlockSample(per_pose, ap_rp, robot_sums, bins, counted - before[bins], counts[:, bins])
+        before[bins] = counted
+
+
+def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
+    """Choose who forms the errors; `moves` tells whether anything changes from visit to visit."""
+    if plan.device == "gpu":
+        from lostmotion.propagation.montecarlo import jax_kernel
+
+        return jax_kernel.run_block
+    return kernel.run_block if moves and plan.visits > 1 else single_visit_kernel.run_once
+
+
+def _alive(matrix: Screws, level: str) -> np.ndarray:
+    """Give the terms of a level that move the tool at some pose; leaving out the others changes no bit."""
+    columns = matrix.columns(level)  # type: ignore[arg-type]
+    return np.asarray(columns[matrix.square_sums[columns] != 0])
+
+
+def _known(stream: Stream | None) -> Stream:
+    if stream is None:
+        raise ValueError("a term without a draw reached the kernel")
+    return stream
+
+
+def _padded(columns: np.ndarray) -> np.ndarray:
+    """Fill up to a multiple of four terms; -1 stands for one that does nothing."""
+    return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
+
+
+def _reading(seed: int, matrix: Screws, columns: np.ndarray, tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Tell the kernel which table each visit stream reads and which key steers it, padded like the screws."""
+    streams = [_known(matrix.infos[k].visit) for k in columns]
+    rows = [tables[stream] for stream in streams]
+    keys = [visit_key(seed, stream.name) for stream in streams]
+    pad = [0] * (-len(rows) % 4)
+    return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)

@@ -1,0 +1,77 @@
+"""The same robots at the same visits, with some of their errors scaled: what changes is owed to those errors alone, not to other draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from lostmotion.error_model import error_bins
+from lostmotion.error_model.pose_matrix import Screws, screws
+from lostmotion.error_model.poses import Poses
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.spatial import Floats
+
+_VISITS = 4
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one run found: each robot's mean error over each set of poses (set, robot), and counts of samples by group of robots and by set."""
+
+    means: Floats
+    groups: np.ndarray
+    sets: np.ndarray
+    largest: float
+
+
+@dataclass(frozen=True)
+class Paired:
+    """A smaller study that can be run again with its errors scaled; one pose matrix per set of poses."""
+
+    plan: Plan
+    matrices: tuple[Screws, ...]
+
+    @classmethod
+    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
+        """Take so many robots and at most four visits. Arguments and errors as `montecarlo.run`."""
+        plan = Plan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
+        each = len(poses) // poses.replicates
+        return cls(plan, tuple(screws(arm, poses.q[first : first + each], approach=approach) for first in range(0, len(poses), each)))
+
+    @property
+    def samples(self) -> int:
+        """Give the number of samples of a run."""
+        return len(self.plan.poses) * self.plan.robots * self.plan.visits
+
+    def run(self, factors: Floats) -> Sample:
+        """What do these robots do with every term scaled by its factor (term,)?"""
+        groups, sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (self.plan.groups, len(self.matrices)))
+        means, largest, first = [], 0.0, 0
+        for of_set, matrix in zip(sets, self.matrices, strict=True):
+            block = sample_block(self.plan, scaled(matrix, factors), first)
+            first += len(matrix.tool)
+            means.append(block.robot_sums / len(matrix.tool))
+            groups[:, block.bins] += block.group_hist
+            of_set[block.bins] = block.hist
+            largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
+        return Sample(np.array(means), groups, sets, largest)
+
+
+def scaled(matrix: Screws, factors: Floats) -> Screws:
+    """How would these screws be with every term scaled by its factor (term,)?"""
+    return replace(matrix, local=matrix.local * factors, tool=matrix.tool * factors)
+
+
+def thinned(poses: Poses, most: int) -> Poses:
+    """Which of these poses stand for all, at most `most` and evenly? The first ones of each independent set, or equal steps where there is one."""
+    if poses.replicates > 1:
+        each = len(poses) // poses.replicates
+        kept = min(each, max(most // poses.replicates, 1))
+        return Poses(poses.q.reshape(poses.replicates, each, -1)[:, :kept].reshape(poses.replicates * kept, -1), poses.law, poses.replicates)
+    return Poses(poses.q[np.unique(np.linspace(0, len(poses) - 1, min(most, len(poses))).astype(int))], poses.law)

@@ -1,0 +1,61 @@
+"""How often is the tool how far off? Histograms with bins of a round width, and how sure their heights are."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.error_model.intervals import student
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+_ABOUT_BINS: Final = 60
+_NICE: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
+
+
+def linear_bins(hist: np.ndarray) -> tuple[Floats, np.ndarray]:
+    """How many samples of `hist` (kernel.BINS,) fall into equal bins of a round width? Edges (bin + 1,) in m; counts (bin,) add to all samples."""
+    fine = bin_edges()
+    occupied = np.flatnonzero(hist)
+    edges = round_edges(float(fine[occupied[0]]), float(fine[occupied[-1] + 1]), _ABOUT_BINS)
+    return edges, counts_between(hist, edges)
+
+
+def counts_between(hist: np.ndarray, edges: Floats) -> np.ndarray:
+    """How many samples of `hist` (kernel.BINS,) lie between these edges (bin + 1,), m? Counts (bin,), on straight lines within the bins of `hist`."""
+    below = np.rint(np.interp(edges, bin_edges(), np.concatenate([[0.0], np.cumsum(hist)])))
+    return np.asarray(np.diff(below), dtype=np.int64)
+
+
+def binned(values: Floats, about: int) -> tuple[Floats, np.ndarray]:
+    """How many of these values (value,) fall into about so many equal bins of a round width? Edges (bin + 1,) and counts (bin,)."""
+    edges = round_edges(float(values.min()), float(values.max()), about)
+    return edges, np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
+
+
+def round_edges(low: float, high: float, about: int) -> Floats:
+    """Lay edges of a round width around low … high (m); a span of no width is taken as a hundredth of its value, a nanometre at least."""
+    width = max(high - low, 0.01 * abs(high), 1e-9) / about
+    power = 10.0 ** math.floor(math.log10(width))
+    width = power * min(_NICE, key=lambda nice: abs(math.log(nice * power / width)))
+    first, last = math.floor(low / width), math.ceil(high / width)
+    return np.asarray(np.arange(first, max(last, first + 1) + 1) * width, dtype=np.float64)
+
+
+def share_intervals(group_hist: np.ndarray, edges: Floats) -> Floats:
+    """Which share of all samples falls into each bin, and how sure is that? (bin, 3): share, and the ends of its 95 % interval.
+
+    group_hist (group, kernel.BINS), edges (bin + 1,) m. The interval counts groups of robots; NaN ends where there is one group.
+    """
+    fine = bin_edges()
+    below = np.array([np.interp(edges, fine, np.concatenate([[0.0], np.cumsum(hist)])) / hist.sum() for hist in group_hist])
+    shares = np.diff(below, axis=1)
+    weights = group_hist.sum(axis=1) / group_hist.sum()
+    share = weights @ shares
+    count = len(group_hist)
+    half = student(count - 1) * shares.std(axis=0, ddof=1) / math.sqrt(count) if count > 1 else np.full(len(share), math.nan)
+    return np.column_stack([share, np.maximum(share - half, 0.0), share + half])

@@ -1,0 +1,1 @@
+"""Sheets, plots, pages and folders: they show any analysis and compute nothing."""

@@ -1,0 +1,98 @@
+"""Where the first-order sum of errors fails, a sheet says so in its headline and prints no interval of an accuracy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.propagation.exact import FAILS, share_left_out
+from lostmotion.reporting.sheet import Card, length, several
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.propagation.exact import ExactCheck
+    from lostmotion.reporting.sheet import Section, Sheet
+    from lostmotion.runs.summary import Outcome
+
+# What exact composition may differ by, as a share of the error, for first order to be enough.
+ENOUGH: Final = 0.01
+_LEVEL: Final = 0.95
+# Sections whose figures do not come from the sum of errors.
+_SOUND: Final = frozenset({"workspace", "torques", "bending", "exact_check", "check", "cube"})
+_SOUND_CARDS: Final = frozenset({"reach from the base", "test cube"})
+
+
+def judged(check: ExactCheck, error: float) -> str:
+    """Say in a remark whether first order holds for errors of this size (m)."""
+    share = share_left_out(check, error)
+    if share <= ENOUGH:
+        return "first order is enough" if check.samples else "nothing was compared"
+    return "more than 1 %: the first-order figures are that uncertain" if share <= FAILS else "first order fails: the figures of errors are wrong"
+
+
+def failure(check: ExactCheck, error: float) -> str:
+    """Say for the headline that first order fails for errors of this size (m); empty where it holds."""
+    share = share_left_out(check, error)
+    if share <= FAILS:
+        return ""
+    angle = math.degrees(check.turn)
+    turned = f"errors of {float(f'{angle:.2g}'):g}° are not small" if angle >= 1 else "errors are not small beside the arm"
+    found = f"adding them up is wrong by {float(f'{100 * share:.2g}'):g} % of the 95 % error" if math.isfinite(share) else "they reach beyond 16 m"
+    return f"First-order figures fail here: {turned}, and {found}. No accuracy can be stated for this arm; look for a mistake in its largest errors."
+
+
+def checked(sheet: Sheet, check: ExactCheck, error: float) -> Sheet:
+    """Return a sheet as it is where first order holds for errors of this size (m); else with that in its headline, and no interval of an error.
+
+    The intervals would claim a certainty that is not there; the figures themselves stay, for whoever looks for the mistake.
+    """
+    said = failure(check, error)
+    if not said:
+        return sheet
+    kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]
+    first = Card("first order fails by", str(length(check.largest)), "largest difference from exact composition")
+    return replace(
+        sheet, verdict=said, cards=(first, *kept), sections=_without_intervals(sheet.sections), facts={**sheet.facts, "first_order_fails": True}
+    )
+
+
+def _without_intervals(sections: Sequence[Section]) -> tuple[Section, ...]:
+    return tuple(
+        section
+        if section.key in _SOUND
+        else replace(
+            section,
+            rows=tuple(replace(row, figures=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.figures)) for row in section.rows),
+        )
+        for section in sections
+    )
+
+
+def unsure(outcome: Outcome) -> Outcome:
+    """Take the intervals off the figures of a design of a sweep."""
+    ap, rp = (None if pair is None else (_alone(pair[0]), _alone(pair[1])) for pair in (outcome.ap, outcome.rp))
+    return replace(
+        outcome,
+        mean=_alone(outcome.mean),
+        quantiles={level: _alone(found) for level, found in outcome.quantiles.items()},
+        ap=ap,
+        rp=rp,
+        lower=None if outcome.lower is None else _alone(outcome.lower),
+        rms_sure=_alone(outcome.rms_sure),
+    )
+
+
+def _alone(found: Estimate) -> Estimate:
+    return replace(found, low=math.nan, high=math.nan)
+
+
+def failed(failing: Sequence[Outcome], designs: int, named: Callable[[int], str]) -> list[str]:
+    """Say for the headline where first order fails: nowhere, in the one design, or in so many of them, with the worst one's name."""
+    if not failing:
+        return []
+    worst = max(failing, key=lambda each: share_left_out(each.check, each.quantiles[_LEVEL].value))
+    said = failure(worst.check, worst.quantiles[_LEVEL].value)
+    return [said if designs == 1 else f"In {several(len(failing), 'design')} of {designs}, first of all {named(worst.design)}: {said}"]

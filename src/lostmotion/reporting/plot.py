@@ -1,0 +1,111 @@
+"""What every plot shares: its colours, its dress, and the pieces that several are made of. Plotly is loaded when a plot is drawn."""
+
+from __future__ import annotations
+
+import html
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.reporting.sheet import length
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    import plotly.graph_objects as go
+
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.spatial import Floats
+
+# Colours told apart by colour-blind eyes and in grey print (M. Okabe, K. Ito 2008); the scale is viridis, dark where the error is large.
+BLUE: Final = "#0072B2"
+ORANGE: Final = "#E69F00"
+GREEN: Final = "#009E73"
+RED: Final = "#B23A00"
+# Whose weight it is, wherever loads are told apart by cause.
+OF_CAUSE: Final = {
+    "payload": BLUE,
+    "process force": RED,
+    "tool": "#999999",
+    "links": GREEN,
+    "joints and drives": ORANGE,
+    "own weight": "#CC79A7",
+}
+INK: Final = "#222222"
+_BAND: Final = "rgba(178,58,0,0.18)"
+FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
+
+_LONGEST_LABEL: Final = 36
+PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
+LEGEND: Final = {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "traceorder": "normal", "itemsizing": "constant"}
+_LINE: Final = {"showline": True, "linecolor": "#666666", "ticks": "outside", "tickcolor": "#666666", "ticklen": 4, "ticklabelstandoff": 3}
+_GRID: Final = {"gridcolor": "#e8e8e8", "zeroline": False, "automargin": True, "title": {"standoff": 8, "font": {"size": 13}}}
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A drawn plot: the section whose figures it shows, a key for file names, and what it shows in words for those who cannot see it."""
+
+    key: str
+    section: str
+    figure: go.Figure
+    words: str
+
+
+def framed(title: str, *traces: Any, height: int) -> go.Figure:  # noqa: ANN401 - plotly publishes no types
+    """Draw traces in a figure dressed for print."""
+    import plotly.graph_objects as go
+
+    return styled(go.Figure(list(traces)), title, height=height)
+
+
+def styled(figure: go.Figure, title: str, *, height: int) -> go.Figure:
+    """Dress a figure for print: white, one font, a light grid, nothing else."""
+    figure.update_layout(
+        template="none",
+        title={"text": title, "x": 0, "y": 1, "xref": "container", "yref": "container", "pad": {"t": 10, "l": 4}, "font": {"size": 15}},
+        font={"family": FONT, "size": 13, "color": INK},
+        height=height,
+        margin={"l": 60, "r": 16, "t": 52, "b": 56},
+        hoverlabel={"font": {"family": FONT}},
+    )
+    figure.update_xaxes(**_LINE, **_GRID)
+    figure.update_yaxes(**_LINE, **_GRID)
+    return figure
+
+
+def histogram(edges: Floats, counts: np.ndarray, colour: str, hover: str) -> go.Bar:
+    """Draw counts between edges (already in the unit shown) as bars that touch."""
+    import plotly.graph_objects as go
+
+    middles, width = (edges[:-1] + edges[1:]) / 2, float(edges[1] - edges[0])
+    marker = {"color": colour, "line": {"color": "white", "width": 0.5}}
+    share = 100 * counts / counts.sum()
+    return go.Bar(x=middles, y=counts, width=width, marker=marker, customdata=share, hovertemplate=hover, showlegend=False)
+
+
+def mark(figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0) -> None:
+    """Draw a line at an estimate over the shaded interval, and its value above the plot, `row` lines up."""
+    factor = PER_UNIT[unit]
+    value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
+    place = {"xref": f"x{axes}", "yref": f"y{axes} domain"}
+    if math.isfinite(high - low):
+        figure.add_shape(type="rect", x0=low, x1=high, y0=0, y1=1, fillcolor=_BAND, line_width=0, **place)
+    top = 1 + 0.07 * row
+    figure.add_shape(type="line", x0=value, x1=value, y0=0, y1=top, line={"color": RED, "width": 1.3, "dash": "dot"}, **place)
+    shown = length(estimate.value, estimate.low, estimate.high)
+    figure.add_annotation(
+        x=value, y=top, text=f"{name} {shown}", showarrow=False, xanchor="right", yanchor="bottom", xshift=4, font={"color": RED, "size": 12}, **place
+    )
+
+
+def named(names: Sequence[str]) -> dict[str, Any]:
+    """Write these names beside bars at 0, 1, 2 …, the first on top."""
+    count = len(names)
+    return {"tickvals": list(range(count)), "ticktext": list(names), "range": [count - 0.5, -0.5], "showgrid": False, "showline": False, "ticks": ""}
+
+
+def label(name: str) -> str:
+    """Make a name of the arm safe to draw: plotly reads mark-up in its texts."""
+    return html.escape(name if len(name) <= _LONGEST_LABEL else name[: _LONGEST_LABEL - 1] + "…")

@@ -1,0 +1,190 @@
+"""What is known of each joint, as a person reads it: the table of states, the assumed values, and what the headline says of both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.error_model.provenance import KINDS, assumed_in_part
+from lostmotion.error_model.upper_limits import in_error, in_repeats
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, several
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lostmotion.error_model.provenance import AssumedValue, JointStates, States
+    from lostmotion.reporting.sheet import Sheet
+
+# Columns in a word or two, so that the table fits on a screen.
+_HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
+# Titles of cards that show scatter between visits alone.
+_REPEATS: Final = ("repeatability", "RP")
+_MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
+_SHARED: Final = "a part that several joints share is listed under the first of them"
+
+
+def provenance_sections(known: States) -> tuple[Section, ...]:
+    """Return the table of states, one line per joint, and the assumed values where there are some."""
+    return (_states_section(known), *(_assumed_section(known.assumed) if known.assumed else ()))
+
+
+def provenance_facts(known: States) -> dict[str, Any]:
+    """Return what result.json holds of the states: of every joint by kind, of the base, and every assumed value."""
+    return {
+        "states": {
+            "described": known.described,
+            "ideal_joints": list(known.ideal_joints),
+            "joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.joints],
+            "fixed_joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.fixed],
+            "base": dict(known.base),
+            "upper_limits": [
+                {"joint": each.joint, "model": each.model, "key": each.key, "share": each.of_error, "share_between_visits": each.of_repeat}
+                for each in known.limits
+            ],
+            "assumed": _assumed_facts(known.assumed),
+        }
+    }
+
+
+def with_assumed(sheet: Sheet, part: object, owner: str) -> Sheet:
+    """Return the sheet of one part with what is assumed of it: counted in the headline, as a table, and in what result.json holds."""
+    assumed = assumed_in_part(part, owner)
+    facts = {**sheet.facts, "states": {"assumed": _assumed_facts(assumed)}}
+    if not assumed:
+        return replace(sheet, facts=facts)
+    verdict = " ".join([sheet.verdict, *_rests_on(assumed)])
+    return replace(sheet, verdict=verdict, sections=(*sheet.sections, *_assumed_section(assumed, "")), facts=facts)
+
+
+def at_least(text: object, known: States) -> str:
+    """Return a figure of the headline, as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count."""
+    if known.ideal_joints:
+        return f"at least {text}"
+    return _at_most(text, known) if in_error(known) else str(text)
+
+
+def error_said(within: str, known: States) -> str:
+    """Return the first sentence of a headline: the error that 95 % of positions stay within, as a bound where its values are such."""
+    ideal = ideal_said(known)
+    return f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}."
+
+
+def repeats_said(repeats: str, known: States) -> str:
+    """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
+    if known.ideal_joints:
+        return f"RP is at least {repeats} for 95 % of the robots built."
+    return f"95 % of the robots built repeat within {repeats_bounded(repeats, known)}."
+
+
+def repeats_bounded(repeats: object, known: States) -> str:
+    """Return a repeatability as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count in it."""
+    if known.ideal_joints:
+        return f"at least {repeats}"
+    return _at_most(repeats, known) if in_repeats(known) else str(repeats)
+
+
+def _at_most(text: object, known: States) -> str:
+    """Return a figure as an upper bound; where kinds of error are not described for every joint it bounds only what is described."""
+    return f"at most {text}" + (" (as far as errors are described)" if known.ideal_kinds else "")
+
+
+def limits_said(known: States) -> list[str]:
+    """Return the sentence that names the makers' upper limits that count, and the largest contributor of them; none where none counts."""
+    if not known.limits:
+        return []
+    keys: dict[str, dict[str, None]] = {}
+    for each in known.limits:
+        keys.setdefault(each.model or f"the gearbox of {each.joint}", {})[each.key.replace("_", " ")] = None
+    named = "; ".join(f"{', '.join(of)} of {model}" for model, of in keys.items())
+    first = known.limits[0]
+    repeat = max(known.limits, key=lambda each: each.of_repeat)
+    sizes = f"{Figure(100 * first.of_error, '%')} of the mean-square error"
+    if first is repeat and repeat.of_repeat:
+        sizes += f" and {Figure(100 * repeat.of_repeat, '%')} of its part between visits"
+    elif repeat.of_repeat:
+        sizes += f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, {Figure(100 * repeat.of_repeat, '%')}"
+    ends = ": errors that rest on them are at most these"
+    if known.ideal_joints:
+        ends = "; parts of these figures rest on them, so the true error may also be less"
+    return [f"Makers' upper limits stand for {named}{ends}. The largest of them is {first.key.replace('_', ' ')} at {first.joint}: {sizes}."]
+
+
+def ideal_said(known: States) -> str:
+    """Return the clause that names the joints that are taken as perfect; empty where there are none."""
+    return f"nothing is described for {', '.join(known.ideal_joints)} (taken as perfect)" if known.ideal_joints else ""
+
+
+def no_error_said(known: States) -> str:
+    """Return the headline of an arm of which every described error is zero: that is no prediction, and the joints without any are named."""
+    ideal = ideal_said(known)
+    return f"Every error that is described is zero{f', and {ideal}' if ideal else ''}: no accuracy is predicted."
+
+
+def caveats(known: States) -> list[str]:
+    """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
+    ideal = ideal_said(known)
+    ends = ", so the true error may be larger" if known.limits else ": errors are at least these"
+    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *limits_said(known), *assumed_said(known)]
+
+
+def assumed_said(known: States) -> list[str]:
+    """Return the sentence of the headline that counts the assumed values; none where there are none."""
+    return _rests_on(known.assumed)
+
+
+def _rests_on(assumed: Sequence[AssumedValue]) -> list[str]:
+    count = len(assumed)
+    return [f"This rests on {several(count, 'assumed value')}, see the table."] if count else []
+
+
+def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
+    """Return cards, those whose title begins with one of `bounded` with the sign of a lower or an upper bound where they are one."""
+    return tuple(replace(card, number=_bounded(card, known)) if card.title.startswith(tuple(bounded)) else card for card in cards)
+
+
+def _bounded(card: Card, known: States) -> str:
+    number = card.number.removeprefix("≥ ").removeprefix("≤ ")
+    if not number[:1].isdigit():
+        return card.number
+    counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
+    if known.ideal_joints:
+        return number if counts else f"≥ {number}"
+    if counts:  # a card has no room to say that it bounds only what is described
+        return number if known.ideal_kinds else f"≤ {number}"
+    return card.number
+
+
+def _states_section(known: States) -> Section:
+    lines = (*known.joints, *known.fixed)
+    shown = [kind for kind in KINDS if any(each.states.get(kind, "ideal") != "ideal" for each in lines)]
+    left = [kind for kind in KINDS if kind not in shown]
+    heads = tuple(_HEADS.get(kind, kind) for kind in shown)
+    rows = tuple(Row(each.joint, tuple(_cell(each, kind) for kind in shown)) for each in lines)
+    if not shown:
+        heads, rows = ("all kinds",), tuple(Row(each.joint, (Figure(math.nan, "1", words="ideal"),)) for each in lines)
+    notes = [_MEANING]
+    if left:
+        notes.append(f"ideal for every joint: {', '.join(left)}")
+    notes.append("base: " + ", ".join(f"{kind} {state}" for kind, state in known.base.items()))
+    return Section("states", "What is known of each joint", heads, rows, "; ".join(notes))
+
+
+def _cell(line: JointStates, kind: str) -> Figure:
+    return Figure(math.nan, "1", words=line.states.get(kind, "-"))
+
+
+def _assumed_facts(assumed: Sequence[AssumedValue]) -> list[dict[str, str]]:
+    return [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in assumed]
+
+
+def _assumed_section(assumed: Sequence[AssumedValue], note: str = _SHARED) -> tuple[Section]:
+    """Return the assumed values, those of one part with one reason in a line."""
+    together: dict[tuple[str, str, str], list[str]] = {}
+    for each in assumed:
+        together.setdefault((each.owner.removeprefix("joints."), each.reason, each.source), []).append(each.key)
+    rows = tuple(
+        Row(owner, (Figure(math.nan, "1", words=reason),), ", ".join(keys) + (f"; {source}" if source else ""))
+        for (owner, reason, source), keys in together.items()
+    )
+    return (Section("assumed", "Assumed values", ("reason",), rows, note),)

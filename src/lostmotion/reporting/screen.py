@@ -1,0 +1,169 @@
+"""The summary on the terminal, and the progress bar over it."""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import suppress
+from dataclasses import fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Self, TextIO, TypeVar, cast
+
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.segment import Segment
+from rich.table import Table
+from rich.text import Text
+
+from lostmotion.errors import legible
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from lostmotion.reporting.sheet import Section, Sheet
+
+T = TypeVar("T")
+_SECONDS_BEFORE_BAR = 1.0
+
+# A remark in a narrower column than this is no longer read easily.
+_REMARK: Final = 20
+
+
+def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
+    """Print every figure of a sheet, section by section, and last, where a terminal stands, the warnings and the answer in a sentence or three."""
+    screen = console or Console()
+    sheet = _legible(sheet)
+    screen.print()
+    screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
+    for section in sheet.sections:
+        screen.print()
+        beside = any(row.note for row in section.rows) and _fits(screen, section)
+        table = _table(section, remarks=beside)
+        if _taken(screen, table) > screen.width:
+            table = _table(section, remarks=beside, narrow=True)
+        # Rather a line that the terminal folds than a figure cut to another one.
+        screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
+        if not beside:
+            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a word that many rows share is told once
+                labels = "; ".join(row.label for row in section.rows if row.note == note)
+                screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
+        if section.note:
+            screen.print(Text(section.note, style="dim"))
+    _print_answer(sheet, screen)
+
+
+def _print_answer(sheet: Sheet, screen: Console) -> None:
+    """Print the notes, the warnings, the answer, and lines to copy."""
+    for note in sheet.notes:
+        screen.print(Text(f"note: {note}", style="yellow"))
+    if sheet.verdict or sheet.warnings:
+        screen.print()
+    for warning in sheet.warnings:
+        screen.print(Text(f"warning: {warning}", style="bold red"))
+    if sheet.verdict:
+        screen.print(Text(sheet.verdict, style="bold"))
+    if sheet.lines:
+        screen.print(Text(f"\n{sheet.lines.title}\n"))
+        screen.print(Text(sheet.lines.text.rstrip()), soft_wrap=True)  # whole lines, to be copied
+
+
+def _legible(held: T) -> T:
+    """Write out control characters in all texts of a sheet: names come from files, and a terminal must obey none of them."""
+    if isinstance(held, str):
+        return cast("T", legible(held))
+    if isinstance(held, tuple):
+        return cast("T", tuple(_legible(each) for each in held))
+    if is_dataclass(held) and not isinstance(held, type):
+        return cast("T", replace(held, **{each.name: _legible(getattr(held, each.name)) for each in fields(held) if each.name != "facts"}))
+    return held
+
+
+def _taken(screen: Console, table: Table) -> int:
+    """How wide is the table once drawn? Columns that cannot be narrower go beyond the screen, and further than `measure` says."""
+    return max(Segment.get_line_length(line) for line in Segment.split_lines(screen.render(table)))
+
+
+def _fits(screen: Console, section: Section) -> bool:
+    """Say whether the rows' remarks have room at the right of the figures; if not, they are better told below."""
+    longest = max((len(row.note) for row in section.rows), default=0)
+    taken = screen.measure(_table(section, remarks=False)).maximum
+    return taken + min(longest, _REMARK) <= screen.width
+
+
+def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
+    plain = section.columns == ("value",) and not any(row.figures[0].interval for row in section.rows)  # what "value" heads needs no heading
+    table = Table(title=Text(section.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, show_header=not plain, pad_edge=False)
+    if narrow:
+        table.show_edge, table.padding = False, (0, 1, 0, 0)
+        if all(figure.words for row in section.rows for figure in row.figures):  # words in columns need no gaps between them
+            table.box = None
+    table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
+    with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+    for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
+        widest = max((len(word) for word in (*(str(row.figures[k]) for row in section.rows), *name.split())), default=0)
+        table.add_column(name, justify="right", min_width=widest)
+        if interval:
+            table.add_column("95 % interval", justify="left", no_wrap=True, style="dim")
+    if remarks:
+        table.add_column("", style="dim", overflow="fold")
+    for row in section.rows:
+        cells = []
+        for figure, interval in zip(row.figures, with_interval, strict=True):
+            cells.append(str(figure))
+            if interval:
+                cells.append(figure.interval)
+        table.add_row(Text(row.label), *cells, *([Text(row.note)] if remarks else []))  # as Text: brackets in them are no markup
+    return table
+
+
+class _Forgiving:
+    """A stream whose failures are nobody's business: a bar that cannot be drawn, on a full disk, must not cost the results."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever a stream has
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        with suppress(OSError, ValueError):
+            return self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+
+class ProgressBar:
+    """A bar that shows itself only once the work has taken a second."""
+
+    def __init__(self) -> None:
+        """Begin to count the time; nothing is shown yet."""
+        self._started = time.monotonic()
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:3.0f} %"),
+            TimeRemainingColumn(),
+            console=Console(file=cast("TextIO", _Forgiving(sys.stderr))),
+            transient=True,
+        )
+        self._task = self._bar.add_task("")
+        self._shown = False
+
+    def __enter__(self) -> Self:
+        """Begin to wait."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Take the bar away."""
+        if self._shown:
+            self._bar.stop()
+
+    def __call__(self, what: str, done: int, of: int) -> None:
+        """Say what is being done and how far it is."""
+        if not self._shown and time.monotonic() - self._started > _SECONDS_BEFORE_BAR:
+            self._bar.start()
+            self._shown = True
+        self._bar.update(self._task, description=what, completed=done, total=of)

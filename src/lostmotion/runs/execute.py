@@ -1,0 +1,148 @@
+"""Carry an order out: what is done stays, the rest is computed and kept block by block."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from pydantic import ValidationError
+
+from lostmotion.error_model.provenance import refuse_undescribed
+from lostmotion.errors import LostmotionError, refuse_argument, shown
+from lostmotion.io.poses import read_poses
+from lostmotion.io.sweep import designs
+from lostmotion.io.sweep_designs import read_sweep, texts
+from lostmotion.runs.blocks import parts_of
+from lostmotion.runs.job import LARGEST_BLOCK, MOST_BLOCKS, MOST_RETURNS, Order, check_block, made_with, usual_block
+from lostmotion.runs.stream import rounded
+from lostmotion.runs.workers import on_dask, on_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lostmotion.mechanism.serial import Arm
+    from lostmotion.runs.job import Law
+    from lostmotion.runs.store import Store
+    from lostmotion.runs.workers import Cluster
+
+MOST_WORKERS: Final = 1024
+# Where an order keeps the user's poses, so that they have no name of the arm's own files.
+_GIVEN: Final = "given"
+
+
+def order(  # noqa: PLR0913 - a run is these numbers
+    path: Path,
+    sidecar: Path | None = None,
+    by: Path | None = None,
+    *,
+    poses: int | Path,
+    robots: int,
+    visits: int,
+    seed: int,
+    pose_law: Law = "sobol",
+    approach: int = 0,
+    block: int | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Order:
+    """What does this run consist of? Reads the arm, and every design that its `[sweep]`, or that of the file `by`, asks for.
+
+    `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with every mistake in the files,
+    and for counts out of range.
+    """
+    from lostmotion.error_model.poses import POSE_LAWS, Poses
+    from lostmotion.propagation.montecarlo.blocks import Plan
+
+    parts: dict[str, None] = {}
+    reaches: dict[tuple[object, ...], Arm] = {}
+
+    def look(each: Arm) -> None:
+        refuse_undescribed(each)
+        parts.update(dict.fromkeys(parts_of(each, approach)))
+        reaches.setdefault((*(joint.name for joint in each.moving), each.limits.tobytes()), each)
+
+    arm, axes = read_sweep(path, sidecar, by, progress, look)
+    Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
+    if not 0 <= seed < 2**63:
+        raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", "seed = 1")
+    files = texts(path, sidecar, axes)
+    given: str | None = None
+    if isinstance(poses, int):
+        if pose_law not in POSE_LAWS:
+            raise refuse_argument("pose law", pose_law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+        count, sets = rounded(arm, poses, pose_law)
+    else:
+        # Designs with other joints or limits must be able to take them too.
+        count, sets, pose_law, given = min(len(read_poses(poses, each)) for each in reaches.values()), 1, "given", f"{_GIVEN}/{poses.name}"
+        files[given] = poses.read_text(encoding="utf-8-sig")
+    each = min(check_block(block or usual_block(robots), robots), count // sets)
+    total = designs(axes) * sets * -(-count // sets // each)
+    if total > MOST_BLOCKS:
+        raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", f"block = {LARGEST_BLOCK}")
+    if robots * visits > MOST_RETURNS:
+        raise refuse_argument("robots x visits", robots * visits, f"at most {MOST_RETURNS}, held by every worker", "robots = 1000, visits = 30")
+    try:
+        return Order(
+            made_with=made_with(),
+            arm=path.name,
+            files=files,
+            axes=axes,
+            poses=count,
+            sets=8 if sets > 1 else 1,
+            law=pose_law,
+            given=given,
+            robots=robots,
+            visits=visits,
+            seed=seed,
+            approach=-1 if approach < 0 else 1 if approach > 0 else 0,
+            block=each,
+            parts=tuple(parts),
+        )
+    except ValidationError as error:
+        found = shown(", ".join(files) if error.errors()[0]["loc"] == ("files",) else error.errors()[0]["msg"])
+        expected = "at most 50 files, with plain names that end in .toml, .urdf, .xml or .csv"
+        raise refuse_argument("files of the arm", found, expected, "arm.toml") from None
+
+
+def carry_out(
+    store: Store,
+    workers: int = 1,
+    cluster: Cluster | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> int:
+    """Compute every block that is not done yet, and keep it; gives how many there were to compute. Interrupted or killed, it goes on from there.
+
+    On `workers` threads, or on the Dask cluster given.
+    Raises LostmotionError where the store cannot be written, another process is at it, or workers of other versions compute.
+    """
+    check_workers(workers)
+    with store.locked():
+        there = store.done(progress)
+        total, done = there.size, int(there.sum())
+        todo = ((int(k) // store.order.blocks, int(k) % store.order.blocks) for k in np.flatnonzero(~there))
+        text = store.order.text()
+        for design, block, packed, versions in on_threads(text, todo, workers) if cluster is None else on_dask(text, todo, cluster):
+            _refuse_others(store.order.made_with, versions)
+            try:
+                store.write(design, block, packed)
+            except OSError as error:
+                raise LostmotionError(
+                    f"'{store.folder}' cannot be written: {error.strerror or error}\n  {done} of {total} blocks are kept; the same command goes on"
+                ) from error
+            done += 1
+            if progress is not None:
+                progress(f"block {done} of {total}", done, total)
+    return total - int(there.sum())
+
+
+def check_workers(workers: int) -> int:
+    """Refuse more threads than make sense, or none."""
+    if not 1 <= workers <= MOST_WORKERS:
+        raise refuse_argument("workers", workers, f"from 1 to {MOST_WORKERS}", "workers = 4")
+    return workers
+
+
+def _refuse_others(mine: dict[str, str], theirs: dict[str, str]) -> None:
+    other = [f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]]
+    if other:
+        raise LostmotionError(f"the workers are of other versions: {', '.join(other)}\n  install the same ones: others might compute other last bits")

@@ -1,1 +1,0 @@
-"""Without sampling: what sums over terms say."""

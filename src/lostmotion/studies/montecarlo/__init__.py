@@ -1,1 +1,0 @@
-"""Robots built and visits made: what Monte Carlo says."""

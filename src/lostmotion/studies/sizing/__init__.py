@@ -1,1 +1,0 @@
-"""Which sections and bought parts an arm needs."""

@@ -1,1 +1,0 @@
-"""At rest: what joints carry and how much everything gives."""

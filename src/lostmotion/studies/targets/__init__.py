@@ -1,1 +1,0 @@
-"""From a target back to the parts, and forward to the share of robots that keep it."""

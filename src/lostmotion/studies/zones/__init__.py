@@ -1,1 +1,0 @@
-"""Where in space how accurate."""

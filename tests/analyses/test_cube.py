@@ -1,0 +1,89 @@
+"""The test cube of ISO 9283: its geometry, and that the largest one found is reached all over."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.analyses.iso9283.cube import CORNERS, five_points, given_cube
+from lostmotion.analyses.iso9283.largest_cube import largest_cube
+from lostmotion.mechanism.inverse import bring
+from lostmotion.mechanism.serial import frames
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def gantry(ranges=("500 mm", "400 mm", "700 mm")):
+    """Give three slides along x, y, z, well in front of the base."""
+    joints = [{"name": name, "type": "prismatic", "axis": name.lower(), "limits": ("0 mm", width)} for name, width in zip("XYZ", ranges, strict=True)]
+    joints[0]["origin"] = {"xyz": ["600 mm", "-200 mm", "100 mm"]}
+    return lostmotion.Arm.model_validate({"name": "gantry", "joints": joints})
+
+
+def test_the_five_poses_stand_on_the_diagonals_of_one_plane():
+    """P1 is the middle; the others stand a tenth of a diagonal from C1, C2, C7, C8; all lie in the plane C1-C2-C7-C8."""
+    centre, side = np.array([0.5, 0.1, 0.3]), 0.4
+    corners = centre + side / 2 * CORNERS
+    points = five_points(centre, side)
+    assert points[0] == pytest.approx(centre)
+    for point, (near, far) in zip(points[1:], ((0, 6), (1, 7), (6, 0), (7, 1)), strict=True):
+        diagonal = corners[far] - corners[near]
+        assert np.linalg.norm(diagonal) == pytest.approx(side * np.sqrt(3))
+        assert point == pytest.approx(corners[near] + 0.1 * diagonal)
+    normal = np.cross(points[2] - points[1], points[3] - points[1])
+    assert (points - points[0]) @ normal == pytest.approx(np.zeros(5), abs=1e-15)
+
+
+def test_a_gantry_holds_a_cube_of_its_shortest_range():
+    """Of three slides of 500, 400 and 700 mm the largest cube has 400 mm; what is found is no larger and hardly smaller."""
+    arm = gantry()
+    cube = largest_cube(arm)
+    assert cube.side <= 0.4 + 1e-9
+    assert cube.side >= 0.4 - 2 * cube.resolution
+    assert cube.rotation is None
+    assert (cube.corners.min(axis=0) >= [0.6 - 1e-9, -0.2 - 1e-9, 0.1 - 1e-9]).all()
+    assert (cube.corners.max(axis=0) <= [1.1 + 1e-9, 0.2 + 1e-9, 0.8 + 1e-9]).all()
+
+
+def test_the_floor_bounds_the_cube():
+    """With the floor at 500 mm only 300 mm of height are left."""
+    cube = largest_cube(gantry(), floor=0.5)
+    assert cube.side == pytest.approx(0.3, abs=0.02)
+    assert cube.corners[:, 2].min() >= 0.5 - 1e-9
+
+
+def test_a_cube_is_reached_all_over():
+    """Random points of the cube found for the five-joint arm are reached from its middle; its poses stand where the standard wants them."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    cube = largest_cube(arm)
+    assert cube.poses[:, :3, 3] == pytest.approx(five_points(cube.centre, cube.side), abs=1e-8)
+    assert frames(arm, cube.q)[-1] == pytest.approx(cube.poses)
+    assert cube.corners[:, 2].min() >= -1e-9
+    wanted = np.tile(np.eye(4), (300, 1, 1))
+    wanted[:, :3, 3] = cube.centre + cube.side * np.random.default_rng(1).uniform(-0.5, 0.5, (300, 3))
+    assert bring(arm, wanted, np.tile(cube.q[0], (300, 1)), turned=False)[1].mean() > 0.99
+
+
+@pytest.mark.slow
+def test_six_joints_hold_the_tool_alike_all_over():
+    """All five poses of the six-joint arm have one orientation, and a cube asked for a little smaller there is found too."""
+    arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
+    cube = largest_cube(arm)
+    assert cube.poses[:, :3, :3] == pytest.approx(np.tile(cube.rotation, (5, 1, 1)), abs=1e-8)
+    assert cube.side > 0.5
+    again = given_cube(arm, cube.centre, 0.9 * cube.side, cube.rotation)
+    assert again.poses[:, :3, 3] == pytest.approx(five_points(cube.centre, 0.9 * cube.side), abs=1e-8)
+
+
+def test_what_cannot_be_is_refused():
+    """A cube out of reach, a plane arm, and an orientation for too few joints are refused in one message each."""
+    arm = gantry()
+    with pytest.raises(lostmotion.InputError, match="all of which the tool reaches"):
+        given_cube(arm, np.array([0.85, 0.0, 0.45]), 0.41)
+    assert given_cube(arm, np.array([0.85, 0.0, 0.45]), 0.4).side == 0.4
+    with pytest.raises(lostmotion.InputError, match="orientation"):
+        largest_cube(arm, np.eye(3))
+    two = arm.model_copy(update={"joints": arm.joints[:2]})
+    with pytest.raises(lostmotion.InputError, match="at least three"):
+        largest_cube(two)

@@ -1,0 +1,396 @@
+"""The accuracy map against a planar arm of two joints, of which everything is known in closed form, and against itself."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import ndtr
+from scipy.stats import truncnorm
+
+from lostmotion import Arm, InputError
+from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE
+from lostmotion.analyses.workspace_map.cells import grid_over, within
+from lostmotion.analyses.workspace_map.map import Wish, zones
+from lostmotion.analyses.workspace_map.placement import YAWS, best_boxes, footprint, judged, keeping_clear
+from lostmotion.analyses.workspace_map.reach import reach
+from lostmotion.laws.normal_length import normal_length
+from lostmotion.parts.frame import Place
+from lostmotion.propagation.analytic.analytic import analytic
+
+UPPER, FORE = 0.5, 0.3
+ZERO = (2e-3, 3e-3)  # rad, ± limits
+STIFFNESS = (4e3, 1.5e3)  # N m/rad
+VARIANCE = np.square(ZERO) / 9 * truncnorm(-3, 3).var()
+PAYLOAD = 4.0
+GRAVITY = 9.81
+
+
+def planar(turned=0.0, second=("-179.9 deg", "179.9 deg")):
+    """Give two links in the x-z plane, or in that plane turned about z, with encoders' zeros, drives that give way, and no other error."""
+
+    def joint(name, length, zero, stiffness, limits):
+        return {
+            "name": name,
+            "type": "revolute",
+            "axis": "-y",
+            "limits": limits,
+            "link": {"length": f"{length} m"},
+            "encoder": {"zero": f"{zero} rad"},
+            "gearbox": {"ratio": 100, "stiffness": f"{stiffness} N m/rad"},
+        }
+
+    first = joint("A", UPPER, ZERO[0], STIFFNESS[0], ("-180 deg", "180 deg"))
+    first["origin"] = {"rpy": ("0 deg", "0 deg", f"{turned} deg")}
+    joints = [first, joint("B", FORE, ZERO[1], STIFFNESS[1], second)]
+    return Arm.model_validate({"name": "planar", "joints": joints, "payload": {"mass": f"{PAYLOAD} kg"}, "gravity": f"{GRAVITY} m/s^2"})
+
+
+def by_hand(q):
+    """Say for one pose of the planar arm where its tool is, its sag and its covariance in the plane, by hand."""
+    one, both = q[0], q[0] + q[1]
+    elbow = UPPER * np.array([math.cos(one), math.sin(one)])
+    tool = elbow + FORE * np.array([math.cos(both), math.sin(both)])
+    across = np.array([[-tool[1], tool[0]], [-(tool - elbow)[1], (tool - elbow)[0]]])  # motion of the tool per turn of each joint
+    torque = -PAYLOAD * GRAVITY * np.array([tool[0], tool[0] - elbow[0]])
+    sag = across.T @ (torque / np.array(STIFFNESS))
+    return tool, sag, across.T @ np.diag(VARIANCE) @ across
+
+
+def below(sag, covariance, level=0.95):
+    """Say which distance a share `level` of a normal vector in the plane stays below, by quadrature over one of its principal directions."""
+    values, axes = np.linalg.eigh(covariance)
+    b, s = axes.T @ sag, np.sqrt(np.maximum(values, 1e-30))
+
+    def share(t):
+        def part(x):
+            y = math.sqrt(max(t * t - x * x, 0.0))
+            return math.exp(-(((x - b[1]) / s[1]) ** 2) / 2) * (ndtr((y - b[0]) / s[0]) - ndtr((-y - b[0]) / s[0]))
+
+        near = [x for x in (b[1] - 4 * s[1], b[1], b[1] + 4 * s[1]) if -t < x < t]
+        return quad(part, -t, t, points=near or None, limit=200)[0] / (s[1] * math.sqrt(2 * math.pi))
+
+    size = math.hypot(*sag) + 4 * math.sqrt(values.sum())
+    return brentq(lambda t: share(t) - level, 1e-3 * size, 2 * size, xtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def plane():
+    """Map the planar arm, with a target and a place for work."""
+    return zones(planar(), Wish(cell=0.04, by="best", target=2.5e-3, box=(0.2, 0.0, 0.1), poses=16384, per_cell=12))
+
+
+def test_figures_are_the_closed_form(plane):
+    """Best, mean and worst of a cell are those of its poses' sag and covariance, and lie in that order."""
+    reached = plane.reached
+    rng, compared = np.random.default_rng(5), 0
+    for cell in rng.choice(np.unique(reached.cell), 12, replace=False):
+        mine = np.flatnonzero((reached.cell == cell) & plane.looked.errors.known)
+        known = [by_hand(reached.q[k]) for k in mine]
+        assert np.allclose([tool for tool, _, _ in known], reached.points[mine][:, [0, 2]], atol=1e-12)
+        values = [below(sag, covariance) for _, sag, covariance in known]
+        at = np.unravel_index(cell, reached.grid.shape)
+        expected = np.array([min(values), sum(values) / len(values), max(values)])
+        found = plane.figures[(QUANTILE, slice(None), *at)]
+        assert (found > expected * (1 - 5e-3)).all()  # limits at three sigma are not quite normal
+        if plane.looked.errors.told[mine].all():
+            compared += 1
+            assert found == pytest.approx(expected, rel=5e-3)
+        assert (found < expected * 1.25).all()
+    assert compared > 5
+    low, middle, high = (plane.figures[:, k][np.isfinite(plane.figures[:, k])] for k in range(3))
+    assert (low <= middle).all()
+    assert (middle <= high).all()
+    assert (low < high).any()
+    assert plane.looked.errors.told.mean() > 0.95
+
+
+def test_both_elbows_are_looked_at(plane):
+    """Sag differs with the elbow up and down: nearly every cell has poses of both kinds."""
+    reached = plane.reached
+    both = [len(set(np.sign(reached.q[reached.cell == cell, 1]))) == 2 for cell in np.unique(reached.cell)]
+    assert np.mean(both) > 0.9
+
+
+@pytest.mark.parametrize("edge", [0.05, pytest.param(0.013, marks=pytest.mark.slow)])
+def test_no_cell_in_reach_is_missed(edge):
+    """Every cell whose middle lies in the annulus that the arm can reach has poses, and was reached in its middle; few samples or many."""
+    found = reach(planar(), 2048, edge, 4, 1)
+    grid = found.grid
+    x, z = np.meshgrid(grid.along(0), grid.along(2), indexing="ij")
+    from_base = np.hypot(x, z)
+    inside = (from_base > UPPER - FORE + 1e-3 * edge) & (from_base < UPPER + FORE - 1e-3 * edge)
+    inside &= np.abs(from_base - (UPPER - FORE)) > 2e-6  # folded further than the second joint goes
+    visited = found.counts[:, 0, :] > 0
+    assert not (inside & ~visited).any()
+    assert not (inside & ~found.centre[:, 0, :]).any()
+    outside = (from_base < UPPER - FORE - 1e-6) | (from_base > UPPER + FORE + 1e-6)
+    assert not (found.centre[:, 0, :] & outside).any()
+    # And none lies outside the grid.
+    span = np.arange(-40, 40) * edge + edge / 2 if edge > 0.02 else np.arange(-80, 80) * edge + edge / 2
+    count = sum((UPPER - FORE + 1e-3 * edge < math.hypot(a, b) < UPPER + FORE - 1e-3 * edge) for a in span for b in span)
+    assert np.count_nonzero(inside) == count
+    assert grid.dimensions == 2
+    assert np.allclose(found.points[:, 1], 0, atol=1e-12)
+    assert np.array_equal(grid.number(found.points), found.cell)
+    middle = grid.centres(found.cell)
+    there = found.centre.ravel()[found.cell]
+    assert (np.abs(found.points - middle)[there] < 1e-3 * edge).all()
+
+
+def best_below(points):
+    """Say for points (point, 2) in the annulus the 95 % distance by the better elbow; the quadrature is held to the closed form above."""
+    sags, wide = np.zeros((2, len(points), 3)), np.zeros((2, len(points), 3, 3))
+    for k, (x, z) in enumerate(points):
+        bend = math.acos((x * x + z * z - UPPER**2 - FORE**2) / (2 * UPPER * FORE))
+        lean = math.atan2(FORE * math.sin(bend), UPPER + FORE * math.cos(bend))
+        for way, sign in enumerate((1, -1)):
+            tool, sag, covariance = by_hand(np.array([math.atan2(z, x) - sign * lean, sign * bend]))
+            assert tool == pytest.approx([x, z], abs=1e-9)
+            sags[way, k, [0, 2]], wide[way, k][np.ix_([0, 2], [0, 2])] = sag, covariance
+    return np.min([normal_length(b, c, (0.95,)).quantiles[:, 0] for b, c in zip(sags, wide, strict=True)], axis=0)
+
+
+def test_size_and_share_hold_the_closed_form(plane):
+    """The annulus' area lies in its interval; so does the share within the target, by a fine grid of closed forms."""
+    area = math.pi * ((UPPER + FORE) ** 2 - (UPPER - FORE) ** 2)
+    assert plane.size.low < area < plane.size.high
+    assert plane.size.value == pytest.approx(area, rel=0.01)
+    x, z = np.meshgrid(np.arange(-0.79, 0.8, 0.02), np.arange(-0.79, 0.8, 0.02))
+    r = np.hypot(x, z)
+    fine = best_below(np.column_stack([each[(r > UPPER - FORE) & (r < UPPER + FORE)] for each in (x, z)]))
+    share = plane.within.share
+    assert share.low <= np.mean(fine <= plane.within.target) <= share.high
+    assert share.high - share.low < 0.3
+    assert 0.05 < share.value < 0.95
+
+
+def test_cells_are_judged_at_their_middles(plane):
+    """The best of each cell whose middle is in reach is the closed form's better elbow there."""
+    at = np.argwhere(plane.reached.centre[:, 0, :])
+    points = np.column_stack([plane.reached.grid.along(axis)[at[:, k]] for k, axis in enumerate((0, 2))])
+    found = plane.figures[QUANTILE, 0, at[:, 0], 0, at[:, 1]]
+    ratio = found / best_below(points)
+    assert (np.abs(ratio - 1) < 5e-3).mean() > 0.9
+    assert (ratio > 1 - 5e-3).all()
+    assert (ratio < 1.1).mean() > 0.98  # the rest: only one elbow among their poses
+
+
+def test_a_box_stands_where_it_is_said_to(plane):
+    """All of the best box is within reach; by closed form the better elbow errs there as the map says, and all over it as the look afresh says."""
+    box = plane.boxes.found[0]
+    assert box.afresh_reached == box.afresh_points == 6 * 4
+    x, z = np.meshgrid(np.linspace(-0.1, 0.1, 6), np.linspace(-0.05, 0.05, 4))
+    assert box.afresh_worst == pytest.approx(best_below(box.centre[[0, 2]] + np.column_stack([x.ravel(), z.ravel()])).max(), rel=0.05)
+    middles = plane.reached.grid.centres(box.cells)[:, [0, 2]]
+    assert box.worst == pytest.approx(best_below(middles).max(), rel=0.05)
+    taken = np.concatenate([each.cells for each in plane.boxes.found])
+    assert len(plane.boxes.found) == 3
+    assert len(np.unique(taken)) == len(taken)
+    assert [each.worst for each in plane.boxes.found] == sorted(each.worst for each in plane.boxes.found)
+
+
+def test_budgets_add_up(plane):
+    """Shares of every zone add to one, and each is the mean square of the poses that its figures rest on: here the best of each cell."""
+    assert [each.zone for each in plane.budgets] == ["best box", "within the target", "all cells"]
+    for each in plane.budgets:
+        assert sum(cost.share for cost in each.costs) == pytest.approx(1, abs=1e-12)
+        assert each.poses == each.cells
+    which = plane.looked.poses_of(plane.boxes.found[0].cells, "best", plane.figures.reshape(2, 3, -1))
+    squares = [sag @ sag + np.trace(covariance) for _, sag, covariance in map(by_hand, plane.reached.q[which])]
+    assert plane.budgets[0].rms == pytest.approx(math.sqrt(np.mean(squares)), rel=1e-9)
+
+
+def test_threads_change_no_bit(plane):
+    """Whatever the threads, every number is the same."""
+    other = zones(planar(), Wish(cell=0.04, by="best", target=2.5e-3, box=(0.2, 0.0, 0.1), poses=16384, per_cell=12), threads=3)
+    assert np.array_equal(plane.figures, other.figures, equal_nan=True)
+    assert np.array_equal(plane.reached.q, other.reached.q)
+    assert plane.within.share == other.within.share
+    assert plane.budgets == other.budgets
+    for one, two in zip(plane.boxes.found, other.boxes.found, strict=True):
+        assert all(np.array_equal(getattr(one, field.name), getattr(two, field.name)) for field in dataclasses.fields(one))
+
+
+def test_turning_the_base_turns_the_map(plane):
+    """The arm's plane turned by 90° gives the same cells in the other plane; where poses were sampled, the same figures to rounding."""
+    other = zones(planar(90), Wish(cell=0.04, by="best", poses=16384, per_cell=12))
+    assert np.array_equal(plane.reached.counts[:, 0, :] > 0, other.reached.counts[0] > 0)
+    sampled = ~np.isin(np.arange(plane.shown.size), plane.reached.cell[plane.reached.brought]).reshape(plane.shown.shape)[:, 0, :]
+    assert sampled.sum() > 300
+    for by in range(len(BYS)):
+        one, two = plane.figures[QUANTILE, by, :, 0, :], other.figures[QUANTILE, by, 0]
+        assert np.allclose(one[sampled], two[sampled], rtol=1e-9, equal_nan=True)
+        assert np.nanmedian(np.abs(one / two - 1)) < 1e-9
+
+
+@pytest.mark.slow
+def test_a_half_turn_of_a_spatial_arm_turns_its_map(arm):
+    """An arm in space on a base turned by 180°: the grid, the reach and the figures of sampled cells turn with it."""
+    wish = Wish(cell=0.1, poses=16384, per_cell=4)
+    first = arm.joints[0].model_copy(update={"origin": Place(rpy=(0.0, 0.0, math.pi))})
+    turned = Arm(name="turned", joints=(first, *arm.joints[1:]), payload=arm.payload)
+    one, two = zones(arm, wish), zones(turned, wish)
+    assert one.reached.grid.shape == two.reached.grid.shape
+    a, b = one.shown, two.shown[::-1, ::-1, :]
+    assert np.array_equal(np.isfinite(a), np.isfinite(b))
+    close = np.isclose(a, b, rtol=1e-6)
+    assert close[np.isfinite(a)].mean() > 0.99
+
+
+def test_sliding_windows_are_brute_force():
+    """Worst and mean under every footprint, holes included, are those of trying each place by itself."""
+    rng = np.random.default_rng(3)
+    field = rng.random((9, 8, 6))
+    field[rng.random(field.shape) < 0.03] = np.inf
+    for size, yaw in (
+        ((0.3, 0.2, 0.1), 0.0),
+        ((0.4, 0.1, 0.3), 0.0),
+        ((0.3, 0.2, 0.2), YAWS[2]),
+        ((0.25, 0.1, 0.1), YAWS[7]),
+        ((0.0, 0.3, 0.2), 0.0),
+    ):
+        cover = footprint(size, yaw, 0.1)
+        worst, mean = (judged(field, cover, by_mean=by_mean) for by_mean in (False, True))
+        for at in np.ndindex(field.shape):
+            part = tuple(slice(i, i + n) for i, n in zip(at, cover.shape, strict=True))
+            fits = all(i + n <= m for i, n, m in zip(at, cover.shape, field.shape, strict=True))
+            under = field[part][cover] if fits else np.array([np.inf])
+            assert worst[at] == under.max()
+            assert mean[at] == pytest.approx(under.mean(), rel=1e-12)
+
+
+@pytest.mark.parametrize("yaw", YAWS[1:])
+def test_a_turned_footprint_holds_the_box(yaw):
+    """Every point of the turned box lies in a cell of its footprint, and every cell of the footprint holds or nearly holds one."""
+    size, edge = np.array([0.43, 0.17, 0.1]), 0.05
+    cover = footprint(size, yaw, edge)[:, :, 0]
+    u, v = np.meshgrid(np.linspace(-0.5, 0.5, 801) * size[0], np.linspace(-0.5, 0.5, 801) * size[1])
+    x, y = math.cos(yaw) * u - math.sin(yaw) * v, math.sin(yaw) * u + math.cos(yaw) * v
+    at = np.floor(np.stack([x, y]) / edge + (np.array(cover.shape) / 2)[:, None, None]).astype(int)
+    hit = np.zeros_like(cover)
+    hit[tuple(at.reshape(2, -1))] = True
+    assert (cover | ~hit).all()
+    assert (cover & ~hit).sum() <= 4
+
+
+def test_a_box_too_large_is_said_to_be(plane):
+    """Where no place holds the box the largest of its proportions is told: that one fits, and one a cell wider does not."""
+    figures = plane.shown
+    found = best_boxes(planar(), plane.reached, figures, (1.2, 0.0, 1.2))
+    assert not found.found
+    assert found.largest is not None
+    # Beside the hole the largest square in an annulus of 0.2 to 0.8 m reaches from 0.2 m to the circle of 0.8 m.
+    ideal = brentq(lambda a: math.hypot(0.2 + a, a / 2) - 0.8, 0.1, 0.8)
+    assert ideal - 0.1 <= found.largest[0] <= ideal + 1e-9
+    again = best_boxes(planar(), plane.reached, figures, tuple(found.largest))
+    assert again.found
+    assert not best_boxes(planar(), plane.reached, figures, tuple(found.largest * 1.02)).found
+    with pytest.raises(InputError, match="cannot leave y = 0 mm"):
+        best_boxes(planar(), plane.reached, figures, (0.2, 0.1, 0.1))
+
+
+@pytest.mark.parametrize("size", [(1e-6, 0.0, 0.3), (1e3, 0.0, 1e3)])
+def test_no_footprint_is_larger_than_the_grid(plane, monkeypatch, size):
+    """A box with one side next to nothing, or far too large, is looked for without footprints that no grid holds."""
+    grid = plane.reached.grid
+
+    def small(size, yaw, edge):
+        assert max(size) <= grid.edge * math.hypot(*grid.shape) * (1 + 1e-9)
+        return footprint(size, yaw, edge)
+
+    monkeypatch.setattr("lostmotion.analyses.workspace_map.placement.footprint", small)
+    found = best_boxes(planar(), plane.reached, plane.shown, size)
+    assert bool(found.found) == (max(size) < 1)
+    assert found.tried > 0 or not found.found
+    assert found.largest is not None
+    assert found.largest[2] / found.largest[0] == pytest.approx(size[2] / size[0])
+
+
+def test_cells_that_spread_beyond_the_sampled_ones_are_counted(monkeypatch):
+    """Few sampled poses lead to many cells: those, too, are refused where their poses would be too many."""
+    monkeypatch.setattr("lostmotion.analyses.workspace_map.reach.MOST_POSES", 1000)
+    with pytest.raises(InputError, match="at most 1000 poses"):
+        reach(planar(), 16, 0.05, 4, 1)
+
+
+def test_boxes_keep_clear(plane):
+    """A box keeps off the base's axis and above the floor where that is asked for."""
+    grid = plane.reached.grid
+    allowed = keeping_clear(grid, 0.4, 0.1)
+    found = best_boxes(planar(), plane.reached, plane.shown, (0.2, 0.0, 0.1), allowed)
+    for box in found.found:
+        assert abs(box.centre[0]) - 0.1 >= 0.4 - 1e-9
+        assert box.centre[2] - 0.05 >= 0.1 - 1e-9
+    assert found.found[0].worst >= plane.boxes.found[0].worst
+
+
+def test_cells_are_counted_from_the_base():
+    """The same edge gives the same cells whatever the points; the extent says the default; too small a cell is refused with one that does."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(1000, 3))
+    grid, wider = grid_over(points, 0.1), grid_over(1.3 * points, 0.1)
+    assert np.allclose(grid.centres(grid.number(points)), wider.centres(wider.number(points)), atol=1e-12)
+    assert (np.abs(points - grid.centres(grid.number(points))) <= 0.05 + 1e-12).all()
+    assert grid.around(grid.number(points)).shape <= grid.shape
+    assert grid_over(points).edge in (0.1, 0.2, 0.5)
+    with pytest.raises(InputError, match="cell") as caught:
+        grid_over(points, 0.001)
+    grid_over(points, float(caught.value.problems[0].example.split('"')[1].removesuffix(" mm")) / 1e3)
+    cells = np.zeros((5, 1, 5), bool)
+    cells[1:4, 0, 1:4] = True
+    assert within(cells, np.array([False, True, False])).sum() == 1
+
+
+@pytest.mark.parametrize(
+    "wish",
+    [
+        {"by": "median"},
+        {"level": 1.0},
+        {"target": -1.0},
+        {"box": (0.1, 0.1)},
+        {"box": (0, 0, 0)},
+        {"per_cell": 1},
+        {"clear": -1.0},
+        {"floor": math.nan},
+        {"cell": "100 mm"},
+        {"turned": True},
+        {"box_by_mean": True},
+        {"clear": 0.2},
+    ],
+)
+def test_what_cannot_be_asked_is_refused(wish):
+    """One clear message each."""
+    with pytest.raises(InputError):
+        Wish(**wish)
+
+
+@pytest.mark.parametrize("departs", [0.1, 3.0])
+def test_poses_far_from_normal_are_raised_or_left_out(monkeypatch, departs):
+    """Where the route without sampling tells no figure, it is the normal law's and what departs from it, or else a bound of the last resort."""
+    arm = planar()
+    plain = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
+
+    def without(arm, poses, **options):
+        found = analytic(arm, poses, **options)
+        lost = poses.q[:, 1] > 0  # one elbow
+        normal = normal_length(found.bias, found.covariance, found.levels).quantiles
+        quantiles = np.where(lost[:, None], np.nan, found.quantiles)
+        return dataclasses.replace(found, quantiles=quantiles, quantiles_bound=np.where(lost[:, None], departs * normal, found.quantiles_bound))
+
+    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", without)
+    found = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
+    reached, errors = found.reached, found.looked.errors
+    lost = reached.q[:, 1] > 0
+    assert np.array_equal(errors.known, plain.looked.errors.known | lost if departs < 0.25 else ~lost & errors.known)
+    assert (errors.quantile[lost] > plain.looked.errors.quantile[lost]).all()
+    only = np.bincount(reached.cell[~lost], minlength=found.shown.size) == 0
+    cells = only.reshape(found.shown.shape) & np.isfinite(found.shown)
+    assert cells.any()
+    assert (found.bounded[cells] == (departs > 0.25)).all()
+    if departs > 0.25:
+        both = ~only.reshape(found.shown.shape) & np.isfinite(found.shown)
+        assert (found.shown[both] <= plain.shown[both]).all()
+        assert not found.bounded[both].any()

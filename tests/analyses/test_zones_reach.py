@@ -1,0 +1,96 @@
+"""The cells, corners and configurations that a map reaches, against closed-form inverse kinematics of an arm of three joints."""
+
+import math
+
+import numpy as np
+import pytest
+
+from lostmotion import Arm
+from lostmotion.analyses.workspace_map.placement import whole_cells
+from lostmotion.analyses.workspace_map.reach import distinct, reach
+
+HEIGHT, UPPER, FORE = 0.2, 0.3, 0.2
+LIMITS = np.radians([[-100, 140], [-30, 100], [-140, 140]])
+EDGE = 0.05
+
+
+def turret(**parts):
+    """Give an arm that turns about z, with two links in the vertical plane; `parts` of its joints by name."""
+    axes, lengths = ("z", "-y", "-y"), (0.0, UPPER, FORE)
+    joints = [
+        {
+            "name": name,
+            "type": "revolute",
+            "axis": axis,
+            "limits": [f"{end} rad" for end in ends],
+            "link": {"length": f"{length} m"},
+            **parts.get(name, {}),
+        }
+        for name, axis, length, ends in zip("SAB", axes, lengths, LIMITS.tolist(), strict=True)
+    ]
+    joints[0]["origin"] = {"xyz": ["0 m", "0 m", f"{HEIGHT} m"]}
+    return Arm.model_validate({"name": "turret", "joints": joints, "payload": {"mass": "3 kg"}})
+
+
+def configurations(point):
+    """Say which joint values within the limits bring the tool there: towards it or overhead, either elbow."""
+    x, y, z = point[0], point[1], point[2] - HEIGHT
+    out = []
+    for turn, r in ((math.atan2(y, x), math.hypot(x, y)), (math.atan2(-y, -x), -math.hypot(x, y))):
+        bend = (r * r + z * z - UPPER**2 - FORE**2) / (2 * UPPER * FORE)
+        if abs(bend) > 1 + 1e-12:
+            continue
+        for elbow in {math.acos(np.clip(bend, -1, 1)), -math.acos(np.clip(bend, -1, 1))}:
+            lean = math.atan2(z, r) - math.atan2(FORE * math.sin(elbow), UPPER + FORE * math.cos(elbow))
+            q = (np.array([turn, lean, elbow]) + math.pi) % (2 * math.pi) - math.pi
+            if (q >= LIMITS[:, 0] - 1e-9).all() and (q <= LIMITS[:, 1] + 1e-9).all():
+                out.append(q)
+    return out
+
+
+@pytest.fixture(scope="module")
+def reached():
+    """Look over the arm from few samples, three to a cell."""
+    return reach(turret(), 8000, EDGE, 8, 1)
+
+
+def test_every_configuration_of_a_cell_is_found_once(reached):
+    """At the middle of each cell stand all configurations that exist, none of them twice, where no two melt into one."""
+    cells = np.flatnonzero(reached.centre)
+    compared = 0
+    for cell, middle in zip(cells, reached.grid.centres(cells), strict=True):
+        mine, real = reached.q[reached.cell == cell], configurations(middle)
+        assert np.allclose(reached.points[reached.cell == cell], middle, atol=1e-3 * EDGE)
+        if all(np.abs(a - b).max() > 0.05 for k, a in enumerate(real) for b in real[:k]):
+            assert len(mine) == len(real)
+            assert all(min(np.abs(a - b).max() for b in mine) < 5e-3 for a in real)
+            compared += 1
+    assert compared > 2400
+
+
+def test_no_middle_or_corner_in_reach_is_missed(reached, monkeypatch):
+    """The tool is brought to every middle and every corner that closed form says is in reach, stretched-out ones too, and to no other."""
+    everywhere = np.argwhere(np.ones(reached.grid.shape, bool))
+    middles = reached.grid.low + EDGE * (everywhere + 0.5)
+    assert np.array_equal(reached.centre.ravel(), [bool(configurations(middle)) for middle in middles])
+    from lostmotion.analyses.workspace_map import placement
+
+    asked = []
+    plain = placement.in_reach
+
+    def listening(arm, found, wanted):
+        asked.append((wanted, plain(arm, found, wanted)))
+        return asked[-1][1]
+
+    monkeypatch.setattr(placement, "in_reach", listening)
+    whole_cells(turret(), reached)
+    ((corners, told),) = asked
+    assert np.array_equal(told, [bool(configurations(corner)) for corner in corners])
+    assert 2000 < told.sum() < len(told)
+
+
+def test_what_counts_as_one_configuration():
+    """Whole turns and hairs are no difference; a cell's poses are compared with each other alone."""
+    q = np.array([[0.1, 0.2, 0.3], [0.1 + 2 * math.pi, 0.2, 0.3], [0.1, 0.2, 0.35], [0.1, 0.2, 0.301], [0.1, 0.2, 0.3]])
+    assert distinct(turret(), q, np.array([4, 4, 4, 4, 7]), EDGE).tolist() == [True, False, True, False, True]
+    assert distinct(turret(), q[:0], np.zeros(0, int), EDGE).tolist() == []

@@ -1,0 +1,291 @@
+"""Who is to blame: exact shares by part, cause, level and term, at a pose, over the workspace and in a zone; and what halving each buys."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion import sample_poses
+from lostmotion.error_model.budget import LABELS, Tally, budget, costs, label_of, tally
+from lostmotion.error_model.intervals import Estimate, quantile, quantile_drop
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.io.pose_and_zone_text import read_pose, read_zone
+from lostmotion.propagation.analytic.analytic import of_screws
+from lostmotion.propagation.montecarlo import montecarlo
+from lostmotion.propagation.montecarlo.common_random_numbers import Paired, scaled
+from lostmotion.propagation.montecarlo.sensitivity import halving
+from tests.conftest import arm_of
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+
+
+@pytest.fixture(scope="module")
+def study(arm):
+    """Study the arm with every kind of error, quickly."""
+    return lostmotion.study(arm, 64, 40, 4, threads=1)
+
+
+@pytest.mark.parametrize("by", list(LABELS))
+def test_shares_add_to_one_whatever_terms_are_put_together_by(arm, by):
+    """Over poses and at a single one, to 1e-12; each share is what its levels add to, and 'if halved' is what scaled terms give."""
+    label = label_of(by)
+    assert {cost.name for cost in costs(tally(arm, sample_poses(arm, 8).q, by))} == {
+        label(info) for info in screws(arm, sample_poses(arm, 8).q).infos
+    }
+    for q in (sample_poses(arm, 64).q, np.array([[0.3, -0.2, 0.8]])):
+        found = costs(tally(arm, q, by))
+        assert sum(cost.share for cost in found) == pytest.approx(1, abs=1e-12)
+        matrix = screws(arm, q)
+        for cost in found:
+            assert sum(cost.levels) == pytest.approx(cost.share, abs=1e-12)
+            factors = np.array([0.5 if label(info) == cost.part else 1.0 for info in matrix.infos])
+            again = Tally.of(scaled(matrix, factors))
+            assert cost.rms_if_halved == pytest.approx(np.sqrt(again.total / again.poses), rel=1e-10)
+
+
+def test_shares_are_those_of_the_sum_written_out(arm):
+    """At one pose, by hand: |bias|^2 shared by projection, drawn terms by their squares; levels are the same sums."""
+    q = np.array([[0.3, -0.2, 0.8]])
+    matrix = screws(arm, q)
+    shift = matrix.tool[0, 3:]
+    drawn = np.array([info.level != "design" for info in matrix.infos])
+    bias = shift[:, ~drawn].sum(axis=1)
+    whole = bias @ bias + (shift[:, drawn] ** 2).sum()
+    by_term = np.where(drawn, (shift**2).sum(axis=0), bias @ shift) / whole
+    for cost in costs(tally(arm, q)):
+        mine = [info.owner == cost.part for info in matrix.infos]
+        assert cost.share == pytest.approx(by_term[mine].sum(), abs=1e-13)
+    levels = {cost.part: cost.share for cost in costs(tally(arm, q, "level"))}
+    assert levels["design"] == pytest.approx(bias @ bias / whole, abs=1e-13)
+    assert sum(budget(arm, q).parts[0].levels) == pytest.approx(budget(arm, q).parts[0].share, abs=1e-13)
+
+
+def test_a_term_of_zero_size_has_zero_share():
+    """A wrist that turns the tool about itself: its gearbox's terms have no lever, so no share, nothing alone, and nothing to gain."""
+    wrist = arm_of(2, link={"length": 0.0}, bearing=None, mounting=None)
+    whole = arm_of(2).model_copy(update={"joints": (*arm_of(2).joints, wrist.joints[1].model_copy(update={"name": "W"}))})
+    q = sample_poses(whole, 16).q
+    shares = {cost.part: cost for cost in costs(tally(whole, q, "term"))}
+    nothing = [cost for name, cost in shares.items() if name.startswith("joints.W.gearbox")]
+    assert nothing
+    for cost in nothing:
+        assert (cost.share, cost.alone, cost.levels) == (0, 0, (0, 0, 0))
+
+
+def test_causes_name_the_kind_of_error_at_whichever_joint(arm):
+    """One line for all joints' backlash: where it is held, how much there is and on which side it lies; one for each kind of wave."""
+    causes = {cost.part for cost in budget(arm, sample_poses(arm, 16).q).causes}
+    assert causes == {
+        "gearbox wind-up",
+        "gearbox stiffness scatter",
+        "gearbox backlash",
+        "gearbox hysteresis",
+        "gearbox transmission error",
+        "bearing clearance",
+        "encoder resolution",
+        "encoder noise",
+        "encoder eccentricity",
+        "encoder zero",
+        "mounting axis tilt",
+        "mounting axis offset",
+        "link length",
+        "link bending under load",
+        "link sag under own weight",
+    }
+
+
+def test_a_pose_by_number_by_value_and_in_a_zone_is_the_same_pose(study):
+    """`costs(pose=k)`, its joint values, and a mask that holds it alone say the same; a mask of all says what the study says."""
+    mask = np.arange(len(study.poses)) == 7
+    found = study.costs(pose=7)
+    assert found == study.costs(pose=study.poses.q[7]) == study.costs(zone=mask)
+    everywhere = study.costs(zone=np.ones(len(mask), dtype=bool))
+    assert [cost.part for cost in everywhere] == [cost.part for cost in study.costs()] == [cost.part for cost in study.budget.parts]
+    for cost, of_study in zip(everywhere, costs(study.sampled.tally), strict=True):
+        assert cost.share == pytest.approx(of_study.share, abs=1e-12)
+
+
+def test_a_zone_is_the_poses_in_it(study):
+    """Mean squares of a zone and of the rest, weighted by their poses, make the whole's."""
+    middle = float(np.median(study.tool[:, 2]))
+    low, high = study.blaming(zone={"z": (-10, middle)}), study.blaming(zone={"z": (np.nextafter(middle, 10), 10)})
+    parts = [found.budgets[0] for found in (low, high)]
+    assert sum(part.poses for part in parts) == len(study.poses)
+    squares = sum(part.poses * part.rms**2 for part in parts)
+    assert squares == pytest.approx(len(study.poses) * study.budget.rms**2, rel=1e-12)
+    keys = [section.key for section in low.sheet.sections]
+    assert {"budget_at_1", "causes_at_1"} <= set(keys)
+    assert "-10000 … " in next(section.title for section in low.sheet.sections if section.key == "budget_at_1")
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        ({"pose": 64}, "from 0 to 63"),
+        ({"pose": -1}, "from 0 to 63"),
+        ({"pose": [0.0, 1.0]}, "3 finite joint values"),
+        ({"pose": [0.0, 1.0, np.nan]}, "3 finite joint values"),
+        ({"zone": {"x": (5, 6)}}, "none of the 64 poses"),
+        ({"zone": {"w": (0, 1)}}, "x, y or z"),
+        ({"zone": {"x": (1, 0)}}, "the lower one first"),
+        ({"zone": np.ones(3, dtype=bool)}, "each of the 64 poses"),
+        ({"pose": 1, "zone": {"x": (0, 1)}}, "one of them"),
+        ({"by": "gearbox"}, "part, cause, level, term"),
+    ],
+)
+def test_places_that_are_not_there_are_refused(study, words, named):
+    """A number beyond the poses, joint values too few, a zone that is not reached."""
+    with pytest.raises(lostmotion.InputError, match=named):
+        study.costs(**words)
+
+
+def test_a_pose_and_a_zone_are_read_from_a_line_of_text(arm):
+    """With units, in any order; a pose's number; ends in one unit."""
+    np.testing.assert_allclose(read_pose("B=-10deg O = 0.1rad, A=30 deg", arm), [0.1, np.radians(30), np.radians(-10)])
+    assert read_pose(" 17 ", arm) == 17
+    assert read_zone("x 0.2..0.5 m, Y -100 .. 1e2 mm") == {"x": (0.2, 0.5), "y": (-0.1, 0.1)}
+    assert read_zone("x 200 mm..0.5m, z -10mm .. 1 m") == {"x": (0.2, 0.5), "z": (-0.01, 1)}
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("A=30deg", "no value for"),
+        ("A=30deg B=10deg O=1", "unit"),
+        ("A=30deg B=10deg O=500deg", "within its limits"),
+        ("A=30deg A=30deg B=1deg O=0deg", "once more"),
+        ("Z=30deg A=1deg B=1deg O=0deg", "each joint once"),
+        ("A=30mm B=10deg O=0deg", "A=30mm"),
+        ("up", "joint=value"),
+        ("A=1deg " * 1000, "at most 2000"),
+        ("", "no value for"),
+        ("-3", "joint=value"),
+    ],
+)
+def test_text_that_is_no_pose_is_refused(arm, text, named):
+    """One message that says what was found and shows what passes."""
+    with pytest.raises(lostmotion.InputError, match=named):
+        read_pose(text, arm)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "no '..'"),
+        ("x 1..2", "no unit"),
+        ("q 1..2 m", "no axis 'q'"),
+        ("1..2 m", "no axis, and a space,"),
+        ("x 2..1 m", "higher end stands first"),
+        ("x 300 mm..0.2 m", "higher end stands first"),
+        ("x 1..2 m, X 1..2 m", "x comes twice"),
+        ("x 1..2 kg", "not a unit of length"),
+        ("x 1.2 m", "no '..'"),
+        ("x -inf..2 m", "no numbers with their unit"),
+    ],
+)
+def test_text_that_is_no_zone_is_refused(text, why):
+    """One message that says what was found, why it does not pass, and shows what does."""
+    with pytest.raises(lostmotion.InputError, match=why) as refused:
+        read_zone(text)
+    assert "lower one first" in str(refused.value)
+
+
+def test_what_moves_the_tool_by_rounding_only_is_nothing_everywhere():
+    """The Z-arm's last joint turns the tool about itself: 0 % and nothing to gain without an interval, not rounding with one; else left out."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    study = lostmotion.study(arm, 32, 20, 2)
+    matrix = screws(arm, study.poses.q)
+    size = sum(matrix.square_sums[k] for k, info in enumerate(matrix.infos) if info.owner == "joints.roll.gearbox")
+    assert 0 < size < 1e-30  # rounding, which the test is about
+    sections = {section.key: {row.label: row for row in section.rows} for section in study.sheet.sections}
+    for part in ("roll.gearbox", "roll.encoder"):
+        alone, share, gain = sections["budget"][part].figures
+        assert [str(figure) for figure in (alone, share, gain)] == ["0 µm", "0 %", "0 µm"]
+        assert gain.interval == ""
+        assert part not in sections["budget_levels"]
+    assert sections["budget"]["O.gearbox"].figures[2].interval
+    assert study.halving.gains["joints.roll.gearbox"] == Estimate(0, 0, 0)
+
+
+@pytest.mark.parametrize("by", ["part", "term"])
+def test_halving_is_what_a_second_run_finds(arm, monkeypatch, by):
+    """By part, by kind of error and by term: the 95 % error falls by what a whole run with those terms halved finds, with the same draws."""
+    poses = sample_poses(arm, 64)
+    found = halving(arm, poses, 40, 4, 1, by=by)
+    for gains, label in ((found.gains, label_of(by)), (found.causes, label_of("cause"))):
+        largest = max(gains, key=lambda name, gains=gains: gains[name].value)
+
+        def halved(*words, label=label, largest=largest, **options):
+            matrix = screws(*words, **options)
+            return scaled(matrix, np.array([0.5 if label(info) == largest else 1.0 for info in matrix.infos]))
+
+        monkeypatch.setattr(montecarlo, "screws", halved)
+        again = montecarlo.run(arm, poses, 40, 4, 1)
+        gain = gains[largest]
+        assert gain.value == pytest.approx(found.before - quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9)
+        assert gain.low < gain.value < gain.high
+
+
+def test_halving_at_a_pose_is_what_sums_over_terms_find():
+    """At one pose of the Z-arm, by 65 536 robots: within its interval and 3 % of the figure without sampling, for the largest three parts."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    poses = sample_poses(arm, 8)
+    matrix = screws(arm, poses.q[5:6])
+    study = lostmotion.study(arm, poses, 20, 2).blaming(pose=5)
+    found = study.budgets[0].halving
+    assert found.samples == 4 * 65_536
+    before = of_screws(matrix)
+    for part in sorted(found.gains, key=lambda name: -found.gains[name].value)[:3]:
+        after = of_screws(scaled(matrix, np.array([0.5 if info.owner == part else 1.0 for info in matrix.infos])))
+        apart = abs(found.gains[part].value - float(before.quantiles[0, 1] - after.quantiles[0, 1]))
+        assert found.gains[part].value > 20e-6
+        assert apart < (found.gains[part].high - found.gains[part].value) + 0.03 * found.gains[part].value
+    section = next(each for each in study.sheet.sections if each.key == "halving_at_1")
+    assert {"A.gearbox", "gearbox wind-up, at every joint"} <= {row.label for row in section.rows}
+
+
+@pytest.mark.slow
+def test_the_interval_of_a_paired_drop_covers():
+    """100 paired studies of one gearbox halved, with their own poses and robots, against the mean of 24 larger ones: at least 90 % hold it."""
+    small = arm_of(2, bearing=None, encoder=None, mounting=None)
+
+    def gain(poses, robots, seed):
+        paired = Paired.of(small, sample_poses(small, poses, seed=seed), robots, 4, seed, 0.0)
+        before, after = (
+            paired.run(np.array([factor if info.owner == "joints.A.gearbox" else 1.0 for info in paired.matrices[0].infos])) for factor in (1.0, 0.5)
+        )
+        return quantile_drop((before.groups, before.sets), (after.groups, after.sets), 0.95)
+
+    truth = np.mean([gain(512, 128, 1000 + k).value for k in range(24)])
+    held = sum(found.low <= truth <= found.high for found in (gain(64, 64, seed) for seed in range(100)))
+    assert held >= 90
+
+
+def test_blocks_of_poses_add_up(arm):
+    """More poses than a block: the sum over blocks is the sum over halves."""
+    q = sample_poses(arm, 2048).q
+    whole, first, second = tally(arm, q, "cause"), tally(arm, q[:1024], "cause"), tally(arm, q[1024:], "cause")
+    np.testing.assert_allclose(whole.shared_bias, (first + second).shared_bias, rtol=1e-12)
+    assert whole.of_visits is not None
+    with pytest.raises(ValueError, match="different arms"):
+        _ = first + dataclasses.replace(second, owners=())
+
+
+def test_an_rms_error_has_the_interval_that_its_poses_leave(arm):
+    """Nearly every interval out of eight sets of poses, 40 times drawn, holds the r.m.s. error over many poses; given poses claim none."""
+    many = budget(arm, sample_poses(arm, 8192, seed=77).q)
+    held = dict.fromkeys([(0, 1, 2), (0,), (1,), (2,)], 0)
+    for seed in range(40):
+        poses = sample_poses(arm, 64, "uniform", seed=1000 + seed)
+        found = budget(arm, poses.q, replicates=poses.replicates)
+        assert found.sure().value == pytest.approx(found.rms, rel=1e-12)
+        for levels in held:
+            sure = found.sure(*levels)
+            held[levels] += sure.low <= many.sure(*levels).value <= sure.high
+    assert all(34 <= count <= 40 for count in held.values()), held  # 95 % of 40, less three standard deviations
+    assert found.sure().high < 1.5 * found.sure().low
+    given = budget(arm, sample_poses(arm, 64).q).sure()
+    assert np.isnan(given.low)
+    assert np.isnan(given.high)

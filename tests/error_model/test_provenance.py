@@ -1,0 +1,124 @@
+"""What is known of every joint of an arm."""
+
+from __future__ import annotations
+
+import pytest
+
+from lostmotion.error_model.provenance import BASE_KINDS, KINDS, states
+from lostmotion.io import read
+from lostmotion.mechanism.serial import Arm
+from lostmotion.parts.base import Base
+from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.link import Link
+from lostmotion.parts.lumped import Lumped
+from tests.io.conftest import EXAMPLES
+
+ARMS = ("z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf", "paper/z-arm-lumped.toml")
+
+
+def joint(name="A", **parts):
+    """Return a turning joint."""
+    return RevoluteJoint(name=name, limits=(-1.0, 1.0), **parts)
+
+
+@pytest.mark.parametrize("file", ARMS)
+def test_every_moving_joint_stands_in_the_table_once(file):
+    """In order, with known kinds and states only."""
+    arm = read(EXAMPLES / file)
+    found = states(arm)
+    assert [each.joint for each in found.joints] == [each.name for each in arm.moving]
+    for each in found.joints:
+        assert [kind for kind in KINDS if kind in each.states] == list(each.states)
+        assert set(each.states.values()) <= {"stated", "assumed", "ideal"}
+    assert tuple(found.base) == BASE_KINDS
+    assert found.described
+    assert len(set(found.assumed)) == len(found.assumed)
+
+
+def test_an_arm_of_which_only_the_shape_is_known_has_no_error_source():
+    """Masses, payload, ratios and a nominal tilt are no errors."""
+    bare = Arm(
+        name="bare",
+        joints=(
+            joint(mass=3.0, link=Link(length=0.4, mass=2.0), gearbox={"ratio": 100, "rated_torque": 50.0}, encoder={"side": "output"}),
+            PrismaticJoint(name="B", limits=(0.0, 1.0), bearing={"kind": "rolling", "span": 0.1}, lumped={}, mounting={}),
+            FixedJoint(name="C", link=Link(length=0.1)),
+        ),
+        base=Base(roll=0.1),
+        payload={"mass": 5.0},
+    )
+    found = states(bare)
+    assert not found.described
+    assert found.ideal_joints == ("A", "B")
+    assert {state for each in found.joints for state in each.states.values()} == {"ideal"}
+
+
+@pytest.mark.parametrize(
+    ("parts", "kind"),
+    [
+        ({"gearbox": {"backlash": 0.0}}, "backlash"),
+        ({"gearbox": {"hysteresis": 0.0}}, "hysteresis"),
+        ({"gearbox": {"transmission_error": 0.0}}, "transmission error"),
+        ({"gearbox": {"stiffness": 1e4}}, "stiffness"),
+        ({"gearbox": {"kind": "planetary", "sun_teeth": 20, "ring_teeth": 70, "sun_error": 0.0}}, "transmission error"),
+        ({"bearing": {"kind": "rolling", "span": 0.1, "clearance": 0.0}}, "bearing"),
+        ({"bearing": {"kind": "crossed roller", "radial_runout": 0.0}}, "bearing"),
+        ({"encoder": {"zero": 0.0}}, "encoder"),
+        ({"mounting": {"offset": 0.0}}, "axis mounting"),
+        ({"link": {"length": 0.1, "length_tolerance": 0.0}}, "link length"),
+        ({"link": {"length": 0.1, "rigid": True}}, "link bending"),
+        ({"lumped": {"angle": 0.0}}, "lumped"),
+    ],
+)
+def test_a_zero_stated_on_purpose_is_stated(parts, kind):
+    """What somebody says is perfect is described; every other kind of that joint stays ideal."""
+    found = states(Arm(name="x", joints=(joint(**parts), joint("B"))))
+    assert {name for name, state in found.joints[0].states.items() if state != "ideal"} == {kind}
+    assert found.joints[0].states[kind] == "stated"
+    assert found.described
+    assert found.ideal_joints == ("B",)
+
+
+def test_a_default_never_shows_as_stated():
+    """The friction and the torque of lost motion that nobody stated are listed as defaults."""
+    gearbox = {"lost_motion": 3e-4, "stiffness": 4e5, "rated_torque": 400.0}
+    found = states(Arm(name="x", joints=(joint(gearbox=gearbox),)))
+    assert {each.key: each.reason for each in found.assumed} == {
+        "lost_motion_torque": "default, 3 % of the rated torque",
+        "friction_torque": "default, 1 % of the rated torque",
+    }
+    stated = {**gearbox, "lost_motion_torque": 0.03, "friction_torque": 4.0}
+    assert not states(Arm(name="x", joints=(joint(gearbox=stated),))).assumed
+
+
+def test_how_a_lumped_error_varies_is_no_error():
+    """A law without an angle or an offset describes nothing."""
+    assert not states(Arm(name="x", joints=(joint(lumped=Lumped(law="uniform", varies="robot")),))).described
+
+
+def test_a_base_alone_is_an_error_source():
+    """A tilt that nobody measured, or a mount that deflects, can be predicted from."""
+    for base, kind in ((Base(roll="0 deg ± 1 deg"), "tilt"), (Base(linear_stiffness=(1e6, 1e6, 1e6)), "mount")):
+        found = states(Arm(name="x", joints=(joint(),), base=base))
+        assert found.described
+        assert found.base[kind] == "stated"
+        assert found.ideal_joints == ("A",)
+
+
+def test_a_fixed_joint_is_listed_only_where_its_link_is_described():
+    """Fixed joints have no drive; a length tolerance of theirs counts as an error source of the arm."""
+    fixed = FixedJoint(name="F", link=Link(length=0.2, length_tolerance=1e-4))
+    found = states(Arm(name="x", joints=(joint(), fixed)))
+    assert [each.joint for each in found.joints] == ["A"]
+    assert [each.joint for each in found.fixed] == ["F"]
+    assert found.described
+    assert states(Arm(name="x", joints=(joint(), FixedJoint(name="F")))).fixed == ()
+
+
+def test_a_joint_may_say_that_a_whole_part_is_assumed():
+    """All kinds that the part describes are then assumed, and the joint's entry says so."""
+    arm = Arm(name="x", joints=(joint(lumped=Lumped(angle=1e-4), gearbox={"backlash": 1e-4}, assumed=("gearbox", "lumped"), source="guess"),))
+    found = states(arm)
+    assert found.joints[0].states["backlash"] == found.joints[0].states["lumped"] == "assumed"
+    assert found.joints[0].states["stiffness"] == "ideal"
+    assert [(each.key, each.source) for each in found.assumed] == [("gearbox", "guess"), ("lumped", "guess"), ("friction_torque", "")]

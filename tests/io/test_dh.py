@@ -1,0 +1,143 @@
+"""Denavit-Hartenberg rows, standard and modified."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from lostmotion.io.dh import rpy_of
+from lostmotion.io.native import arm_of
+from lostmotion.mechanism.serial import frames
+from lostmotion.spatial import pose_of, shift, turn
+from tests.io.conftest import JOINT
+
+UR5E = {
+    "a": [0, -0.425, -0.3922, 0, 0, 0],
+    "d": [0.1625, 0, 0, 0.1333, 0.0997, 0.0996],
+    "alpha": [90, 0, 0, 90, -90, 0],
+}
+X, Z = (1, 0, 0), (0, 0, 1)
+
+
+def arm_of_rows(key, rows, kinds=None):
+    """Make an arm of rows (a, alpha, d, theta) in m and degrees."""
+    joints = []
+    for k, (a, alpha, d, theta) in enumerate(rows):
+        row = {"a": f"{a!r} m", "alpha": f"{alpha!r} deg", "d": f"{d!r} m", "theta": f"{theta!r} deg"}
+        kind = kinds[k] if kinds else "revolute"
+        limits = ["-360 deg", "360 deg"] if kind == "revolute" else ["-9 m", "9 m"]
+        joints.append({"name": f"J{k}", "type": kind, "limits": limits, key: row})
+    return arm_of("x", {"name": "x", "joints": joints})
+
+
+def standard_rows():
+    """Give the UR5e's rows by the standard convention, with some offsets in theta."""
+    return list(zip(UR5E["a"], UR5E["alpha"], UR5E["d"], [0.0, 10.0, 0.0, -90.0, 33.0, 5.0], strict=True))
+
+
+def by_hand(rows, q, kinds, *, modified):
+    """Multiply the four elementary motions of every row as the convention orders them."""
+    pose = np.eye(4)
+    for (a, alpha, d, theta), value, kind in zip(rows, q, kinds, strict=True):
+        angle = math.radians(theta) + (value if kind == "revolute" else 0)
+        slide = d + (value if kind == "prismatic" else 0)
+        across, along = shift(a, 0, 0) @ turn(X, math.radians(alpha)), turn(Z, angle) @ shift(0, 0, slide)
+        pose = pose @ (across @ along if modified else along @ across)
+    return pose
+
+
+@pytest.mark.parametrize(("key", "modified"), [("dh", False), ("mdh", True)])
+def test_rows_multiply_as_their_convention_orders(key, modified):
+    """Random rows of turning and sliding joints lead where the four elementary motions of each row lead."""
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        count = int(rng.integers(1, 8))
+        kinds = [str(kind) for kind in rng.choice(["revolute", "prismatic"], count)]
+        rows = [tuple(float(v) for v in (rng.normal(), rng.choice([0, 90, -90, 180, 37]), rng.normal(), rng.choice([0, 90, -90, 12]))) for _ in kinds]
+        q = rng.uniform(-2, 2, count)
+        assert np.abs(frames(arm_of_rows(key, rows, kinds), q)[-1, 0] - by_hand(rows, q, kinds, modified=modified)).max() < 1e-12
+
+
+@pytest.mark.parametrize("key", ["dh", "mdh"])
+def test_fixed_joints_without_a_row_stand_beside_rows(key):
+    """A plinth, a plate between two links and a flange have origins of their own; the product of all motions is that by hand."""
+    place = {"xyz": ["10 mm", "-20 mm", "300 mm"], "rpy": ["10 deg", "20 deg", "-30 deg"]}
+    matrix = pose_of((0.01, -0.02, 0.3), np.radians([10, 20, -30]))
+    rows = standard_rows()
+    plain = arm_of_rows(key, rows)
+    joints = []
+    for k, (a, alpha, d, theta) in enumerate(rows):
+        row = {"a": f"{a!r} m", "alpha": f"{alpha!r} deg", "d": f"{d!r} m", "theta": f"{theta!r} deg"}
+        if k in {0, 3}:
+            joints.append({"name": f"plate {k}", "type": "fixed", "origin": place})
+        joints.append({"name": f"J{k}", "type": "revolute", "limits": ["-360 deg", "360 deg"], key: row})
+    joints.append({"name": "flange", "type": "fixed", "origin": place, "link": {"tip": {"xyz": ["0 mm", "0 mm", "50 mm"]}}})
+    arm = arm_of("x", {"name": "x", "joints": joints})
+    q = np.random.default_rng(8).uniform(-3, 3, (20, 6))
+    for row, pose in zip(q, frames(arm, q)[-1], strict=True):
+        first = by_hand(rows[:3], row[:3], ["revolute"] * 3, modified=key == "mdh")
+        last = by_hand(rows[3:], row[3:], ["revolute"] * 3, modified=key == "mdh")
+        assert np.abs(matrix @ first @ matrix @ last @ matrix @ shift(0, 0, 0.05) - pose).max() < 1e-12
+    assert [joint.name for joint in arm.moving] == [joint.name for joint in plain.moving]
+
+
+def test_both_conventions_describe_the_same_ur5e():
+    """The modified table of an arm is its standard one with a and alpha moved on by a row; both stand alike in every joint and at the tool."""
+    rows = standard_rows()
+    moved = [(a, alpha, d, theta) for (a, alpha, _, _), (_, _, d, theta) in zip([(0.0, 0.0, 0, 0), *rows[:-1]], rows, strict=True)]
+    one, other = arm_of_rows("dh", rows), arm_of_rows("mdh", moved)
+    q = np.random.default_rng(2).uniform(-3, 3, (20, 6))
+    assert np.abs(frames(one, q) - frames(other, q)).max() < 1e-12
+
+
+@pytest.mark.parametrize("pitch", [0.0, 90.0, -90.0, 89.9999999, 180.0, 45.0])
+def test_roll_pitch_yaw_come_back_from_the_matrix(pitch):
+    """Also where pitch is 90 degrees and roll and yaw are one angle, and without a warning."""
+    rng = np.random.default_rng(1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for roll, yaw in [*rng.uniform(-math.pi, math.pi, (50, 2)), (0.0, 0.0), (math.pi, -math.pi / 2)]:
+            rotation = pose_of(rpy=(roll, math.radians(pitch), yaw))[:3, :3]
+            assert np.abs(pose_of(rpy=rpy_of(rotation))[:3, :3] - rotation).max() < 2e-15
+
+
+ROW = '{ a = "0 mm", alpha = "90 deg", d = "100 mm", theta = "0 deg" }'
+
+
+@pytest.mark.parametrize(
+    ("lines", "key", "expected"),
+    [
+        (f"dh = {ROW}\naxis = 'x'\n", "joints.A.axis", "not both"),
+        (f"dh = {ROW}\norigin = {{}}\n", "joints.A.origin", "not both"),
+        (f"dh = {ROW}\nlink = {{ length = '3 m' }}\n", "joints.A.link.length", "length_tolerance"),
+        (f"dh = {ROW}\nlink = {{ tip = {{}} }}\n", "joints.A.link.tip", "not both"),
+        (f"dh = {ROW}\nmdh = {ROW}\n", "joints.A", "the same one key"),
+        ("dh = { a = '0 mm', alpha = '9 mm', d = '1 m', theta = '0 deg' }\n", "joints.A.dh.alpha", "angle"),
+        ("dh = { a = '0 mm', alfa = '9 deg', alpha = '9 deg', d = '1 m', theta = '0 deg' }\n", "joints.A.dh.alfa", "alpha"),
+        ("dh = { a = '0 mm', alpha = '9 deg', d = '1 m' }\n", "joints.A.dh.theta", "angle"),
+        ("mdh = [0, 1, 2, 3]\n", "joints.A.mdh", "a table"),
+        (f"dh = {ROW}\n" + JOINT.replace('"A"', '"B"') + f"mdh = {ROW}\n", "joints.B", "the same one key"),
+        (f"dh = {ROW}\n" + JOINT.replace('"A"', '"B"'), "joints.B", "the same one key"),
+    ],
+)
+def test_a_row_says_everything_once(told, lines, key, expected):
+    """A row excludes what it says itself, and one convention holds for the whole arm."""
+    found = told('name = "x"\n' + JOINT + lines)
+    assert list(found) == [key]
+    assert expected in found[key].expected
+
+
+def test_a_link_behind_a_row_keeps_its_beam():
+    """Section, material and a length tolerance go with a row; the tolerance acts along the line to the next joint."""
+    row = {"a": "300 mm", "alpha": "90 deg", "d": "400 mm", "theta": "0 deg"}
+    link = {"section": {"kind": "rod", "diameter": "40 mm"}, "material": "steel", "length_tolerance": "50 µm"}
+    arm = arm_of("x", {"name": "x", "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], "dh": row, "link": link}]})
+    assert arm.joints[0].link.reach == pytest.approx(0.5)
+    from lostmotion.mechanism.serial import terms
+
+    length = next(placed for placed in terms(arm, np.zeros(1)) if placed.name == "joints.A.link.length")
+    seen_from_joint = arm.joints[0].link.tip_pose[:3, :3] @ length.term.screw[3:]
+    assert seen_from_joint * length.term.bound == pytest.approx(50e-6 * np.array([0.6, 0, 0.8]))

@@ -1,0 +1,51 @@
+"""Twenty thousand spoiled files of all formats: each is refused in words or gives finite figures."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from lostmotion.errors import InputError
+from tests.io.fuzzed import LONGEST, formats, outcomes
+
+
+def look_at(folder, count):
+    """Spoil and read so many files: none may be wrong or slow, and of each format some must be read and some refused."""
+    counts = Counter()
+    for found in outcomes(folder, 0, count):
+        assert not found.said.startswith("wrong"), f"{found.format}, number {found.number}: {found.said}\n{found.raw[:2000]!r}"
+        assert found.seconds < LONGEST, f"{found.format}, number {found.number}: {found.seconds:.0f} s"
+        counts[found.format, found.said] += 1
+    return counts
+
+
+def test_the_files_that_are_spoiled_are_sound_before(tmp_path):
+    """Every text that the spoiling begins with is read: else it would be refused for what nobody spoiled."""
+    for kind in formats(tmp_path):
+        for seed in kind.seeds:
+            path = tmp_path / kind.name
+            path.write_text(seed, encoding="utf-8")
+            kind.read(path)
+
+
+def test_spoiled_files_are_refused_or_read(tmp_path):
+    """The first few of each format: a clean refusal or finite figures, no warning, nothing written."""
+    look_at(tmp_path, 140)
+
+
+@pytest.mark.slow
+def test_twenty_thousand_spoiled_files_are_refused_or_read(tmp_path):
+    """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback, warning or control character, nothing written."""
+    counts = look_at(tmp_path, 20_000)
+    for kind in formats(tmp_path):
+        assert min(counts[kind.name, said] for said in ("read", "refused")) > 50, (kind.name, counts)
+
+
+@pytest.mark.parametrize("text", ["\x1f3", "3\u2028", "\u0663", "\x1f\n3"])
+def test_a_pose_number_of_other_characters_is_refused(tmp_path, text):
+    """Separators that no keyboard has, and digits of other scripts, are one mistake."""
+    place = next(kind for kind in formats(tmp_path) if kind.name == "place.txt")
+    (tmp_path / place.name).write_bytes(text.encode("utf-8"))
+    with pytest.raises(InputError):
+        place.read(tmp_path / place.name)

@@ -1,0 +1,230 @@
+"""The native TOML format."""
+
+from __future__ import annotations
+
+import pytest
+
+from lostmotion.io import read
+from lostmotion.io.native import arm_of
+from tests.io.conftest import JOINT
+
+HEAD = 'name = "x"\n'
+
+
+def test_a_whole_file_becomes_an_arm(tmp_path):
+    """Shared parts stand where joints name them, and materials come from the catalogue or from the file."""
+    path = tmp_path / "arm.toml"
+    path.write_text(
+        HEAD
+        + """
+        [gearboxes.g]
+        ratio = 121
+        [materials.foam]
+        young = "1 GPa"
+        poisson = 0.1
+        density = "100 kg/m^3"
+        [sections.t]
+        kind = "rod"
+        diameter = "50 mm"
+        [[joints]]
+        name = "A"
+        type = "revolute"
+        limits = ["-90 deg", "90 deg"]
+        gearbox = "g"
+        link = { length = "400 mm ± 50 µm", section = "t", material = "foam" }
+        [[joints]]
+        name = "B"
+        type = "prismatic"
+        limits = ["0 mm", "300 mm"]
+        gearbox = "g"
+        link = { length = "400 mm", section = { kind = "tube", outer = "60 mm", wall = "3 mm" }, material = "steel" }
+        """,
+        encoding="utf-8",
+    )
+    arm = read(path)
+    assert [joint.name for joint in arm.joints] == ["A", "B"]
+    assert [joint.gearbox.ratio for joint in arm.moving] == [121, 121]
+    assert arm.joints[0].link.material.young == 1e9
+    assert arm.joints[0].link.length.tolerance == pytest.approx(50e-6)
+    assert arm.joints[1].link.material.young == pytest.approx(210e9)
+    assert arm.notes == ()
+
+
+def test_three_mistakes_are_told_at_once(told):
+    """A wrong unit, a misspelt key and a name that leads nowhere come in one message, each with its own near word."""
+    found = told(
+        HEAD
+        + '[gearboxes.shoulder]\nratio = 100\nstiffness = "50 N m"\n'
+        + JOINT
+        + 'gearbox = "sholder"\n[[joints]]\nname = "B"\ntype = "revolute"\nlimitz = ["-90 deg", "90 deg"]\nlimits = ["0 deg", "1 deg"]\n'
+        + 'gearbox = "shoulder"\n',
+    )
+    assert set(found) == {"joints.A.gearbox", "joints.B.limitz", "gearboxes.shoulder.stiffness"}
+    assert found["joints.A.gearbox"].nearest == "shoulder"
+    assert found["joints.B.limitz"].nearest == "limits"
+    assert "angular stiffness" in found["gearboxes.shoulder.stiffness"].expected
+
+
+def test_distributions_are_read_from_a_file(tmp_path):
+    """Words and tables of distributions stand beside the amount that they belong to."""
+    path = tmp_path / "arm.toml"
+    table = "[[-1, 0], [0.2, 0.5], [1, 1]]"
+    lines = (
+        f'lumped = {{ angle = "1 arcmin", law = {table} }}\n'
+        'encoder = { noise = "1 arcmin", noise_law = "normal without limits" }\n'
+        f'link = {{ length = {{ value = "400 mm ± 50 µm", law = {table} }} }}\n'
+    )
+    path.write_text(HEAD + JOINT + lines, encoding="utf-8")
+    joint = read(path).joints[0]
+    assert joint.lumped.law == joint.link.length.law == ((-1.0, 0.0), (0.2, 0.5), (1.0, 1.0))
+    assert joint.encoder.noise_law == "normal without limits"
+
+
+@pytest.mark.parametrize(
+    ("lines", "key", "expected"),
+    [
+        ("gearbox = { backlash = 3 }\n", "joints.A.gearbox.backlash", "angle"),
+        ("gearbox = { stiffness = 3 }\n", "joints.A.gearbox.stiffness", "or a list"),
+        ('gearbox = { stiffness = ["1 N m/rad", "2 m"], zone_torques = ["1 N m"] }\n', "joints.A.gearbox.stiffness[1]", "stiffness"),
+        ('gearbox = { stiffness = ["2 N m/rad", "1 N m/rad"] }\n', "joints.A.gearbox", "zone torques"),
+        ('gearbox = { transmission_error = [{ amplitude = "1 mm", cycles = 2 }] }\n', "joints.A.gearbox.transmission_error[0].amplitude", "angle"),
+        ("gearbox = 5\n", "joints.A.gearbox", "a table, or a name"),
+        ('gearbox = ["g"]\n', "joints.A.gearbox", "a table, or a name"),
+        ('bearing = { kind = "roling" }\n', "joints.A.bearing.kind", '"rolling"'),
+        ('bearing = { span = "60 mm" }\n', "joints.A.bearing.kind", '"rolling"'),
+        ('bearing = { kind = "rolling" }\n', "joints.A.bearing.span", "length"),
+        ('encoder = { side = "motr" }\n', "joints.A.encoder.side", '"motor"'),
+        ('lumped = { angle = "1 arcmin", law = "norml" }\n', "joints.A.lumped.law", '"normal without limits"'),
+        ('lumped = { angle = "1 arcmin", law = [[0, 0], [1, 0.5]] }\n', "joints.A.lumped.law", "rows [value"),
+        ('encoder = { noise = "1 arcmin", noise_law = 3 }\n', "joints.A.encoder.noise_law", '"uniform"'),
+        ('link = { length = { value = "400 mm ± 50 µm", law = [[1, 0]] } }\n', "joints.A.link.length", "tolerance"),
+        ('gearbox = { backlash = "1 arcmin ± 1 arcmin (normal without limits)" }\n', "joints.A.gearbox.backlash", "tolerance"),
+        ('lumped = { offset_along = ["x", "w"] }\n', "joints.A.lumped.offset_along[1]", '"y"'),
+        ("axis = [0, 0, 0]\n", "joints.A.axis", "not zero"),
+        ("axis = [0, nan, 1]\n", "joints.A.axis", "finite"),
+        ("axis = [0, inf, 1]\n", "joints.A.axis", "finite"),
+        ("axis = [0, 1]\n", "joints.A.axis", "a list of 3"),
+        ('axis = "q"\n', "joints.A.axis", '"-z"'),
+        ('origin = { xyz = ["1 mm", "2 mm"] }\n', "joints.A.origin.xyz", "a list of 3"),
+        ('origin = { xyz = ["1 mm", "2 mm", "3 mm", "4 mm"] }\n', "joints.A.origin.xyz", "at most 3"),
+        ('mass = "-1 kg"\n', "joints.A.mass", "zero or more"),
+        ("mass = nan\n", "joints.A.mass", "mass"),
+        ("mass = 2020-01-01\n", "joints.A.mass", "mass"),
+        ("mass = true\n", "joints.A.mass", "mass"),
+        (
+            'link = { length = "400 mm", section = { kind = "tube", outer = "10 mm", wall = "6 mm" }, material = "steel" }\n',
+            "joints.A.link.section",
+            "half",
+        ),
+        ('link = { length = "400 mm", section = "t", material = "stel" }\n', "joints.A.link.material", "steel"),
+        ('link = { length = "400 mm", tip = { xyz = ["1 mm", "0 mm", "0 mm"] } }\n', "joints.A.link", "one of the two"),
+        ('link = { length_tolerance = "50 µm" }\n', "joints.A.link", "a length or a tip"),
+        ("link = 3\n", "joints.A.link", "a table"),
+    ],
+)
+def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(told, lines, key, expected):
+    """Whatever alternatives the model tried, the user hears once what belongs where they wrote something else."""
+    found = told(HEAD + '[sections.t]\nkind = "rod"\ndiameter = "9 mm"\n' + JOINT + lines)
+    assert list(found) == [key]
+    assert expected in found[key].expected
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "word"),
+    [
+        ("", "name", "text"),
+        (HEAD, "joints", "a list"),
+        (HEAD + "joints = []\n", "joints", "at least 1"),
+        (HEAD + "joints = 3\n", "joints", "a list of joints"),
+        (HEAD + "joints = [3]\n", "joints[0]", "a table"),
+        (HEAD + '[joints.A]\ngearbox = "g"\n', "joints", "sidecar"),
+        (HEAD + '[[joints]]\nname = "A"\n', "joints.A.type", "revolute"),
+        (HEAD + '[[joints]]\nname = "A"\ntype = "revolut"\n', "joints.A.type", "revolute"),
+        (HEAD + '[[joints]]\nname = "A"\ntype = "revolute"\n', "joints.A.limits", "a list of 2"),
+        (HEAD + '[[joints]]\nname = "A"\ntype = "fixed"\n', "", "at least one revolute"),
+        (HEAD + JOINT.replace("-90", "100"), "joints.A.limits", "below"),
+        (HEAD + JOINT.replace('"A"', '" A/b"'), 'joints." A/b".name', "without blanks"),
+        (HEAD + JOINT + JOINT, "joints[1].name", "of its own"),
+        (HEAD + 'gravity = "9.81 m"\n' + JOINT, "gravity", "acceleration"),
+        (HEAD + "sections = 3\n" + JOINT, "sections", "named parts"),
+        (HEAD + JOINT + "[gearbox.g]\nratio = 2\n", "gearbox", "gearboxes"),
+        (HEAD + "[gearbx.g]\nratio = 2\n" + JOINT, "gearbx", "gearboxes"),
+    ],
+)
+def test_a_mistake_in_the_frame_of_the_file_is_told(told, text, key, word):
+    """Missing names, joints that are none, and unknown tables each get their own words."""
+    found = told(text)
+    assert key in found
+    assert word in found[key].expected
+
+
+def test_a_mistake_in_a_shared_part_is_told_once(told):
+    """Two joints that share a gearbox share its mistake, told under the gearbox."""
+    found = told(HEAD + '[gearboxes.g]\nratio = "12 mm"\n' + JOINT + 'gearbox = "g"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "g"\n')
+    assert list(found) == ["gearboxes.g.ratio"]
+
+
+def test_an_unused_part_is_noted():
+    """A part that no joint names is probably a slip, but no mistake."""
+    arm = arm_of("x", {"name": "x", "gearboxes": {"g": {}}, "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"]}]})
+    assert arm.notes == ("described and used by no joint: gearboxes.g",)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ('name = "x\n', "line 1, column 10"),
+        ('name = "x"\nname = "y"\n', "line 2, column 11"),
+        ('name = "x"\n[joints\n', "line 2, column 8"),
+        ("x = 1 2\n", "line 1, column 7"),
+    ],
+)
+def test_broken_toml_says_line_and_column(told, text, key):
+    """Text that is no TOML is told with the place where reading stopped."""
+    assert list(told(text)) == [key]
+
+
+def test_a_path_that_is_no_arm_is_told(tmp_path):
+    """A missing file, a folder, and an ending that no reader knows."""
+    from tests.io.conftest import mistakes
+
+    (tmp_path / "z-arm.toml").write_text("x", encoding="utf-8")
+    assert mistakes(tmp_path / "z-arn.toml")[0].nearest == "z-arm.toml"
+    assert mistakes(tmp_path / "arm.tml")[0].nearest == ".toml"
+    assert ".urdf" in mistakes(tmp_path / "arm")[0].expected
+    (tmp_path / "folder.toml").mkdir()
+    assert mistakes(tmp_path / "folder.toml")[0].found == "a folder"
+    assert mistakes(tmp_path / "folder")[0].found == "no ending"
+    (tmp_path / "folder").mkdir()
+    assert mistakes(tmp_path / "folder")[0].found == "a folder"
+    assert "URDF only" in mistakes(tmp_path / "z-arm.toml", tmp_path / "s.toml")[0].expected
+
+
+@pytest.mark.parametrize("text", ['tip = "tool0"\n', 'tip = "tool0"\n[joints.A]\ngearbox = "g"\n', '[joints.A]\ngearbox = "g"\n'])
+def test_a_sidecar_read_as_an_arm_is_told_once(told, text):
+    """One message names the URDF to read instead."""
+    found = told(text)
+    assert list(found) == ["joints"]
+    assert found["joints"].example.endswith("arm.urdf")
+
+
+def test_a_urdf_under_a_wrong_ending_is_told(told):
+    """The ending decides who reads it."""
+    (found,) = told('<robot name="x"/>').values()
+    assert ".urdf" in found.expected
+
+
+def test_more_than_64_joints_are_one_mistake(told):
+    """However many they are, they are not looked at one by one."""
+    assert told(HEAD + JOINT * 65)["joints"].expected == "at most 64"
+
+
+def test_a_shared_part_is_checked_before_any_joint_names_it(told):
+    """Mistakes in parts that nobody uses yet are told at once, each under its own table; sound ones are only noted."""
+    found = told(
+        HEAD + JOINT + '[gearboxes.slide]\nbacklash = "20 µm"\n[gearboxes.g]\nstiffness = "50 N m"\n'
+        '[bearings.b]\nkind = "rolling"\nspan = "5 cm"\nclearence = "1 µm"\n'
+        '[sections.s]\nkind = "tube"\nouter = "10 mm"\nwall = "9 mm"\n[encoders.e]\nside = "sideways"\n'
+        '[materials.m]\nyoung = "-3 GPa"\npoisson = 0.3\ndensity = "1 kg/m^3"\n',
+    )
+    assert set(found) == {"gearboxes.g.stiffness", "bearings.b.clearence", "sections.s", "encoders.e.side", "materials.m.young"}

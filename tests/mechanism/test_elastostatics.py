@@ -1,0 +1,377 @@
+"""The whole arm as springs: against a stiffness matrix assembled node by node, reciprocity, and the study's own bias."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.mechanism.elastostatics import compliances, ellipsoid
+from lostmotion.mechanism.serial import STANDARD_GRAVITY, Arm, frames, joint_torques
+from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
+from lostmotion.spatial import pose_of, skew
+from lostmotion.units import Toleranced
+
+YOUNG, POISSON = 70e9, 0.33
+SHEAR = YOUNG / (2 * (1 + POISSON))
+SECTION = {"kind": "custom", "area": 8e-4, "i_y": 3e-7, "i_z": 5e-7, "torsion": 6e-7, "shear_y": 0.5, "shear_z": 0.6}
+MATERIAL = {"young": YOUNG, "poisson": POISSON, "density": 2700.0}
+
+
+def vector(rng: np.random.Generator, size: float) -> tuple[float, float, float]:
+    """Draw three numbers within ± size."""
+    x, y, z = rng.uniform(-size, size, 3)
+    return float(x), float(y), float(z)
+
+
+def elastic_arm(rng: np.random.Generator, joints: int, *, zones: bool = False) -> Arm:
+    """Draw an arm whose every joint unit, link and mount gives, with plays, weights, a payload and a tilted base."""
+    chain: list[RevoluteJoint | PrismaticJoint] = []
+    for k in range(joints):
+        slides = k > 0 and rng.random() < 0.3
+        same = {
+            "name": f"J{k}",
+            "axis": str(rng.choice(["x", "y", "z", "-y"])),
+            "origin": {"xyz": vector(rng, 0.1), "rpy": vector(rng, 1.0)},
+            "mass": rng.uniform(0, 3),
+            "link": {"length": rng.uniform(0.2, 0.5), "direction": vector(rng, 1.0), "section": SECTION, "material": MATERIAL},
+        }
+        stiff = float(rng.uniform(5e4, 5e5)) * (100 if slides else 1)
+        drive: dict[str, object] = {"stiffness": stiff, "backlash": Toleranced(1e-5)}
+        if zones:
+            drive |= {"stiffness": [stiff, 2 * stiff], "zone_torques": [rng.uniform(1, 30)]}
+        bearing: dict[str, object] = {"kind": "crossed roller", "moment_stiffness": rng.uniform(1e5, 1e6), "radial_stiffness": rng.uniform(1e7, 1e9)}
+        if not slides:
+            bearing |= {"axial_stiffness": rng.uniform(1e7, 1e9), "axial_runout": 1e-5}
+        elif rng.random() < 0.5:
+            bearing = {"kind": "rolling", "span": 0.1, "clearance": Toleranced(2e-5), "radial_stiffness": rng.uniform(1e7, 1e9)}
+        kind = PrismaticJoint if slides else RevoluteJoint
+        chain.append(kind(**same, limits=(-1.0, 1.0), gearbox=drive, bearing=bearing))
+    return Arm(
+        name="elastic",
+        joints=chain,
+        base={
+            "roll": Toleranced(rng.uniform(-0.3, 0.3)),
+            "angular_stiffness": tuple(rng.uniform(1e5, 1e6, 3)),
+            "linear_stiffness": tuple(rng.uniform(1e7, 1e8, 3)),
+        },
+        tool={"frame": {"xyz": vector(rng, 0.1)}, "mass": 1.0},
+        payload={"mass": rng.uniform(0, 10), "centre_of_mass": vector(rng, 0.1), "force": vector(rng, 50)},
+    )
+
+
+def beam_element(length: float) -> np.ndarray:
+    """Give the stiffness (12, 12) of a Timoshenko beam along x, nodes as (shift, turn); J. Przemieniecki, Theory of Matrix Structural Analysis."""
+    e, g, area, torsion = YOUNG, SHEAR, SECTION["area"], SECTION["torsion"]
+    out = np.zeros((12, 12))
+    for row, value in ((0, e * area / length), (3, g * torsion / length)):
+        out[np.ix_([row, row + 6], [row, row + 6])] = value * np.array([[1, -1], [-1, 1]])
+    for second, shear, shift, turn, sign in ((SECTION["i_z"], SECTION["shear_y"], 1, 5, 1.0), (SECTION["i_y"], SECTION["shear_z"], 2, 4, -1.0)):
+        phi = 12 * e * second / (shear * g * area * length**2)
+        a, b = 12 / length**3, sign * 6 / length**2
+        c, d = (4 + phi) / length, (2 - phi) / length
+        rows = [shift, turn, shift + 6, turn + 6]
+        out[np.ix_(rows, rows)] = e * second / (1 + phi) * np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
+    return out
+
+
+def rigid(arm: np.ndarray) -> np.ndarray:
+    """Give what (shift, turn) a point at `arm` from a node has, all on one rigid body."""
+    out = np.eye(6)
+    out[:3, 3:] = -skew(arm)
+    return out
+
+
+def joint_flexibility(joint: RevoluteJoint | PrismaticJoint, axis: np.ndarray) -> np.ndarray:
+    """Give (shift, turn) per (force, moment) of a joint unit whose axis points this way: a drive along it, a bearing across it."""
+    along, out = np.outer(axis, axis), np.zeros((6, 6))
+    across = np.eye(3) - along
+    drive, bearing = joint.gearbox, joint.bearing
+    turn, shift = slice(3, 6), slice(3)
+    where = turn if joint.type == "revolute" else shift
+    out[where, where] += along / drive.stiffness
+    if bearing.kind == "rolling":  # two springs across the axis, `span` apart
+        out[shift, shift] += across / (2 * bearing.radial_stiffness)
+        out[turn, turn] += across / (bearing.radial_stiffness * bearing.span**2 / 2)
+        return out
+    out[shift, shift] += across / bearing.radial_stiffness + (along / bearing.axial_stiffness if bearing.axial_stiffness else 0)
+    out[turn, turn] += across / bearing.moment_stiffness
+    return out
+
+
+def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """Give the compliance at the tool by one set of equations for all nodes of the structure: beams as elements, joints and mount as springs.
+
+    Unknown are the shifts and turns of the base plate, and of each joint's output and each link's tip, and the forces in joints and mount, so
+    that what is rigid needs no large number. Base axes throughout.
+    """
+    at = frames(arm, q[None])[:, 0]
+    count = len(arm.joints)
+    nodes, springs = 1 + 2 * count, 1 + count
+    size = 6 * (nodes + springs)
+    system, load = np.zeros((size, size)), np.zeros((size, 6))
+
+    def rows(node: int) -> slice:
+        return slice(6 * node, 6 * node + 6)
+
+    def spring(number: int, flexibility: np.ndarray, behind: tuple[int, np.ndarray] | None, ahead: int) -> None:
+        """Let a force act back on the node behind and on towards the node ahead, whose shift against each other is flexibility x force."""
+        own = rows(nodes + number)
+        system[own, own] = -flexibility
+        system[own, rows(ahead)] += np.eye(6)
+        system[rows(ahead), own] += np.eye(6)
+        if behind is not None:
+            node, lever = behind
+            system[own, rows(node)] -= rigid(lever)
+            system[rows(node), own] -= rigid(lever).T
+
+    mount = np.diag([1 / k for k in (*arm.base.linear_stiffness, *arm.base.angular_stiffness)])
+    spring(0, mount, None, 0)
+    tip, tip_point = 0, np.zeros(3)
+    for k, joint in enumerate(arm.joints):
+        here = at[3 * k + 2]
+        axis = here[:3, :3] @ {"x": np.eye(3)[0], "y": np.eye(3)[1], "z": np.eye(3)[2], "-y": -np.eye(3)[1]}[joint.axis]
+        out, end = 1 + 2 * k, 2 + 2 * k
+        spring(1 + k, joint_flexibility(joint, axis), (tip, here[:3, 3] - tip_point), out)
+        along = at[3 * k + 3][:3, 3] - here[:3, 3]
+        length = float(np.linalg.norm(along))
+        x = along / length
+        y = np.cross(np.cross(x, axis), x)  # the section's width lies along the joint's axis
+        y = -y / np.linalg.norm(y) if np.dot(np.cross(np.cross(x, axis), x), axis) < 0 else y / np.linalg.norm(y)
+        turn = np.kron(np.eye(4), np.column_stack([x, y, np.cross(x, y)]))
+        both = np.r_[rows(out), rows(end)]
+        system[np.ix_(both, both)] += turn @ beam_element(length) @ turn.T
+        tip, tip_point = end, at[3 * k + 3][:3, 3]
+    tool = rigid(at[-1][:3, 3] - tip_point)
+    load[rows(tip)] = tool.T
+    # Equations and unknowns of one size, or rounding takes over.
+    scale = 1 / np.sqrt(np.abs(system).max(axis=1))
+    found = scale[:, None] * np.linalg.solve(system * np.outer(scale, scale), scale[:, None] * load)
+    moved = tool @ found[rows(tip)]
+    swap = [3, 4, 5, 0, 1, 2]  # rotation first, as the package has it
+    return moved[np.ix_(swap, swap)]
+
+
+@pytest.mark.parametrize("joints", [3, 4, 5, 6])
+def test_the_arm_gives_as_one_structure_of_beams_and_springs(joints: int):
+    """Compliance at the tool equals that of all nodes' equations solved at once, to 1e-8, on arms of three to six joints, turning and sliding."""
+    rng = np.random.default_rng(joints)
+    for _ in range(10):
+        arm = elastic_arm(rng, joints)
+        q = rng.uniform(-1, 1, joints)
+        expected = assembled(arm, q)
+        found = lostmotion.compliance(arm, q)[0]
+        unit = np.sqrt(np.diag(expected))
+        np.testing.assert_allclose(found / np.outer(unit, unit), expected / np.outer(unit, unit), rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("arms", [50, pytest.param(1000, marks=pytest.mark.slow)])
+def test_a_unit_load_here_shows_there_what_one_there_shows_here(arms: int):
+    """Reciprocity and energy on up to 1 000 arms: compliance is symmetric, no load gains energy, the parts' shares are positive and add to one."""
+    rng = np.random.default_rng(5)
+    for number in range(arms):
+        joints = int(rng.integers(1, 7))
+        arm = elastic_arm(rng, joints, zones=number % 2 == 0)
+        found = compliances(arm, rng.uniform(-1, 1, joints))
+        whole = found.whole
+        unit = np.sqrt(np.einsum("pii->pi", whole))
+        alike = whole / (unit[:, :, None] * unit[:, None, :])
+        np.testing.assert_allclose(alike, alike.transpose(0, 2, 1), rtol=0, atol=1e-10)
+        assert np.linalg.eigvalsh(alike).min() > 0
+        assert (found.shares > -1e-12).all()
+        np.testing.assert_allclose(found.shares.sum(axis=0), 1.0, rtol=1e-12)
+        if number % 50 == 0:
+            stiff = lostmotion.stiffness(arm, np.zeros(joints))[0]
+            np.testing.assert_allclose(stiff @ lostmotion.compliance(arm, np.zeros(joints))[0], np.eye(6), rtol=0, atol=1e-6)
+
+
+def test_a_rigid_arm_does_not_give():
+    """Where every part is rigid no wrench moves the tool at all, whatever its plays, and no stiffness is finite."""
+    bearing = {"kind": "rolling", "span": 0.1, "clearance": Toleranced(3e-5, 1e-5)}
+    gearbox = {"backlash": Toleranced(2e-4), "hysteresis": 1e-4, "transmission_error": 1e-4}
+    joints = [RevoluteJoint(name=f"J{k}", axis="y", limits=(-1, 1), link={"length": 0.4}, gearbox=gearbox, bearing=bearing) for k in range(3)]
+    arm = Arm(name="rigid", joints=joints, payload={"mass": 5.0})
+    q = np.random.default_rng(1).uniform(-1, 1, (7, 3))
+    assert not lostmotion.deflection(arm, q, np.array([10.0, -20, 5, 100, 200, -300])).any()
+    assert not lostmotion.compliance(arm, q).any()
+    assert np.isnan(lostmotion.stiffness(arm, q)).all()
+    assert compliances(arm, q).shares.shape[1] == 7
+    assert not ellipsoid(lostmotion.compliance(arm, q)).values.any()
+
+
+def test_play_is_no_compliance():
+    """The same arm with and without plays, gearboxes' and bearings', has the same compliance."""
+    rng = np.random.default_rng(8)
+    arm = elastic_arm(rng, 4)
+    tight = arm.model_copy(update={"joints": tuple(joint.model_copy(update={"gearbox": _without_play(joint)}) for joint in arm.joints)})
+    q = rng.uniform(-1, 1, (5, 4))
+    np.testing.assert_allclose(lostmotion.compliance(arm, q), lostmotion.compliance(tight, q), rtol=0, atol=1e-18)
+
+
+def _without_play(joint: RevoluteJoint | PrismaticJoint) -> object:
+    return joint.gearbox.model_copy(update={"backlash": None})
+
+
+def payload_wrench(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """Give moment and force of the payload's weight at the tool point, in the base's axes."""
+    at = frames(arm, q)[-1]
+    lever = at[:, :3, :3] @ np.array(arm.payload.centre_of_mass)
+    force = np.broadcast_to(arm.payload.mass * arm.gravity_in_base, lever.shape)
+    return np.hstack([np.cross(lever, force), force])
+
+
+def test_the_payload_bends_the_arm_as_the_study_says():
+    """What compliance and payload make is what the payload adds to the study's bias, for springs in proportion."""
+    rng = np.random.default_rng(11)
+    for _ in range(5):
+        arm = elastic_arm(rng, 4)
+        plain = {"gearbox": None, "bearing": None}
+        joints = [joint.model_copy(update={**plain, "gearbox": _without_play(joint)}) for joint in arm.joints]
+        arm = arm.model_copy(update={"joints": tuple(joints), "payload": arm.payload.model_copy(update={"force": (0.0, 0.0, 0.0)})})
+        empty = arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.0})})
+        q = rng.uniform(-1, 1, (16, 4))
+        wrench = payload_wrench(arm, q)
+        added = lostmotion.screws(arm, q).bias - lostmotion.screws(empty, q).bias
+        moved = lostmotion.deflection(empty, q, wrench)
+        np.testing.assert_allclose(moved, added, rtol=1e-9, atol=1e-9 * np.abs(added).max())
+        by_tangent = np.einsum("pij,pj->pi", lostmotion.compliance(empty, q), wrench)
+        np.testing.assert_allclose(by_tangent, moved, rtol=1e-8, atol=1e-8 * np.abs(added).max())
+
+
+def test_a_weightless_arm_misses_by_its_compliance_times_the_payload():
+    """A whole study of an arm without weight of its own, and without chance, has the r.m.s. bias that compliance times the payload's weight has."""
+    link = {"length": 0.4, "section": SECTION, "material": MATERIAL, "mass": 0.0}
+    joints = [RevoluteJoint(name=f"J{k}", axis="y", limits=(-1, 1), link=link, gearbox={"stiffness": 1e5}) for k in range(3)]
+    arm = Arm(name="weightless", joints=joints, payload={"mass": 5.0, "centre_of_mass": (0.1, 0.0, 0.05)})
+    study = lostmotion.study(arm, 64, robots=2, visits=2)
+    q = study.poses.q
+    moved = np.einsum("pij,pj->pi", lostmotion.compliance(arm, q), payload_wrench(arm, q))[:, 3:]
+    assert study.sampled.tally.levels[0] / len(q) == pytest.approx(float((moved**2).sum(axis=1).mean()), rel=1e-9)
+
+
+def test_a_straight_beam_gives_as_the_book_says():
+    """One beam clamped by a rigid joint: F l^3/3EI and shear with the tip free to turn, F l^3/12EI and shear with the turn held."""
+    length = 0.5
+    arm = Arm(
+        name="beam", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": length, "section": SECTION, "material": MATERIAL})]
+    )
+    found = lostmotion.compliance(arm, np.zeros((1, 1)))
+    shear = length / (SECTION["shear_y"] * SHEAR * SECTION["area"]), length / (SECTION["shear_z"] * SHEAR * SECTION["area"])
+    bending = length**3 / (YOUNG * SECTION["i_z"]), length**3 / (YOUNG * SECTION["i_y"])
+    free, held = ellipsoid(found), ellipsoid(found, rotation_held=True)
+    stretch = length / (YOUNG * SECTION["area"])
+    # The section's width, y of the beam, lies along the joint's axis.
+    np.testing.assert_allclose(free.values[0], [bending[1] / 3 + shear[1], bending[0] / 3 + shear[0], stretch], rtol=1e-9)
+    np.testing.assert_allclose(held.values[0], [bending[1] / 12 + shear[1], bending[0] / 12 + shear[0], stretch], rtol=1e-8)
+    np.testing.assert_allclose(np.abs(free.directions[0]), np.eye(3)[:, [2, 1, 0]], atol=1e-9)
+    stiff = lostmotion.stiffness(arm, np.zeros((1, 1)))[0]
+    # Its rotation held, the translational block of the stiffness is what a force meets.
+    np.testing.assert_allclose(np.sort(1 / np.linalg.eigvalsh(stiff[3:, 3:])), np.sort(held.values[0]), rtol=1e-8)
+
+
+def test_a_gearbox_gives_by_the_zone_its_load_is_in():
+    """Behind a lever, a reducer of two zones gives by the first slope under a small load and by the second beyond the zone's end."""
+    gearbox = {"stiffness": [1e4, 4e4], "zone_torques": [10.0]}
+    for mass, slope in ((0.5, 1e4), (5.0, 4e4)):
+        arm = Arm(
+            name="lever", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5}, gearbox=gearbox)], payload={"mass": mass}
+        )
+        assert lostmotion.compliance(arm, np.zeros((1, 1)))[0, 1, 1] == pytest.approx(1 / slope, rel=1e-9)
+    # Over both zones: from 2.45 N m, 20 N m more take 7.55 in the first and the rest in the second.
+    arm = arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.5})})
+    first = 10.0 - 0.5 * 0.5 * STANDARD_GRAVITY
+    turned = lostmotion.deflection(arm, np.zeros((1, 1)), np.array([0, 20.0, 0, 0, 0, 0]))[0, 1]
+    assert turned == pytest.approx(first / 1e4 + (20 - first) / 4e4, rel=1e-12)
+
+
+def test_many_poses_are_as_each_alone():
+    """Which poses are asked together, and in which blocks, changes no compliance; springs that harden between rolling elements included."""
+    ball = {
+        "kind": "ball pair", "bore": 0.045, "outside_diameter": 0.085, "balls": 9, "ball_diameter": 0.0127, "pitch_diameter": 0.065,
+        "span": 0.06, "clearance": Toleranced(2e-5),
+    }  # fmt: skip
+    zoned = {"stiffness": [1e4, 4e4], "zone_torques": [10.0]}
+    joints = [
+        RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.4, "mass": 2.0}, gearbox=zoned, bearing=ball),
+        RevoluteJoint(name="B", axis="y", limits=(-1, 1), link={"length": 0.3, "section": SECTION, "material": MATERIAL}, gearbox={"stiffness": 3e4}),
+    ]
+    arm = Arm(name="hardening", joints=joints, payload={"mass": 3.0})
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (1500, 2))
+    together = lostmotion.compliance(arm, q)
+    some = [0, 3, 700, 1023, 1024, 1499]
+    alone = np.concatenate([lostmotion.compliance(arm, q[k]) for k in some])
+    np.testing.assert_allclose(together[some], alone, rtol=1e-8, atol=1e-8 * np.abs(alone).max())
+    asymmetry = compliances(arm, q[:50]).asymmetry
+    shift = together[:50, 3:, 3:]
+    expected = [np.abs(each - each.T).max() / np.abs(each).max() for each in shift]
+    np.testing.assert_allclose(asymmetry, expected, rtol=1e-6)
+    assert 0 < asymmetry.max() < 1e-2  # what the bearings' table leaves of reciprocity
+
+
+@pytest.mark.parametrize("wrench", [np.zeros(3), np.zeros((2, 6)), np.array([0, 0, 0, 0, 0, math.nan])])
+def test_a_wrench_that_is_none_is_refused(wrench: np.ndarray):
+    """A wrench needs six finite values, for all poses or for each."""
+    arm = elastic_arm(np.random.default_rng(1), 2)
+    with pytest.raises(ValueError, match="wrench"):
+        lostmotion.deflection(arm, np.zeros((3, 2)), wrench)
+
+
+def potential(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """Give the potential energy (pose,) of all weights, N m: mass times gravity times height, nothing else."""
+    at, down = frames(arm, q), arm.gravity_in_base
+    out = np.zeros(len(q))
+
+    def raise_(place: int, mass: float, centre: object) -> None:
+        point = at[place, :, :3, 3] + at[place, :, :3, :3] @ np.asarray(centre, dtype=float)
+        out[:] -= mass * point @ down
+
+    for k, joint in enumerate(arm.joints):
+        raise_(3 * k + 1, joint.mass or 0.0, joint.centre_of_mass)
+        raise_(3 * k + 2, joint.link.total_mass, joint.link.mass_centre)
+    raise_(-1, arm.tool.mass, arm.tool.centre_of_mass)
+    raise_(-1, arm.payload.mass, arm.payload.centre_of_mass)
+    return out
+
+
+def test_drives_hold_the_slope_of_the_potential_energy():
+    """Virtual work: a holding torque is what the weights' energy gains per turn, to 1e-6, on 100 arms that turn and slide on a tilted base."""
+    rng = np.random.default_rng(21)
+    for _ in range(100):
+        joints = int(rng.integers(1, 7))
+        arm = elastic_arm(rng, joints)
+        arm = arm.model_copy(
+            update={
+                "base": arm.base.model_copy(update={"pitch": Toleranced(rng.uniform(-1, 1))}),
+                "payload": arm.payload.model_copy(update={"force": (0.0, 0.0, 0.0)}),
+            }
+        )
+        q, step = rng.uniform(-1, 1, joints), 1e-3
+        held = joint_torques(arm, q)[0]
+        for k in range(joints):
+            to = np.eye(joints)[k] * step
+            far = potential(arm, np.array([q + 2 * to, q + to, q - to, q - 2 * to]))
+            slope = float(np.array([-1, 8, -8, 1]) @ far) / (12 * step)
+            assert held[k] == pytest.approx(slope, rel=1e-6, abs=1e-6)
+
+
+def test_principal_directions_move_along_themselves():
+    """A force along a principal direction moves the tool point that way and nowhere else."""
+    arm = elastic_arm(np.random.default_rng(4), 5)
+    found = lostmotion.compliance(arm, np.full((1, 5), 0.3))
+    free = ellipsoid(found)
+    for k in range(3):
+        direction = free.directions[0, :, k]
+        moved = lostmotion.deflection(arm, np.full((1, 5), 0.3), np.concatenate([np.zeros(3), direction]))[0, 3:]
+        np.testing.assert_allclose(moved, free.values[0, k] * direction, rtol=0, atol=1e-7 * free.values[0, 0])
+
+
+def test_the_tool_frames_offset_counts():
+    """A force on a tool held far out turns the last joint by its lever: seen from a joint of known stiffness by hand."""
+    joint = RevoluteJoint(name="A", axis="z", limits=(-4, 4), gearbox={"stiffness": 1e4})
+    arm = Arm(name="arm", joints=[joint], tool={"frame": {"xyz": (0.5, 0.0, 0.0)}})
+    found = lostmotion.compliance(arm, np.array([[math.pi / 2]]))[0]
+    lever = pose_of(rpy=(0, 0, math.pi / 2))[:3, :3] @ [0.5, 0, 0]
+    twist = np.concatenate([[0, 0, 1.0], np.cross([0, 0, 1.0], lever)])
+    np.testing.assert_allclose(found, np.outer(twist, twist) / 1e4, rtol=0, atol=1e-15)

@@ -1,0 +1,91 @@
+"""Inverse kinematics: what it says is reached is reached, within the limits, and the Jacobian is the slope of the frames."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.mechanism.inverse import CLOSE, apart, bring, jacobian, tool_and_jacobian
+from lostmotion.mechanism.serial import frames
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.fixture(scope="module")
+def six():
+    """Give an arm of six joints."""
+    return lostmotion.read(EXAMPLES / "ur5e.urdf")
+
+
+def test_the_jacobian_is_the_slope_of_the_frames(six):
+    """Central differences of the tool's pose, joint by joint, give the same motion."""
+    q = sample_poses(six, 8, "uniform", 3).q
+    found, step = jacobian(six, q), 1e-6
+    for k in range(q.shape[1]):
+        moved = np.eye(q.shape[1])[k] * step
+        slope = apart(frames(six, q - moved)[-1], frames(six, q + moved)[-1]) / (2 * step)
+        assert found[:, :, k] == pytest.approx(slope, abs=1e-8)
+
+
+def test_the_compiled_chain_ends_at_the_last_frame():
+    """On an arm of turning, sliding and fixed joints, tilted axes and a tool, as on the examples."""
+    joints = [
+        {
+            "name": "A",
+            "type": "revolute",
+            "axis": (1.0, 2.0, -0.5),
+            "limits": (-3.0, 3.0),
+            "link": {"tip": {"xyz": (0.1, 0.2, 0.3), "rpy": (0.1, -0.7, 2.0)}},
+        },
+        {"name": "B", "type": "fixed", "origin": {"xyz": (0.0, 0.1, 0.0), "rpy": (1.0, 0.0, 0.3)}},
+        {"name": "C", "type": "prismatic", "axis": (0.0, 1.0, 1.0), "limits": (-0.3, 0.5), "origin": {"xyz": (0.2, 0.0, -0.1)}},
+        {"name": "D", "type": "revolute", "axis": "-y", "limits": (-2.0, 2.0), "link": {"tip": {"xyz": (0.4, 0.0, 0.0), "rpy": (0.0, 0.5, 0.0)}}},
+        {"name": "E", "type": "fixed"},
+    ]
+    tool = {"frame": {"xyz": (0.0, 0.05, 0.1), "rpy": (0.2, 0.0, 0.0)}}
+    arms = [lostmotion.Arm.model_validate({"name": "mixed", "joints": joints, "tool": tool})]
+    arms += [lostmotion.read(EXAMPLES / name) for name in ("z-arm.toml", "ur5e.urdf")]
+    for arm in arms:
+        q = sample_poses(arm, 64, "uniform", 5).q
+        found, levers = tool_and_jacobian(arm, q)
+        assert np.abs(found - frames(arm, q)[-1]).max() < 1e-14
+        slope = np.stack(
+            [apart(*(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))) / 2e-6 for k in range(q.shape[1])], axis=-1
+        )
+        assert levers == pytest.approx(slope, abs=1e-8)
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_what_is_said_to_be_reached_is_reached(six, turned):
+    """From starts 0.1 rad off nearly all poses are found again; every pose said to be found is there, within the joints' limits."""
+    q = sample_poses(six, 400, "uniform", 4).q
+    wanted = frames(six, q)[-1]
+    start = q + np.random.default_rng(0).normal(0, 0.1, q.shape)
+    found, reached = bring(six, wanted, start, turned=turned)
+    assert reached.mean() > 0.99
+    miss = apart(frames(six, found)[-1], wanted)[:, slice(0 if turned else 3, 6)]
+    assert np.abs(miss[reached]).max() < CLOSE
+    low, high = six.limits.T
+    assert (found >= low).all()
+    assert (found <= high).all()
+
+
+def test_out_of_reach_is_said(six):
+    """A point two metres away is not reached, and not said to be."""
+    wanted = np.eye(4)[None].copy()
+    wanted[0, :3, 3] = 2.0, 0.0, 0.3
+    assert not bring(six, wanted, six.limits.mean(axis=1)[None], turned=False)[1].any()
+
+
+def test_a_joint_on_its_limit_lets_the_others_go_on():
+    """A planar pair of slides, one at its end: the point beyond is reached by a third along the same way."""
+    slide = {"type": "prismatic", "limits": ("0 mm", "300 mm")}
+    joints = [{**slide, "name": name, "axis": axis} for name, axis in (("X", "x"), ("Y", "y"), ("Z", "z"), ("U", "x"))]
+    arm = lostmotion.Arm.model_validate({"name": "slides", "joints": joints})
+    wanted = np.eye(4)[None].copy()
+    wanted[0, :3, 3] = 0.5, 0.1, 0.2
+    q, reached = bring(arm, wanted, np.array([[0.3, 0.0, 0.0, 0.0]]), turned=False)
+    assert reached.all()
+    assert q[0, 0] + q[0, 3] == pytest.approx(0.5, abs=1e-9)

@@ -1,0 +1,190 @@
+"""What joints carry, within which tilts, and by whose weight; how links bend by cause."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.analyses.statics.survey import survey
+from lostmotion.mechanism.holding_torques import static_moments
+from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, alone, bending
+from lostmotion.mechanism.serial import Arm, frames, joint_torques, terms, worst_torques_over_tilts, wrenches
+from lostmotion.parts.base import Base
+from lostmotion.parts.joint import RevoluteJoint
+from lostmotion.parts.link import Material
+from lostmotion.units import Toleranced
+from tests.mechanism.test_elastostatics import elastic_arm, payload_wrench
+
+
+def directions_within(rng: np.random.Generator, tilt: float, count: int) -> np.ndarray:
+    """Draw directions no further than `tilt` from straight down, its rim well covered."""
+    away = np.where(rng.random(count) < 0.5, tilt, tilt * np.sqrt(rng.random(count)))
+    side = rng.uniform(0, 2 * math.pi, count)
+    return np.column_stack([np.sin(away) * np.cos(side), np.sin(away) * np.sin(side), -np.cos(away)])
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.2, 1.0, 2.5, math.pi])
+def test_no_tilt_within_asks_more_and_some_tilt_asks_as_much(tilt: float):
+    """Of 500 directions of gravity within a tilt of the base none asks more of a drive than the worst said, and one comes near it."""
+    rng = np.random.default_rng(int(10 * tilt))
+    for _ in range(2):
+        arm = elastic_arm(rng, 4)  # a process force pulls as well
+        q = rng.uniform(-1, 1, (1, 4))
+        said = worst_torques_over_tilts(arm, q, within=tilt)[0]
+        held = np.abs([joint_torques(arm, q, gravity=arm.gravity * down)[0] for down in directions_within(rng, tilt, 500)])
+        assert (held.max(axis=0) <= said * (1 + 1e-12)).all()
+        np.testing.assert_allclose(held.max(axis=0), said, rtol=3e-2)
+
+
+def test_every_worst_case_can_be_stood_on():
+    """The gravity told with each worst torque makes that torque: by each cause alone, by all together, and on a base with that roll and pitch."""
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        arm = elastic_arm(rng, 5)
+        q = rng.uniform(-1, 1, (40, 5))
+        within = worst_torques_over_tilts(arm, q, within=0.3), worst_torques_over_tilts(arm, q)
+        for k, node in enumerate(static_moments(arm, q, 0.3)):
+            assert node.tilted is not None
+            assert abs(node.standing.value) == pytest.approx(np.abs(joint_torques(arm, q)[:, k]).max(), rel=1e-12)
+            for asked, worst in zip((node.tilted, node.anyhow), within, strict=True):
+                assert abs(asked.value) == pytest.approx(worst[:, k].max(), rel=1e-9)
+                assert joint_torques(arm, q[asked.index], gravity=asked.gravity)[0, k] == pytest.approx(asked.value, rel=1e-9)
+                assert sum(asked.by_cause.values()) == pytest.approx(asked.value, rel=1e-12)
+                assert np.linalg.norm(asked.gravity) == pytest.approx(arm.gravity)
+                x, y, z = asked.gravity / arm.gravity
+                roll, pitch = math.atan2(-y, -z), math.asin(np.clip(x, -1, 1))  # what base leans so that it sees this gravity
+                leaning = arm.model_copy(update={"base": Base(roll=Toleranced(roll), pitch=Toleranced(pitch))})
+                assert joint_torques(leaning, q[asked.index])[0, k] == pytest.approx(asked.value, rel=1e-9, abs=1e-9)
+            assert node.tilted.tilt <= 0.3 + 1e-12
+
+
+def test_bearings_carry_what_no_tilt_exceeds():
+    """The moment across a joint's axis, as the base stands and over 400 tilts, against the whole wrench there."""
+    rng = np.random.default_rng(4)
+    arm = elastic_arm(rng, 3)
+    arm = arm.model_copy(update={"payload": arm.payload.model_copy(update={"force": (0.0, 0.0, 0.0)})})
+    q = rng.uniform(-1, 1, (5, 3))
+    tilts = arm.gravity * directions_within(rng, math.pi, 400)
+    for joint, node in zip(arm.moving, static_moments(arm, q), strict=True):
+        place = arm.places.index(joint.name)
+        across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
+
+        def sizes(carried: np.ndarray, across: np.ndarray = across) -> np.ndarray:
+            return np.linalg.norm(carried[..., :3] @ across, axis=-1)
+
+        assert node.moment == pytest.approx(sizes(wrenches(arm, q)[place]).max(), rel=1e-12)
+        assert node.force == pytest.approx(np.linalg.norm(wrenches(arm, q)[place, :, 3:], axis=1).max(), rel=1e-12)
+        at_worst = q[[node.moment_anyhow_index]]
+        seen = max(sizes(wrenches(arm, at_worst, gravity=down)[place])[0] for down in tilts)
+        assert seen <= node.moment_anyhow * (1 + 1e-12)
+        assert seen == pytest.approx(node.moment_anyhow, rel=3e-2)
+
+
+def test_causes_add_up_to_the_whole():
+    """Wrenches at every place of an arm under one cause at a time add up to those under all, to rounding; a weightless cause is not told."""
+    rng = np.random.default_rng(6)
+    arm = elastic_arm(rng, 6)
+    q = rng.uniform(-1, 1, (9, 6))
+    apart = alone(arm)
+    assert tuple(apart) == CAUSES
+    whole = wrenches(arm, q)
+    np.testing.assert_allclose(sum(wrenches(one, q) for one in apart.values()), whole, rtol=0, atol=1e-12 * np.abs(whole).max())
+    assert "payload" not in alone(arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.0})}))
+
+
+def links_alone(arm: Arm) -> Arm:
+    """Give the arm with nothing that errs but its links' bending."""
+    exact = Material(young=70e9, poisson=0.33, density=2700.0)
+    return arm.model_copy(
+        update={
+            "base": Base(),
+            "joints": tuple(
+                joint.model_copy(update={"gearbox": None, "bearing": None, "link": joint.link.model_copy(update={"material": exact})})
+                for joint in arm.joints
+            ),
+        }
+    )
+
+
+def test_the_causes_of_bending_add_up_to_what_the_link_does():
+    """Own weight, payload, process force, tool, next links, next joints: together the link's own deflection and slope, to 1e-12."""
+    rng = np.random.default_rng(9)
+    arm = elastic_arm(rng, 5)
+    q = rng.uniform(-1, 1, (50, 5))
+    at = frames(arm, q)
+    for bent in bending(arm, q, np.zeros((50, 3)), 0.0):
+        place = arm.places.index(f"{bent.joint}.tip")
+        twist = sum(item.term.screw for item in terms(arm, q) if item.owner == f"joints.{bent.joint}.link" and item.term.level == "design")
+        line = np.einsum("pji,pj->pi", at[place, :, :3, :3], at[place, :, :3, 3] - at[place - 1, :, :3, 3])
+        line /= np.linalg.norm(line, axis=1)[:, None]
+        sizes = [np.linalg.norm(np.cross(line, part), axis=1) for part in (twist[:, 3:], twist[:, :3])]
+        for size, found, index, column in zip(sizes, (bent.deflection, bent.slope), (bent.deflection_index, bent.slope_index), (0, 1), strict=True):
+            assert found == pytest.approx(size.max(), rel=1e-12)
+            assert index == size.argmax()
+            assert sum(part[column] for part in bent.by_cause.values()) == pytest.approx(found, rel=1e-12)
+
+
+def test_a_cantilever_bends_by_each_cause_as_the_book_says():
+    """One level beam: payload F l^3/3EI, own weight w l^4/8EI, and slopes F l^2/2EI, w l^3/6EI, with next to no shear."""
+    length, second, young, mass = 2.0, 1e-8, 200e9, 1.5
+    section = {"kind": "custom", "area": 1.0, "i_y": second, "i_z": second, "torsion": 2 * second, "shear_y": 1.0, "shear_z": 1.0}
+    link = {"length": length, "section": section, "material": {"young": young, "poisson": 0.3, "density": 1.0}, "mass": mass}
+    arm = Arm(name="beam", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link=link)], payload={"mass": 3.0})
+    bias = lostmotion.screws(arm, np.zeros((1, 1))).bias[:, 3:]
+    (bent,) = bending(arm, np.zeros((1, 1)), bias, float(bias[0] @ bias[0]))
+    force, weight = 3.0 * arm.gravity, mass * arm.gravity / length
+    assert bent.by_cause["payload"][:2] == pytest.approx(
+        (force * length**3 / (3 * young * second), force * length**2 / (2 * young * second)), rel=1e-6
+    )
+    own = weight * length**4 / (8 * young * second), weight * length**3 / (6 * young * second)
+    assert bent.by_cause[OWN_WEIGHT][:2] == pytest.approx(own, rel=1e-6)
+    assert set(bent.by_cause) == {"payload", "links", OWN_WEIGHT}
+    assert bent.by_cause["links"] == (0.0, 0.0, 0.0)
+    assert sum(part[2] for part in bent.by_cause.values()) == pytest.approx(1.0)
+
+
+def test_bending_by_cause_is_the_links_line_in_the_budget():
+    """Over a whole study, the causes' shares of the mean square add up to the share that the budget gives each link of exact stiffness."""
+    arm = links_alone(elastic_arm(np.random.default_rng(12), 4))
+    study = lostmotion.study(arm, 64, robots=2, visits=2)
+    shares = {cost.part: cost.share for cost in lostmotion.costs(study.sampled.tally)}
+    for bent in study.bending:
+        assert sum(part[2] for part in bent.by_cause.values()) == pytest.approx(shares[f"joints.{bent.joint}.link"], rel=1e-9, abs=1e-12)
+
+
+def test_a_survey_says_what_its_pieces_say():
+    """Worst pose, shares, ellipsoid and the payload's sag of a survey are those of compliance and deflection asked at its poses."""
+    arm = elastic_arm(np.random.default_rng(13), 4)
+    found = survey(arm, lostmotion.sample_poses(arm, 64), 0.2)
+    q = found.poses.q
+    whole = lostmotion.compliance(arm, q)
+    softest = np.linalg.eigvalsh(whole[:, 3:, 3:])[:, -1]
+    np.testing.assert_allclose(found.softest, softest, rtol=1e-9)
+    assert found.worst == softest.argmax()
+    np.testing.assert_allclose(found.compliance, whole[found.worst], rtol=0, atol=1e-9 * np.abs(whole).max())
+    np.testing.assert_allclose(found.turning.values[0], np.linalg.eigvalsh(whole[found.worst, :3, :3])[::-1], rtol=1e-7)
+    assert found.shares.sum() == pytest.approx(1.0)
+    assert found.worst_shares.sum() == pytest.approx(1.0)
+    assert found.sag is not None
+    np.testing.assert_allclose(found.sag, np.linalg.norm(np.einsum("pij,pj->pi", whole, payload_wrench(arm, q))[:, 3:], axis=1), rtol=1e-6)
+    assert [node.joint for node in found.nodes] == ["J0", "J1", "J2", "J3"]
+
+
+def test_a_rigid_arm_is_surveyed_too():
+    """An arm that nowhere gives has moments all the same, and no softest direction."""
+    joint = {
+        "type": "revolute",
+        "name": "A",
+        "axis": "y",
+        "limits": (-1, 1),
+        "link": {"length": 0.5, "mass": 2.0},
+        "gearbox": {"backlash": Toleranced(1e-4)},
+    }
+    found = survey(Arm(name="rigid", joints=[joint]), lostmotion.sample_poses(Arm(name="rigid", joints=[joint]), 64))
+    assert not found.softest.any()
+    assert found.parts == ()
+    assert found.sag is None
+    assert found.nodes[0].anyhow.value != 0

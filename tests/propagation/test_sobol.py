@@ -1,0 +1,103 @@
+"""Sobol indices by SALib, which knows nothing of screws, against the exact shares and against what halving buys."""
+
+import numpy as np
+import pytest
+from SALib.analyze import sobol as sobol_analyze
+from SALib.sample import sobol as sobol_sample
+
+from lostmotion import sample_poses
+from lostmotion.error_model.budget import Tally, costs
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.propagation.montecarlo.sensitivity import halving
+from tests.conftest import arm_of
+
+
+def problem_of(infos):
+    """Describe chance to SALib: one uniform per stream, put together by part, since parts draw from streams of their own."""
+    streams = dict.fromkeys((stream.name, info.owner) for info in infos for stream in (info.robot, info.visit) if stream is not None)
+    names = [name for name, _ in streams]
+    assert len(set(names)) == len(names)  # no stream is shared by two parts
+    owners = [owner for _, owner in streams]
+    return {"num_vars": len(names), "names": names, "groups": owners, "bounds": [[1e-12, 1 - 1e-12]] * len(names)}
+
+
+def draws_of(infos, names, uniforms):
+    """Give what each term is multiplied by (sample, term), from uniforms (sample, stream): each law's inverse, products of two levels."""
+    out = np.ones((len(uniforms), len(infos)))
+    for k, info in enumerate(infos):
+        for stream in (info.robot, info.visit):
+            if stream is not None:
+                out[:, k] *= stream.law.quantile(uniforms[:, names.index(stream.name)])
+    return out
+
+
+def test_indices_of_each_component_are_the_exact_variance_shares(arm):
+    """At one pose e_x, e_y and e_z are sums over parts: first-order and total index of a part are both its share of that component's variance.
+
+    Weighted by the components' variances they make its share of the mean square that is drawn, which is what the budget says.
+    """
+    matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
+    problem = problem_of(matrix.infos)
+    uniforms = sobol_sample.sample(problem, 2048, calc_second_order=False, seed=1)
+    shift = matrix.tool[0, 3:]
+    errors = draws_of(matrix.infos, problem["names"], uniforms) @ shift.T
+    owners = list(dict.fromkeys(problem["groups"]))
+    drawn = np.array([info.level != "design" for info in matrix.infos])
+    squares = np.array([(shift[:, [k for k in np.flatnonzero(drawn) if matrix.infos[k].owner == owner]] ** 2).sum(axis=1) for owner in owners])
+    weighted = np.zeros(len(owners))
+    for axis in range(3):
+        exact = squares[:, axis] / squares[:, axis].sum()
+        found = sobol_analyze.analyze(problem, errors[:, axis], calc_second_order=False, num_resamples=10, seed=1)
+        np.testing.assert_allclose(found["S1"], exact, atol=0.02)
+        np.testing.assert_allclose(found["ST"], exact, atol=0.02)
+        assert sum(found["S1"]) == pytest.approx(1, abs=0.02)
+        weighted += found["S1"] * squares[:, axis].sum()
+    levels = {cost.part: sum(cost.levels[1:]) for cost in costs(Tally.of(matrix))}
+    of_drawn = np.array([levels[owner] for owner in owners]) / sum(levels.values())
+    np.testing.assert_allclose(weighted / squares.sum(), of_drawn, atol=0.02)
+
+
+def test_the_squared_error_is_not_what_shares_are_about(arm):
+    """|e|^2 is no sum over parts: its first-order indices are other numbers than the shares, and do not add to one where scatter rules.
+
+    A part's share is its part of the mean of |e|^2; the index is its part of the variance of |e|^2. Without bias the parts interact.
+    """
+    matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
+    problem = problem_of(matrix.infos)
+    uniforms = sobol_sample.sample(problem, 2048, calc_second_order=False, seed=1)
+    drawn = np.array([info.level != "design" for info in matrix.infos])
+    errors = draws_of(matrix.infos, problem["names"], uniforms)[:, drawn] @ matrix.tool[0, 3:, drawn]
+    found = sobol_analyze.analyze(problem, (errors**2).sum(axis=1), calc_second_order=False, num_resamples=10, seed=1)
+    assert sum(found["S1"]) < 0.9
+    assert (found["ST"] >= found["S1"] - 0.05).all()
+
+
+def test_total_indices_of_the_95_percent_error_rank_parts_as_halving_does():
+    """The 95 % error of each robot, over poses and visits, is a function of its draws: total indices rank parts as the gains from halving them.
+
+    An arm whose errors are drawn per robot and without bias; elsewhere the two ask different things (variance over robots against a lower quantile).
+    """
+    bare = {"gearbox": None, "bearing": None, "mounting": None, "link": {"length": "400 mm"}}
+    sizes = {"O": "0.6 arcmin", "A": "1 arcmin", "B": "4 arcmin"}
+    arm = arm_of(3, **bare, encoder={"zero": "1 arcmin"})
+    joints = tuple(
+        joint.model_copy(update={"encoder": arm_of(1, **bare, encoder={"zero": sizes[joint.name], "noise": "0.1 arcmin"}).joints[0].encoder})
+        for joint in arm.joints
+    )
+    arm = arm.model_copy(update={"joints": joints, "gravity": 0.0})
+    poses = sample_poses(arm, 64)
+    matrix = screws(arm, poses.q)
+    robot, visit = (matrix.columns(level) for level in ("robot", "visit"))
+    infos = [matrix.infos[k] for k in robot]
+    problem = problem_of(infos)
+    uniforms = sobol_sample.sample(problem, 512, calc_second_order=False, seed=1)
+    fixed = np.einsum("pct,rt->rpc", matrix.tool[:, 3:, robot], draws_of(infos, problem["names"], uniforms))
+    rng = np.random.default_rng(1)
+    sides = np.stack([matrix.infos[k].visit.law.quantile(rng.uniform(size=(len(poses), 4))) for k in visit], axis=-1)
+    moved = np.einsum("pct,pvt->pvc", matrix.tool[:, 3:, visit], sides)
+    q95 = np.quantile(np.linalg.norm(fixed[:, :, None] + moved, axis=-1).reshape(len(fixed), -1), 0.95, axis=1)
+    found = sobol_analyze.analyze(problem, q95, calc_second_order=False, num_resamples=10, seed=1)
+    totals = dict(zip(dict.fromkeys(problem["groups"]), found["ST"], strict=True))
+    gains = {part: gain.value for part, gain in halving(arm, poses, 128, 4, 1).gains.items() if part in totals}
+    assert sorted(totals, key=totals.__getitem__) == sorted(gains, key=gains.__getitem__)
+    assert max(totals, key=totals.__getitem__) == "joints.B.encoder"
