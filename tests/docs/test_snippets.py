@@ -5,17 +5,20 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 import tomlkit
 import typer.main
 
 import lostmotion
+from lostmotion.analyses.sizing.request import read_asked
 from lostmotion.cli import app
-from lostmotion.formats.designs import read_sweep
-from lostmotion.formats.sizing import read_asked
+from lostmotion.io.sweep_designs import read_sweep
 from tests.docs.pages import ROOT, TOUR, snippets
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 EXAMPLES = ROOT / "examples"
 SHARED = ("gearboxes", "bearings", "encoders", "sections", "materials", "reducers")
