@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from lostmotion.catalogue.clearances import Bearing
-    from lostmotion.io.arm_builder import Draft
+    from lostmotion.io.draft import Draft
     from lostmotion.io.validation_errors import Path
 
 # Which table of clearances belongs to a kind of bearing; the standard has none for crossed rollers.

@@ -23,7 +23,7 @@ from lostmotion.spatial import turn
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.io.arm_builder import Draft
+    from lostmotion.io.draft import Draft
     from lostmotion.spatial import Floats
 
 DH_KEYS: Final = ("dh", "mdh")

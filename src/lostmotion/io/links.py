@@ -18,7 +18,7 @@ from lostmotion.io.provenance import rename_assumed
 from lostmotion.io.text import beside
 
 if TYPE_CHECKING:
-    from lostmotion.io.arm_builder import Draft
+    from lostmotion.io.draft import Draft
     from lostmotion.io.validation_errors import Path
 
 # The keys under which sections are made of others, entry by entry, and those that no such other has: nothing is made of itself.

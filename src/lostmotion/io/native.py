@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import shown
-from lostmotion.io.arm_builder import SHARED_EXAMPLES, Draft, plain
+from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import DH_EXAMPLES, place_by_rows
+from lostmotion.io.draft import Draft, plain
 from lostmotion.io.limits import listed
 from lostmotion.io.text import refuse
 from lostmotion.io.toml import key_step, quoted, read_toml
@@ -43,7 +44,7 @@ def arm_of(file: str, tree: dict[str, Any]) -> Arm:
     draft = Draft(file, tree, _ALSO)
     _check_joints(draft)
     place_by_rows(draft)
-    return draft.arm()
+    return build_arm(draft)
 
 
 def _check_joints(draft: Draft) -> None:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 from lostmotion.catalogue.gearboxes import TAKEN
 from lostmotion.errors import InputError, shown
 from lostmotion.io import READERS, read
-from lostmotion.io.arm_builder import Draft
+from lostmotion.io.arm_builder import build_arm
+from lostmotion.io.draft import Draft
 from lostmotion.io.limits import cut, listed, nearest
 from lostmotion.io.own_reducers import OWN_EXAMPLES
 from lostmotion.io.reducers import KEY as CATALOGUE
@@ -117,7 +118,7 @@ def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[An
     for joint in _JOINTS:
         draft = _draft(file, stem, copy.deepcopy(tree), kind, dict(joint), alone=alone)
         try:
-            arm = draft.arm()
+            arm = build_arm(draft)
         except InputError as error:
             refusals.append(error)
         else:

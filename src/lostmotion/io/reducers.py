@@ -23,7 +23,7 @@ from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.catalogue.gearboxes import Rows
-    from lostmotion.io.arm_builder import Draft
+    from lostmotion.io.draft import Draft
     from lostmotion.io.validation_errors import Path
 
 KEY: Final = "catalogue"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lostmotion.io import validation_errors
-    from lostmotion.io.arm_builder import Draft
+    from lostmotion.io.draft import Draft
 
 # What a sidecar may say of a joint and of its link, with an example each; the rest is the URDF's.
 _OF_JOINT: Final = {

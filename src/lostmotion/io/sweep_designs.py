@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io import native, read, urdf
-from lostmotion.io.arm_builder import SHARED, plain
+from lostmotion.io.arm_builder import SHARED
 from lostmotion.io.arm_builder import SWEEP as TABLE
+from lostmotion.io.draft import plain
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest, refuse_all
 from lostmotion.io.provenance import forget_assumed
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.io.arm_builder import SHARED_EXAMPLES, Draft
+from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
+from lostmotion.io.draft import Draft
 from lostmotion.io.limits import cut, listed
 from lostmotion.io.sidecar import add_sidecar, find_sidecar
 from lostmotion.io.text import read_old_text
@@ -60,7 +61,7 @@ def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
     draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
     add_sidecar(draft, said, tree.joints)
-    arm = draft.arm()
+    arm = build_arm(draft)
     return with_doubts(arm, tree, chain)
 
 

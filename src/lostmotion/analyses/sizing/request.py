@@ -38,7 +38,7 @@ from lostmotion.analyses.sizing.selection_options import TABLES_OFFERED, WORTH_E
 from lostmotion.analyses.sizing.sizing import PAPER, Wanted
 from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
-from lostmotion.io.arm_builder import plain
+from lostmotion.io.draft import plain
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.own_reducers import take_reducers
 from lostmotion.io.toml import key_step, read_toml

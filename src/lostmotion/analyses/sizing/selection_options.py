@@ -39,8 +39,8 @@ from lostmotion.catalogue.clearances import clearance_of_group
 from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearboxes
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.io.arm_builder import plain
 from lostmotion.io.clearances import TABLES
+from lostmotion.io.draft import plain
 from lostmotion.io.limits import listed, nearest
 from lostmotion.io.toml import key_step
 from lostmotion.io.validation_errors import problems
