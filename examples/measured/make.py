@@ -24,7 +24,7 @@ from lostmotion.spatial import pose_of
 SEED, ROBOT, VISITS, CYCLES, READING = 2026, 4, 30, 10, 5e-6
 ORDER = (4, 3, 2, 1, 0)
 FRAME = pose_of((1e-4, -8e-5, 5e-5), (1e-4, -5e-5, 1e-4))
-# Places along the path at which the robot errs anew, between them straight; each cycle is read there, give or take a share of their distance.
+# Places along the path at which the robot has its own error, linear between them; each cycle is read there, within a share of their distance.
 PLACES, BESIDE = 20, 0.03
 
 

@@ -265,7 +265,7 @@ def cantilever_slope(length: float, stiffness: float, force: float, moment: floa
 
 
 def cantilever_deflection(length: float, stiffness: float, force: float, moment: float, own_weight: float) -> float:
-    """By how much (m) does a link's tip give way? What (7) must say: delta = (F l^3/3 + M l^2/2 + W l^3/8) / (E I). Arguments as for the slope."""
+    """By how much (m) does a link's tip deflect? What (7) must say: delta = (F l^3/3 + M l^2/2 + W l^3/8) / (E I). Arguments as for the slope."""
     return (force * length**3 / 3 + moment * length**2 / 2 + own_weight * length**3 / 8) / stiffness
 
 

@@ -24,7 +24,7 @@ sys.path.insert(0, str(HERE))
 import paper_method as paper  # noqa: E402 - stands beside this script
 
 import lostmotion  # noqa: E402
-from lostmotion.propagation.montecarlo.kernel import bin_edges  # noqa: E402
+from lostmotion.error_model.error_bins import bin_edges  # noqa: E402
 
 ARM_FILE = HERE / "z-arm-lumped.toml"
 ARCMIN = paper.ARCMIN
@@ -151,7 +151,7 @@ def transmission_rows() -> Rows:
     boxed = arm_with("A", gearbox={"backlash": "0.5 arcmin", "transmission_error": "0.5 arcmin"})
     terms = part_screws(boxed, STRAIGHT, "joints.A.gearbox")
     play = sum(abs(float(screw[1])) * bound for name, (screw, bound) in terms.items() if "transmission" not in name)
-    wave = math.hypot(*(float(screw[1]) * math.sqrt(2) for name, (screw, _) in terms.items() if "transmission" in name))
+    amplitude = math.hypot(*(float(screw[1]) * math.sqrt(2) for name, (screw, _) in terms.items() if "transmission" in name))
     reducer = {"lost_motion": "1 arcmin", "rated_torque": "412 N m", "stiffness": "113 N m/arcmin"}
     terms = part_screws(arm_with("A", gearbox=reducer), STRAIGHT, "joints.A.gearbox")
     dead = sum(abs(float(screw[1])) * bound for name, (screw, bound) in terms.items() if name.startswith("backlash"))
@@ -159,7 +159,7 @@ def transmission_rows() -> Rows:
         ("transmission, from a strain of 0.00066 [2]", "2.26′", f"{read:.4f}′", "a strain is no rotation", f"Ma on {torque / read:.1f} N m/arcmin"),
         ("backlash", "0.3 to 0.5′", "0 to 0.5′", "±0.25′ about its middle", f"±{arcmin(play / ARCMIN)}"),
         ("lost motion, catalogue [3]", "1′ at most", "not used", "play and wind-up", f"±{arcmin(dead / ARCMIN, 3)} of it play"),
-        ("manufacture", "0.5′", "0 to 0.5′", "±0.25′ if peak to peak", f"±{arcmin(wave / ARCMIN)}"),
+        ("manufacture", "0.5′", "0 to 0.5′", "±0.25′ if peak to peak", f"±{arcmin(amplitude / ARCMIN)}"),
     ]
 
 
@@ -264,7 +264,7 @@ def extremes_rows() -> Rows:
 
 
 def tilt_note() -> str:
-    """Tell what the same 60 µm do when they tilt an axis."""
+    """Return a note on the effect of the same 60 µm when they tilt an axis."""
     tilting = arm_with("O", bearing={"kind": "rolling", "clearance": "60 µm", "span": "50 mm"})
     matrix = lostmotion.screws(tilting, LEVEL)
     tilt, moved = float(np.linalg.norm(matrix.bias[0, :3])) / ARCMIN, float(np.linalg.norm(matrix.bias[0, 3:]))
@@ -275,15 +275,15 @@ def tilt_note() -> str:
 
 
 def extremes_note() -> str:
-    """Tell which sample counts the paper's two extremes would need."""
+    """Return a note on the sample counts that the paper's two extremes would need."""
     values = corrected_deviations()
     above, below = float((values > paper.LARGEST).mean()), float((values < paper.SMALLEST).mean())
     return (
         f"By the corrected formulas {above * 1e6:.0f} samples in a million lie above 0.91 mm and {below * 1e6:.0f} below 0.03625 mm: "
         f"an even chance to see a largest of 0.91 mm takes about {math.log(2) / above:.0f} samples, a smallest of 0.03625 mm about "
         f"{math.log(2) / below:.0f}. "
-        "Under a law that reaches down to zero the smallest tends to zero as samples are added, whatever the arm: it tells how long one looked, "
-        "not how good the arm is."
+        "Under a law that reaches down to zero the smallest tends to zero as samples are added, whatever the arm: it reflects the "
+        "number of samples, not the accuracy of the arm."
     )
 
 

@@ -15,7 +15,7 @@ import lostmotion
 from lostmotion.analyses.sizing.request import read_asked
 from lostmotion.cli import app
 from lostmotion.io.sweep_designs import read_sweep
-from tests.docs.pages import ROOT, TOUR, snippets
+from tests.docs.pages import PAGES, ROOT, TOUR, snippets
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -115,6 +115,13 @@ def test_every_link_leads_to_a_page_and_a_heading():
             assert path.exists(), f"{page.name}: {target}"
             if anchor:
                 assert anchor in _anchors(path), f"{page.name}: {target}"
+
+
+def test_every_file_that_a_page_names_is_there():
+    """Modules, tests and examples move; the pages that point to them follow."""
+    for page in PAGES:
+        for name in re.findall(r"`((?:[a-z_0-9]+/)+[a-z_0-9-]+\.(?:py|toml|csv|urdf))`", page.read_text("utf-8")):
+            assert any((folder / name).exists() for folder in (ROOT, ROOT / "src" / "lostmotion", ROOT / "examples")), f"{page.name}: {name}"
 
 
 def _anchors(page: Path) -> set[str]:

@@ -1,0 +1,105 @@
+"""The language is the trade's: expressions to avoid occur in no text, and a search for a common term finds its explanation."""
+
+import re
+
+import pytest
+
+from tests.docs.pages import PAGES, ROOT
+
+# What to avoid, with what to write instead.
+AVOID = {
+    r"\btold\b|\btells?\b|\btelling\b": "reported, stated, specified",
+    r"\bsaid\b": "stated",
+    r"\bhow sure\b|\bas sure\b|\bsurer\b|\bsure to\b|\bless sure\b|\bthat sure\b": "precise, uncertainty, confidence interval",
+    r"\bdearest\b|\bwho is to blame\b|\bwho to blame\b": "largest contributor, error budget",
+    r"\bgives? way\b|\bgave way\b|\bgiving way\b|\bthe give\b|\bplay and give\b|\bor give\b": "deflects, compliance",
+    r"\bafresh\b": "recomputed, validated on new samples",
+    r"\bc[oa]mes? about\b|\bcome by\b": "derivation, how computed",
+    r"\b(?:hold|keep|kept|keeps|holds|held)\b(?: \w+){0,2} targets?\b": "meet",
+    r"\bas built\b|\b(?:gearboxes|bearings|robots) built\b|\bbuilt ones\b": "manufactured samples, simulated gearboxes",
+    r"\bto and fro\b": "hysteresis, loading and unloading",
+    r"\bwarmth\b|\bwarmer\b": "temperature rise",
+    r"\balike\b": "uniform, shared, equal",
+    r"\bonce more\b|\bmay come again\b": "again, repeat, repeatable",
+    r"\bleav(?:e|es|ing) out\b|\bleft out\b": "neglected, excluded, omitted",
+    r"\bwaves?\b|\bwaviness\b": "harmonic",
+    r"\bplay crossed\b": "backlash traversed",
+    r"\bhardest pressed\b": "most heavily loaded",
+    r"\bwork (?:should|is to) stand\b": "best placement for a task",
+    r"\bamounts\b": "quantities",
+    r"\bverbs?\b": "function, command",
+    r"\blooked at\b": "evaluated, analysed",
+    r"\banew\b": "again, new",
+    r"\bmade[ -]up\b": "synthetic",
+    r"\bpart by part\b.{0,30}\btogether\b": "each part by itself",
+}
+# Senses of these words that the trade uses.
+ALLOWED = (r"strain[ -]wave|wave[ _]generator|wavelength|wavy rim|waves or thinner rings",)
+FOLDERS = ("examples",)
+SUFFIXES = {".py", ".toml", ".md", ".urdf"}
+SOURCES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES)
+
+
+def unwanted(text):
+    """Return the expressions to avoid in a text, each with its line and what to write instead."""
+    for allowed in ALLOWED:
+        text = re.sub(allowed, lambda found: "_" * len(found[0]), text, flags=re.IGNORECASE)
+    hits = [(found.start(), found[0], instead) for words, instead in AVOID.items() for found in re.finditer(words, text, re.IGNORECASE)]
+    return [f"line {text.count(chr(10), 0, at) + 1}: '{words}'; write {instead}" for at, words, instead in sorted(hits)]
+
+
+# Its sections on the length of an error are about to be written anew.
+PENDING = {ROOT / "docs" / "theory" / "accuracy.md"}
+
+
+@pytest.mark.parametrize("path", [path for path in (*PAGES, *SOURCES) if path not in PENDING], ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_text_is_written_in_the_terms_of_the_trade(path):
+    """A reader can search for every term in a textbook."""
+    assert not unwanted(path.read_text("utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("what is not told then is told by points", 2),
+        ("A strain wave gear has no backlash.", 0),
+        ("the wave of a mesh, looked at afresh", 3),
+        ("the 95th percentile of the error", 0),
+    ],
+)
+def test_the_search_for_unwanted_words_finds_them(text, count):
+    """The test of the texts is itself able to fail, and does not object to the trade's own words."""
+    assert len(unwanted(text)) == count
+
+
+# A search term, the page and the heading that must explain it, and a word of the explanation.
+EXPLAINED = [
+    ("backlash side", "docs/conventions.md", "Backlash and friction", "last motion"),
+    ("hysteresis", "docs/conventions.md", "Backlash and friction", "loop"),
+    ("hysteresis", "docs/tour/arm-file.md", "`[gearboxes.NAME]`", "width of the friction loop"),
+    ("standard deviation", "docs/conventions.md", "Statistics", "all robots, poses and visits"),
+    ("standard deviation", "docs/theory/accuracy.md", "Mean vector and covariance", "mean square"),
+    ("confidence interval", "docs/conventions.md", "Statistics", "95 %"),
+    ("confidence", "docs/theory/accuracy.md", "Confidence intervals", "Student|Searle|Satterthwaite"),
+    ("largest contributor", "docs/conventions.md", "Statistics", "share"),
+    ("percentile", "docs/conventions.md", "Statistics", "histogram"),
+    ("harmonic", "docs/theory/gearboxes.md", "Harmonics of the transmission error", "cycles per turn"),
+    ("compliance", "docs/theory/statics.md", "Compliance", "wrench"),
+    ("tolerance", "docs/conventions.md", "Tolerances", "three standard deviations"),
+    ("tolerance", "docs/tour/arm-file.md", "Tolerances", "uniform"),
+]
+
+
+def _sections(path):
+    """Return the text of each section of a page, by its heading."""
+    text = (ROOT / path).read_text("utf-8")
+    parts = re.split(r"^#+ (.+)$", text, flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+@pytest.mark.parametrize(("term", "page", "heading", "word"), EXPLAINED, ids=lambda value: value if " " not in value else None)
+def test_a_search_for_a_common_term_finds_its_explanation(term, page, heading, word):
+    """The section that explains a term has it in its heading or in its text, beside the word that matters."""
+    text = _sections(page)[heading]
+    assert re.search(term, f"{heading}\n{text}", re.IGNORECASE)
+    assert re.search(word, text)
