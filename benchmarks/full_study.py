@@ -27,7 +27,7 @@ import numpy as np
 from against_numpy import EDGES, summed_up
 
 import lostmotion
-from lostmotion.mechanism.serial import steps_of
+from lostmotion.mechanism.frames import steps_between
 from lostmotion.propagation.montecarlo.kernel import MEAN
 from lostmotion.propagation.montecarlo.montecarlo import run
 
@@ -42,7 +42,7 @@ class NumPyStudy:
 
     def __init__(self, matrix: Screws, robots: int, visits: int) -> None:
         self.matrix, self.robots, self.visits = matrix, robots, visits
-        self.steps = steps_of(matrix.at)
+        self.steps = steps_between(matrix.at)
         self.places = np.unique(matrix.place)
         self.columns = {place: np.flatnonzero(matrix.place == place) for place in self.places}
         self.local = {place: np.ascontiguousarray(matrix.local[:, :, columns]) for place, columns in self.columns.items()}

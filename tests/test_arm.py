@@ -13,19 +13,10 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import lostmotion
-from lostmotion.mechanism.serial import (
-    STANDARD_GRAVITY,
-    Arm,
-    Payload,
-    as_poses,
-    frames,
-    joint_torques,
-    steps_of,
-    terms,
-    tool_points,
-    worst_torques_over_tilts,
-    wrenches,
-)
+from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
+from lostmotion.mechanism.frames import steps_between
+from lostmotion.mechanism.serial import as_poses, frames, joint_torques, terms, tool_points, worst_torques_over_tilts, wrenches
+from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 from lostmotion.spatial import combined, exp, motion
@@ -251,7 +242,7 @@ def test_steps_multiply_back_to_frames(q: tuple[float, ...]):
     arm = spatial()
     at = frames(arm, np.array([q, q]))
     here = np.eye(4)
-    for step, frame in zip(steps_of(at)[:, 0], at[:, 0], strict=True):
+    for step, frame in zip(steps_between(at)[:, 0], at[:, 0], strict=True):
         here = here @ step
         np.testing.assert_allclose(here, frame, atol=1e-12)
     np.testing.assert_allclose(tool_points(arm, np.array([q])), at[-1, :1, :3, 3], atol=1e-14)

@@ -19,7 +19,8 @@ from lostmotion.analyses.statics.survey import survey
 from lostmotion.analyses.statics.tables import statics_sheet
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import figures_of
-from lostmotion.mechanism.serial import Arm, joint_torques
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.serial import joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.reporting.sheet import find_row
 

@@ -12,7 +12,7 @@ import lostmotion
 from lostmotion.cli.app import app
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.io.skeleton import skeleton
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Link
 

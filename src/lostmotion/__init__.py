@@ -34,8 +34,10 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_case
     from lostmotion.error_model.poses import Poses, sample_poses
     from lostmotion.errors import DidNotConvergeError, InputError, LostmotionError, OutputExistsError
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.elastostatics import compliance, deflection, ellipsoid, stiffness
-    from lostmotion.mechanism.serial import Arm, Payload, Tool, frames, joint_torques, worst_torques_over_tilts, wrenches
+    from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts, wrenches
+    from lostmotion.mechanism.tool import Payload, Tool
     from lostmotion.propagation.analytic.analytic import analytic
 
 # In reading order: from the file to the answer, then the pieces in between, then what can go wrong.
@@ -59,9 +61,9 @@ _HOME = {
     "iso9283": "analyses.iso9283.command",
     "Iso9283": "analyses.iso9283.command",
     "WarmUp": "analyses.iso9283.warm_up",
-    "Arm": "mechanism.serial",
-    "Tool": "mechanism.serial",
-    "Payload": "mechanism.serial",
+    "Arm": "mechanism.arm",
+    "Tool": "mechanism.tool",
+    "Payload": "mechanism.tool",
     "frames": "mechanism.serial",
     "wrenches": "mechanism.serial",
     "joint_torques": "mechanism.serial",

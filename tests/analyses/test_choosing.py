@@ -17,7 +17,8 @@ from lostmotion.analyses.sizing.sizing import Wanted, rms_error, size_links
 from lostmotion.catalogue import materials
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
-from lostmotion.mechanism.serial import Arm, joint_torques
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.serial import joint_torques
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.error_source import AngleAmount, AngularStiffness, PlayDim, TorqueAmount

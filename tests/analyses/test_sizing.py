@@ -15,8 +15,8 @@ from lostmotion.analyses.sizing.link_deflection import LinkLoads
 from lostmotion.analyses.sizing.sizing import PAPER, Wanted, rms_error, size_links
 from lostmotion.catalogue import materials
 from lostmotion.error_model.poses import Poses
+from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.load_causes import bending
-from lostmotion.mechanism.serial import Arm
 from lostmotion.parts.family import BoxFamily, IFamily, RodFamily, TubeFamily, family_around
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Tube
 

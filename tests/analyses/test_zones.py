@@ -17,7 +17,7 @@ from lostmotion.analyses.workspace_map.map import Wish, zones
 from lostmotion.analyses.workspace_map.placement import YAWS, best_boxes, footprint, judged, keeping_clear
 from lostmotion.analyses.workspace_map.reach import reach
 from lostmotion.laws.normal_length import normal_length
-from lostmotion.parts.frame import Place
+from lostmotion.parts.frame import Frame
 from lostmotion.propagation.analytic.analytic import analytic
 
 UPPER, FORE = 0.5, 0.3
@@ -230,7 +230,7 @@ def test_turning_the_base_turns_the_map(plane):
 def test_a_half_turn_of_a_spatial_arm_turns_its_map(arm):
     """An arm in space on a base turned by 180°: the grid, the reach and the figures of sampled cells turn with it."""
     wish = Wish(cell=0.1, poses=16384, per_cell=4)
-    first = arm.joints[0].model_copy(update={"origin": Place(rpy=(0.0, 0.0, math.pi))})
+    first = arm.joints[0].model_copy(update={"origin": Frame(rpy=(0.0, 0.0, math.pi))})
     turned = Arm(name="turned", joints=(first, *arm.joints[1:]), payload=arm.payload)
     one, two = zones(arm, wish), zones(turned, wish)
     assert one.reached.grid.shape == two.reached.grid.shape

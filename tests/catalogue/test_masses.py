@@ -8,7 +8,8 @@ from lostmotion.analyses.catalog.tables import catalogue_sheet
 from lostmotion.catalogue.gearboxes import GearboxRow
 from lostmotion.catalogue.search import Wanted
 from lostmotion.io import read
-from lostmotion.mechanism.serial import STANDARD_GRAVITY, joint_torques
+from lostmotion.mechanism.arm import STANDARD_GRAVITY
+from lostmotion.mechanism.serial import joint_torques
 from tests.catalogue.test_own_reducers import ROW
 
 LIMITS = 'type = "revolute"\naxis = "-y"\nlimits = ["-90 deg", "90 deg"]\n'

@@ -17,7 +17,9 @@ from lostmotion.analyses.iso9283.expected import expected_repeatability
 from lostmotion.analyses.iso9283.predicted import carrying, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io import read
-from lostmotion.mechanism.serial import STANDARD_GRAVITY, Arm, Payload, worst_torques_over_tilts
+from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
+from lostmotion.mechanism.serial import worst_torques_over_tilts
+from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 from tests.parts.conditions import ARCMIN

@@ -13,7 +13,7 @@ import lostmotion
 from lostmotion.error_model.draws import robot_draws, sobol
 from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_case
 from lostmotion.laws.distributions import Normal, Table
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.units import Toleranced
 

@@ -6,7 +6,7 @@ import pytest
 
 from lostmotion.error_model.provenance import BASE_KINDS, KINDS, states
 from lostmotion.io import read
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Link

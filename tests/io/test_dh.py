@@ -84,6 +84,27 @@ def test_fixed_joints_without_a_row_stand_beside_rows(key):
     assert [joint.name for joint in arm.moving] == [joint.name for joint in plain.moving]
 
 
+@pytest.mark.parametrize("key", ["dh", "mdh"])
+def test_a_row_behind_after_begins_a_chain_of_its_own(key):
+    """A second chain that stands on a joint of the first is the product of its own rows from there, whatever the row listed before it says."""
+    rows, q = standard_rows(), np.random.default_rng(3).uniform(-2, 2, 6)
+    joints = [
+        {
+            "name": f"J{k}",
+            "type": "revolute",
+            "limits": ["-360 deg", "360 deg"],
+            key: {"a": f"{a!r} m", "alpha": f"{alpha!r} deg", "d": f"{d!r} m", "theta": f"{theta!r} deg"},
+        }
+        for k, (a, alpha, d, theta) in enumerate(rows)
+    ]
+    joints[4]["after"] = "J1.tip"
+    arm = arm_of("x", {"name": "x", "joints": joints})
+    kinds, modified = ["revolute"] * 6, key == "mdh"
+    first = frames(arm_of_rows(key, rows[:4]), q[:4])[arm.places.index("J1.tip"), 0]
+    second = by_hand(rows[4:], q[4:], kinds[4:], modified=modified)
+    assert np.abs(frames(arm, q)[-1, 0] - first @ second).max() < 1e-12
+
+
 def test_both_conventions_describe_the_same_ur5e():
     """The modified table of an arm is its standard one with a and alpha moved on by a row; both stand alike in every joint and at the tool."""
     rows = standard_rows()

@@ -6,6 +6,7 @@ import pytest
 
 from lostmotion.io import read
 from lostmotion.io.native import arm_of
+from lostmotion.mechanism.serial import frames, wrenches
 from tests.io.conftest import JOINT
 
 HEAD = 'name = "x"\n'
@@ -48,6 +49,25 @@ def test_a_whole_file_becomes_an_arm(tmp_path):
     assert arm.joints[0].link.length.tolerance == pytest.approx(50e-6)
     assert arm.joints[1].link.material.young == pytest.approx(210e9)
     assert arm.notes == ()
+
+
+def test_a_gripper_of_two_fingers_stands_on_one_flange(tmp_path):
+    """A joint and the tool may each name the place that they stand on: the second finger and the tool share the flange with the first finger."""
+    path = tmp_path / "arm.toml"
+    finger = '[[joints]]\nname = "{}"\ntype = "fixed"\nafter = "A.tip"\nlink = {{ length = "80 mm", direction = "{}", mass = "2 kg" }}\n'
+    path.write_text(
+        HEAD + JOINT + 'link = { length = "1 m" }\n' + finger.format("left", "y") + finger.format("right", "-y") + '[tool]\nafter = "A.tip"\n',
+        encoding="utf-8",
+    )
+    arm = read(path)
+    at = dict(zip(arm.places, frames(arm, [[0.0]])[:, 0, :3, 3], strict=True))
+    assert at["left.tip"] == pytest.approx([1.0, 0.08, 0.0])
+    assert at["right.tip"] == pytest.approx([1.0, -0.08, 0.0])
+    assert at["tool"] == pytest.approx([1.0, 0.0, 0.0])
+    weight = dict(zip(arm.places, -wrenches(arm, [[0.0]])[:, 0, 5], strict=True))
+    assert weight["base"] == pytest.approx(4 * 9.80665)
+    assert weight["left"] == pytest.approx(2 * 9.80665)
+    assert weight["tool"] == 0.0
 
 
 def test_three_mistakes_are_told_at_once(told):
@@ -120,6 +140,8 @@ def test_distributions_are_read_from_a_file(tmp_path):
         ('link = { length = "400 mm", tip = { xyz = ["1 mm", "0 mm", "0 mm"] } }\n', "joints.A.link", "one of the two"),
         ('link = { length_tolerance = "50 µm" }\n', "joints.A.link", "a length or a tip"),
         ("link = 3\n", "joints.A.link", "a table"),
+        ('after = "A.tip"\n', "joints.A.after", "of a joint that comes before"),
+        ("after = 3\n", "joints.A.after", "text"),
     ],
 )
 def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(told, lines, key, expected):
@@ -147,6 +169,8 @@ def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(told, lines, ke
         (HEAD + JOINT + JOINT, "joints[1].name", "of its own"),
         (HEAD + 'gravity = "9.81 m"\n' + JOINT, "gravity", "acceleration"),
         (HEAD + "sections = 3\n" + JOINT, "sections", "named parts"),
+        (HEAD + JOINT + '[tool]\nafter = "A.tap"\n', "tool.after", "NAME.tip"),
+        (HEAD + JOINT + '[tool]\nafter = "base"\n', "tool.after", "at least one moving joint"),
         (HEAD + JOINT + "[gearbox.g]\nratio = 2\n", "gearbox", "gearboxes"),
         (HEAD + "[gearbx.g]\nratio = 2\n" + JOINT, "gearbx", "gearboxes"),
     ],

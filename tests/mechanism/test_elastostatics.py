@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
 from lostmotion.mechanism.elastostatics import compliances, ellipsoid
-from lostmotion.mechanism.serial import STANDARD_GRAVITY, Arm, frames, joint_torques
+from lostmotion.mechanism.serial import frames, joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Toleranced

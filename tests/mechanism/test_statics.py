@@ -9,9 +9,10 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.statics.survey import survey
+from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import static_moments
 from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, alone, bending
-from lostmotion.mechanism.serial import Arm, frames, joint_torques, terms, worst_torques_over_tilts, wrenches
+from lostmotion.mechanism.serial import frames, joint_torques, terms, worst_torques_over_tilts, wrenches
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Material

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.mechanism.serial import Arm, PlacedTerm, frames, terms
+from lostmotion.mechanism.serial import PlacedTerm, frames, terms
 from lostmotion.parts.error_source import Condition, ErrorSource, Term
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.spatial import adjoint
@@ -14,6 +14,7 @@ from lostmotion.spatial import adjoint
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 TURN_Z = np.array([0, 0, 1.0, 0, 0, 0])

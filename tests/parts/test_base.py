@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.base import Base, Tracks
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.units import Toleranced

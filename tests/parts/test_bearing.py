@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint

@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.beam import SectionValues
-from lostmotion.mechanism.serial import Arm, frames
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.serial import frames
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 
 YOUNG, NU, DENSITY = 70e9, 0.33, 2700.0

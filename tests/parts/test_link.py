@@ -9,9 +9,10 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.laws.beam import box_section, rectangle_section, round_section
-from lostmotion.mechanism.serial import Arm, Payload
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
-from lostmotion.parts.link import Link, Place
+from lostmotion.parts.link import Frame, Link
 from lostmotion.spatial import inverse, pose_of
 from lostmotion.units import Toleranced
 from tests.parts.conditions import STEEL, at_tool
@@ -156,7 +157,7 @@ def test_how_the_tip_frame_is_turned_does_not_matter():
     load = Payload(mass=3.0, centre_of_mass=(0.1, -0.2, 0.3), force=(10, 20, -30), moment=(1, -2, 3))
 
     def error(turned: tuple[float, float, float], tool: tuple[float, float, float]) -> np.ndarray:
-        link = Link(tip=Place(xyz=(0.5, 0.2, 0.3), rpy=turned), section=BAR, material=STEEL, mass=2.0, centre_of_mass=(0.1, 0.1, 0.0))
+        link = Link(tip=Frame(xyz=(0.5, 0.2, 0.3), rpy=turned), section=BAR, material=STEEL, mass=2.0, centre_of_mass=(0.1, 0.1, 0.0))
         arm = Arm(name="arm", joints=[RevoluteJoint(name="A", limits=(-4, 4), axis="y", link=link)], tool={"frame": {"rpy": tool}}, payload=load)
         return sum((twist for _, twist in at_tool(arm, [0.3])), np.zeros(6))
 
@@ -184,7 +185,7 @@ def test_a_link_cut_too_long_reaches_further():
 
 def test_a_tip_from_a_table_may_be_too_far_as_well():
     """A tip frame with a length tolerance errs along the straight line to it, however the frame there is turned."""
-    tip = Place(xyz=(0.3, 0.0, 0.4), rpy=(0.4, -1.1, 2.0))
+    tip = Frame(xyz=(0.3, 0.0, 0.4), rpy=(0.4, -1.1, 2.0))
     arm = Arm(name="arm", joints=[RevoluteJoint(name="A", limits=(-4, 4), axis="y", link={"tip": tip, "length_tolerance": 5e-5})])
     ((item, twist),) = at_tool(arm, [0.0])
     np.testing.assert_allclose(twist * item.term.bound, [0, 0, 0, 3e-5, 0, 4e-5], atol=1e-15)

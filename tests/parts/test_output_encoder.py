@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.analyses.iso9283.predicted import visit_covariance
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.units import Toleranced
 from tests.parts.conditions import condition, drawn, encoder

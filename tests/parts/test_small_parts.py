@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, Mounting, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.lumped import Lumped

@@ -254,7 +254,7 @@ def screws_of(terms, bias):
         columns.append(np.array(shift, float))
     tool = np.zeros((1, 6, len(infos)))
     tool[0, 3:] = np.array(columns).T
-    return Screws(tuple(infos), np.zeros(len(infos), int), tool, tool, np.zeros((1, 1, 4, 4)))
+    return Screws(tuple(infos), np.zeros(len(infos), int), tool, tool, np.zeros((1, 1, 4, 4)), (0,))
 
 
 def test_points_tell_no_length_in_a_gap(monkeypatch):

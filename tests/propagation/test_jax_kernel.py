@@ -13,7 +13,7 @@ import lostmotion
 from lostmotion import sample_poses, screws
 from lostmotion.error_model import draw_kernel
 from lostmotion.errors import InputError, LostmotionError
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.propagation.montecarlo import jax_kernel, kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block

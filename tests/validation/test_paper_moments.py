@@ -13,7 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.mechanism.serial import STANDARD_GRAVITY, Arm, Payload, joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
+from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 

@@ -8,10 +8,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from lostmotion.mechanism.serial import Arm, Payload, frames, joint_torques, wrenches
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.serial import frames, joint_torques, wrenches
+from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
-from lostmotion.parts.link import Link, Place
+from lostmotion.parts.link import Frame, Link
 
 CHAINS = 200
 POSES = 5
@@ -23,9 +25,9 @@ def vector(rng: np.random.Generator, size: float = 0.5) -> tuple[float, float, f
     return float(x), float(y), float(z)
 
 
-def place(rng: np.random.Generator) -> Place:
+def place(rng: np.random.Generator) -> Frame:
     """Draw a frame: half a metre away at most, turned anyhow."""
-    return Place(xyz=vector(rng), rpy=vector(rng, math.pi))
+    return Frame(xyz=vector(rng), rpy=vector(rng, math.pi))
 
 
 def random_arm(rng: np.random.Generator) -> Arm:
@@ -52,9 +54,9 @@ def random_arm(rng: np.random.Generator) -> Arm:
     )
 
 
-def se3(place_or_pose: Place | np.ndarray) -> pin.SE3:
+def se3(place_or_pose: Frame | np.ndarray) -> pin.SE3:
     """Hand a frame over, from its own numbers: roll, pitch and yaw are turned into a matrix by Pinocchio."""
-    if isinstance(place_or_pose, Place):
+    if isinstance(place_or_pose, Frame):
         return pin.SE3(pin.rpy.rpyToMatrix(*place_or_pose.rpy), np.array(place_or_pose.xyz))
     return pin.SE3(place_or_pose)
 
@@ -188,7 +190,7 @@ UR5E_MASS = (3.761, 8.058, 2.846, 1.37, 1.3, 0.365)
 def ur5e() -> Arm:
     """Build a UR5e: after each joint's turn about z, d along z, a along x and alpha about x; masses half way along."""
     links = [
-        Link(tip=Place(xyz=(a, 0, d), rpy=(math.radians(alpha), 0, 0)), mass=m)
+        Link(tip=Frame(xyz=(a, 0, d), rpy=(math.radians(alpha), 0, 0)), mass=m)
         for a, d, alpha, m in zip(UR5E_A, UR5E_D, UR5E_ALPHA, UR5E_MASS, strict=True)
     ]
     return Arm(

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lostmotion.mechanism.serial import Arm, frames, tool_points
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.serial import frames, tool_points
 from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.parts.link import Link, Place
+from lostmotion.parts.link import Frame, Link
 
 GRID = Path(__file__).parents[2] / "examples" / "measured" / "ur5-grid.csv"
 
@@ -29,7 +30,7 @@ def grid() -> np.ndarray:
 
 def ur5(d: tuple[float, ...] = D, tool: tuple[float, float, float] = (0, 0, 0.031)) -> Arm:
     """Build a UR5 from a standard DH table, with a tool point seen from the flange."""
-    links = [Link(tip=Place(xyz=(a, 0, d_k), rpy=(math.radians(alpha), 0, 0))) for a, d_k, alpha in zip(A, d, ALPHA, strict=True)]
+    links = [Link(tip=Frame(xyz=(a, 0, d_k), rpy=(math.radians(alpha), 0, 0))) for a, d_k, alpha in zip(A, d, ALPHA, strict=True)]
     joints = [RevoluteJoint(name=f"J{k}", limits=(-7, 7), link=link) for k, link in enumerate(links, 1)]
     return Arm(name="UR5", joints=joints, tool={"frame": {"xyz": tool}})
 

@@ -17,7 +17,7 @@ from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.analyses.quantities import Amount
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 DEFAULT_POSES = 2048
@@ -35,7 +35,7 @@ _SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}
 
 def an_arm(arm: object) -> Arm:
     """Which arm is meant? Raises InputError for anything else, above all the path of one, which `lostmotion.read` reads."""
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
     if not isinstance(arm, Arm):
         raise refuse_argument("arm", arm, "an arm, as lostmotion.read gives it", 'lostmotion.read("z-arm.toml")')

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.pose_matrix import Screws, TermInfo
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 By = Literal["part", "cause", "level", "term"]

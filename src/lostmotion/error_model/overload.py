@@ -13,7 +13,7 @@ from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 _POSES: Final = 2048
 _CHUNK: Final = 4096

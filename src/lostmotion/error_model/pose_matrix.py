@@ -11,11 +11,11 @@ import numpy as np
 
 from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import Cosine, Sine
-from lostmotion.mechanism.carry_kernel import carry_to_tool
+from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import frames, terms
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import Draw, Level
     from lostmotion.spatial import Floats
 
@@ -53,6 +53,7 @@ class Screws:
     local   (pose, 6, term) rad, m per unit draw, in that place's frame
     tool    (pose, 6, term) rotation of the tool and displacement of the tool point, base axes
     at      (place, pose, 4, 4) the arm's frames
+    way     numbers of the places from the base to the tool
     """
 
     infos: tuple[TermInfo, ...]
@@ -60,6 +61,7 @@ class Screws:
     local: Floats
     tool: Floats
     at: Floats
+    way: tuple[int, ...]
 
     def columns(self, *levels: Level) -> np.ndarray:
         """Give the indices of the terms of these levels."""
@@ -67,7 +69,7 @@ class Screws:
 
     def stretch(self, first: int, last: int) -> Screws:
         """Give the screws of the poses from number `first` up to `last`."""
-        return Screws(self.infos, self.place, self.local[first:last], self.tool[first:last], self.at[:, first:last])
+        return Screws(self.infos, self.place, self.local[first:last], self.tool[first:last], self.at[:, first:last], self.way)
 
     @functools.cached_property
     def along_poses(self) -> Floats:
@@ -140,12 +142,12 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> Screws:
     local = np.empty((6, len(placed), len(at[0])))
     for k, item in enumerate(placed):
         local[:, k] = np.atleast_2d(item.term.screw).T
-    tool = carry_to_tool(np.ascontiguousarray(at.transpose(0, 2, 3, 1)), place, local)
+    tool = tool_twists(arm.tree, at, place, local)
     infos = tuple(
         TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
         for item in placed
     )
-    return Screws(infos, place, local.transpose(2, 0, 1), tool.transpose(2, 0, 1), at)
+    return Screws(infos, place, local.transpose(2, 0, 1), tool.transpose(2, 0, 1), at, arm.tree.way)
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:

@@ -13,7 +13,7 @@ from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import Normal
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 PoseLaw = Literal["sobol", "uniform", "normal", "grid", "given"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.errors import InputError, Problem
-from lostmotion.mechanism.serial import Payload, Tool
+from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.error_source import Part
@@ -20,7 +20,7 @@ from lostmotion.parts.provenance import DEFAULT, Sourced, value_keys
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
 
 State = Literal["stated", "assumed", "ideal"]

@@ -14,7 +14,7 @@ from lostmotion.parts.gearbox.gearbox import LIMITED, Gearbox
 
 if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # Enough to rank the limits and to tell which of them count; shares of a budget, not figures of their own.

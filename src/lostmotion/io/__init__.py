@@ -14,7 +14,7 @@ from lostmotion.errors import nearest
 from lostmotion.io.text import begins_as_xml, refuse
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 READERS: Final = {
     ".toml": "native",

@@ -17,7 +17,7 @@ from lostmotion.io.reducers import ALSO as IN_GEARBOXES
 from lostmotion.io.reducers import place_reducers
 from lostmotion.io.text import refuse
 from lostmotion.io.validation_errors import problems
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.error_source import Part
 from lostmotion.parts.profile import Section
 

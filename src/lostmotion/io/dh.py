@@ -8,6 +8,7 @@ On a sliding joint q adds to d in both. Sources: J. Denavit, R. Hartenberg, J. A
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,11 +18,11 @@ from lostmotion.errors import shown
 from lostmotion.io.provenance import rename_assumed
 from lostmotion.io.validation_errors import problems
 from lostmotion.parts.error_source import Angle, Length, Part
-from lostmotion.parts.link import Place
+from lostmotion.parts.link import Frame
 from lostmotion.spatial import turn
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from lostmotion.io.draft import Draft
     from lostmotion.spatial import Floats
@@ -45,13 +46,13 @@ class Row(Part):
 _STAND_IN: Final = Row(a=1.0, alpha=0.0, d=1.0, theta=0.0)
 
 
-def standard(rows: Sequence[Row | None]) -> list[tuple[Place, Place]]:
+def standard(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
     """Where does each joint sit in the link before, and where does its link lead? (origin, tip) per row of standard values; axes along z."""
     stated = (row for row in rows if row is not None)
-    return [(Place(rpy=(0.0, 0.0, row.theta)), Place(xyz=(row.a, 0.0, row.d), rpy=(row.alpha, 0.0, 0.0))) for row in stated]
+    return [(Frame(rpy=(0.0, 0.0, row.theta)), Frame(xyz=(row.a, 0.0, row.d), rpy=(row.alpha, 0.0, 0.0))) for row in stated]
 
 
-def modified(rows: Sequence[Row | None]) -> list[tuple[Place, Place]]:
+def modified(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
     """Where does each joint sit in the link before, and where does its link lead? (origin, tip) per row of modified values; axes along z.
 
     Row i's a and alpha describe link i-1, so they go into its tip, and every link is the body between two joints; the first row's, and those of
@@ -62,10 +63,10 @@ def modified(rows: Sequence[Row | None]) -> list[tuple[Place, Place]]:
         if row is None:
             continue
         after = rows[index + 1] if index + 1 < len(rows) else None
-        origin = Place(rpy=(0.0, 0.0, row.theta))
+        origin = Frame(rpy=(0.0, 0.0, row.theta))
         if index == 0 or rows[index - 1] is None:
-            origin = Place(xyz=(row.a, 0.0, 0.0), rpy=rpy_of((turn((1, 0, 0), row.alpha) @ turn((0, 0, 1), row.theta))[:3, :3]))
-        tip = Place(xyz=(after.a, 0.0, row.d), rpy=(after.alpha, 0.0, 0.0)) if after else Place(xyz=(0.0, 0.0, row.d))
+            origin = Frame(xyz=(row.a, 0.0, 0.0), rpy=rpy_of((turn((1, 0, 0), row.alpha) @ turn((0, 0, 1), row.theta))[:3, :3]))
+        tip = Frame(xyz=(after.a, 0.0, row.d), rpy=(after.alpha, 0.0, 0.0)) if after else Frame(xyz=(0.0, 0.0, row.d))
         out.append((origin, tip))
     return out
 
@@ -107,12 +108,20 @@ def place_by_rows(draft: Draft) -> None:
         rows.append(_row(draft, index, {key: joint.pop(key) for key in stated}))
         _refuse_said_twice(draft, index, joint, convention)
     having = [joint for (_, joint), row in zip(draft.joints, rows, strict=True) if row is not None]
-    for joint, (origin, tip) in zip(having, _CONVENTIONS[convention](rows), strict=True):
+    for joint, (origin, tip) in zip(having, _placed(_CONVENTIONS[convention], draft.joints, rows), strict=True):
         rename_assumed(joint, {convention: "origin"})
         joint["origin"] = origin
         link = joint.setdefault("link", {})
         if isinstance(link, dict):
             link["tip"] = tip
+
+
+def _placed(
+    convention: Callable[[Sequence[Row | None]], list[tuple[Frame, Frame]]], joints: Sequence[tuple[int, dict[str, Any]]], rows: Sequence[Row | None]
+) -> list[tuple[Frame, Frame]]:
+    """Return (origin, tip) per row, each chain by itself: a joint with `after` begins another one."""
+    starts = [0, *(k for k, (_, joint) in enumerate(joints) if k and "after" in joint), len(rows)]
+    return [placed for first, last in itertools.pairwise(starts) for placed in convention(rows[first:last])]
 
 
 def _row(draft: Draft, index: int, stated: dict[str, Any]) -> Row:

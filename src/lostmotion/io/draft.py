@@ -9,7 +9,7 @@ from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, cut, listed, nearest
 from lostmotion.io.toml import key_step, quoted
-from lostmotion.mechanism.serial import LONGEST_NOTE, MOST_NOTES
+from lostmotion.mechanism.arm import LONGEST_NOTE, MOST_NOTES
 from lostmotion.parts.material import Material
 from lostmotion.parts.section import Rod
 

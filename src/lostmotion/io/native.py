@@ -13,7 +13,7 @@ from lostmotion.io.draft import Draft, plain
 from lostmotion.io.limits import listed
 from lostmotion.io.text import refuse
 from lostmotion.io.toml import key_step, quoted, read_toml
-from lostmotion.mechanism.serial import MOST_JOINTS, Arm
+from lostmotion.mechanism.arm import MOST_JOINTS, Arm
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 
 if TYPE_CHECKING:

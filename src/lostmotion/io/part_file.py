@@ -25,13 +25,13 @@ from lostmotion.io.own_reducers import OWN_EXAMPLES
 from lostmotion.io.reducers import KEY as CATALOGUE
 from lostmotion.io.text import begins_as_xml, refuse
 from lostmotion.io.toml import read_toml
-from lostmotion.mechanism.serial import LONGEST_NAME
+from lostmotion.mechanism.arm import LONGEST_NAME
 from lostmotion.parts.bearing.single import OF_PAIRS, PAIRS, single
 from lostmotion.parts.joint import FixedJoint
 from lostmotion.parts.provenance import value_keys
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import ErrorSource
     from lostmotion.parts.joint import Bearing
 

@@ -13,7 +13,7 @@ from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.units import UnitError, read_quantity
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _LONGEST: Final = 2000

@@ -21,7 +21,7 @@ from lostmotion.units import UnitError, read_quantity
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 MEGABYTES: Final = 200

@@ -13,7 +13,7 @@ from lostmotion.io.dh import DH_KEYS, Row
 from lostmotion.io.own_reducers import FILE, ROWS
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY
 from lostmotion.io.reducers import VALUES
-from lostmotion.mechanism.serial import Arm
+from lostmotion.mechanism.arm import Arm
 
 if TYPE_CHECKING:
     from pydantic_core import core_schema

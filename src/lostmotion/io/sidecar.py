@@ -19,7 +19,7 @@ from lostmotion.errors import shown
 from lostmotion.io.limits import listed, nearest
 from lostmotion.io.text import refuse
 from lostmotion.io.toml import key_step
-from lostmotion.mechanism.serial import MOST_NOTES
+from lostmotion.mechanism.arm import MOST_NOTES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -12,7 +12,7 @@ from lostmotion.parts.joint import PrismaticJoint
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import RevoluteJoint
 
 _SOURCE: Final = 'source = "example values, to be replaced"'

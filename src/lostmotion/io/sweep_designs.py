@@ -22,7 +22,7 @@ from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 _DEEPEST: Final = 12
 # What a file may name beside itself: tables of reducers, matrices.

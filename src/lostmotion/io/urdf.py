@@ -22,8 +22,8 @@ from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
 from lostmotion.io.urdf_checks import with_doubts
 from lostmotion.io.urdf_tree import read_tree
-from lostmotion.mechanism.serial import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
-from lostmotion.parts.link import Place
+from lostmotion.mechanism.arm import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
+from lostmotion.parts.link import Frame
 from lostmotion.spatial import pose_of, shift, turn
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
     weighs = any(tree.links[joint.child].mass for joint in chain.joints)
     for index, joint in enumerate(chain.joints):
         after = chain.joints[index + 1] if index + 1 < len(chain.joints) else None
-        link: dict[str, Any] = {"tip": Place(xyz=after.xyz) if after else Place()}
+        link: dict[str, Any] = {"tip": Frame(xyz=after.xyz) if after else Frame()}
         mass, centre, held = _carried(tree, joint.child, after)
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
@@ -87,16 +87,16 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
     return {"name": cut(tree.name or name, LONGEST_NAME) or "arm", "joints": joints, "notes": notes}
 
 
-def _origin(joint: UrdfJoint, *, first: bool) -> Place:
+def _origin(joint: UrdfJoint, *, first: bool) -> Frame:
     """Return the place of a joint behind the tip of the link before; a joint that cannot move stands where its limits say."""
     xyz = joint.xyz if first else (0.0, 0.0, 0.0)
     if not joint.locked or not joint.limits[0]:
-        return Place(xyz=xyz, rpy=joint.rpy)
+        return Frame(xyz=xyz, rpy=joint.rpy)
     axis = np.array(joint.axis) / math.hypot(*joint.axis)
     seat = pose_of(xyz, joint.rpy)
     pose = seat @ (shift(*(axis * joint.limits[0])) if joint.type == "prismatic" else turn(tuple(axis), joint.limits[0]))
     x, y, z = pose[:3, 3].tolist()
-    return Place(xyz=(x, y, z), rpy=rpy_of(pose[:3, :3]))
+    return Frame(xyz=(x, y, z), rpy=rpy_of(pose[:3, :3]))
 
 
 def _motion(joint: UrdfJoint) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.toml import quoted
 from lostmotion.io.urdf_tip import Choice, choose_tip, listed_ends
-from lostmotion.mechanism.serial import MOST_JOINTS
+from lostmotion.mechanism.arm import MOST_JOINTS
 
 if TYPE_CHECKING:
     from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree

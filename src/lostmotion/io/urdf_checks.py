@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.io.limits import cut, listed
 from lostmotion.io.urdf_tip import is_balancer
-from lostmotion.mechanism.serial import LONGEST_NOTE
+from lostmotion.mechanism.arm import LONGEST_NOTE
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.io.urdf_chain import Chain
     from lostmotion.io.urdf_tree import UrdfTree
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 _LIGHTEST: Final = 1e-3  # kg
 _HEAVIEST: Final = 2000.0  # kg

@@ -121,7 +121,7 @@ def _say_rule(spot: _Spot, _: Also) -> _Said:
     """Pass on what a part's own rule says: it carries its words with it."""
     shape = spot.context["example"]
     example = shape if "=" in shape else _assignment(spot.path, shape)
-    return _Said(spot.path, spot.context["why"], spot.context["expected"], example, spot.context.get("near", ""))
+    return _Said((*spot.path, *spot.context.get("path", ())), spot.context["why"], spot.context["expected"], example, spot.context.get("near", ""))
 
 
 def _say_missing(spot: _Spot, _: Also) -> _Said:

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.serial import as_poses, conditions, frames
-from lostmotion.spatial import adjoint
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import Condition, ErrorSource
     from lostmotion.spatial import Floats
 
@@ -96,8 +96,9 @@ def compliances(arm: Arm, q: Floats) -> Compliances:
         for number, (_, place, source, felt) in enumerate(conditions(arm, values[here], at)):
             if number in first:
                 owner, known = first[number]
-                carry = carries[place] = carries[place] if place in carries else to_tool(at, place)
-                by_part[owners.index(owner), here] += carry @ _tangents(source, felt, known) @ carry.transpose(0, 2, 1)
+                if place not in carries:
+                    carries[place] = carry(arm.tree, at, place)
+                by_part[owners.index(owner), here] += carries[place] @ _tangents(source, felt, known) @ carries[place].transpose(0, 2, 1)
     return Compliances(owners, by_part, tool)
 
 
@@ -134,11 +135,11 @@ def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
         for _, place, source, felt in conditions(arm, values[here], at):
-            carry = to_tool(at, place)
-            more = replace(felt, wrench=felt.wrench + np.einsum("pji,pj->pi", carry, load[here]))
+            carried = carry(arm.tree, at, place)
+            more = replace(felt, wrench=felt.wrench + np.einsum("pji,pj->pi", carried, load[here]))
             after, before = given(source, more), given(source, felt)
             if after is not None and before is not None:
-                out[here] += np.einsum("pij,pj->pi", carry, after - before)
+                out[here] += np.einsum("pij,pj->pi", carried, after - before)
     return out
 
 
@@ -149,13 +150,6 @@ def given(source: ErrorSource, felt: Condition) -> Floats | None:
         if term.level == "design" and not term.seated:
             out = term.screw if out is None else out + term.screw
     return None if out is None else np.broadcast_to(out, felt.wrench.shape)
-
-
-def to_tool(at: Floats, place: int) -> Floats:
-    """Which matrix (pose, 6, 6) makes of a small twist at a place, in its axes, that of the tool point in the base's axes?"""
-    centred = at[place].copy()
-    centred[:, :3, 3] -= at[-1, :, :3, 3]
-    return adjoint(centred)
 
 
 def _first_tangents(arm: Arm, q: Floats) -> dict[int, tuple[str, Floats]]:

@@ -2,52 +2,57 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.frames import place_frames
+from lostmotion.mechanism.wrenches import wrenches_by_axis
 from lostmotion.parts.error_source import Holding
-from lostmotion.parts.joint import FixedJoint
-from lostmotion.spatial import cross, mapped, out_of
+from lostmotion.spatial import mapped, out_of
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.mechanism.tool import Payload
     from lostmotion.spatial import Floats
 
 _POSES: Final = 256
 
 
-def holdings(arm: Arm, at: Floats, process: Floats, least: float) -> tuple[Holding, ...]:
-    """Return the largest load that each joint holds at rest, under every tilt of the base, at these poses.
+def holdings(tree: Tree, limits: Floats, payload: Payload, gravity: float, least: float) -> tuple[Holding, ...]:
+    """Return the largest load that each joint holds at rest, moving or not, under every tilt of the base, at poses between the joints' limits.
 
-    at       frames of the arm's places (place, pose, 4, 4), m, in the base's axes
-    process  wrenches of the process force without gravity (place, pose, 6), each in its place's axes, N m and N
+    limits   (joint, 2) rad or m
+    gravity  size of the acceleration of free fall, m/s^2
     least    weight (N) that every joint holds at the arm's reach at least
 
     The weight and the moment of everything outboard of a joint are turned to where they load it most, and the process force adds to them.
     """
-    masses = arm.payload.mass, arm.tool.mass
-    tips = [at[-1, :, :3, 3] + out_of(at[-1], np.array(centre)) for centre in (arm.payload.centre_of_mass, arm.tool.centre_of_mass)]
-    mass, moved = sum(masses), sum(weight * tip for weight, tip in zip(masses, tips, strict=True))
-    start = next(3 * k + 1 for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint))
-    reach = max(float(np.linalg.norm(point - at[start, :, :3, 3], axis=-1).max()) for point in (at[-1, :, :3, 3], *tips))
+    at = place_frames(tree, spread_evenly(limits))
+    by_axis, process = wrenches_by_axis(tree, at, payload)
+    start = at[tree.places[tree.moved[0]].parent, :, :3, 3]
+    centres = [payload.centre_of_mass, *(weight.centre for weight in tree.weights if weight.at == len(at) - 1)]
+    ends = [at[-1, :, :3, 3] + out_of(at[-1], np.array(centre)) for centre in ((0.0, 0.0, 0.0), *centres)]
+    reach = max(float(np.linalg.norm(end - start, axis=-1).max()) for end in ends)
     out = []
-    for k, joint in reversed(list(enumerate(arm.joints))):
-        seat, here = at[3 * k + 1], at[3 * k + 2]
-        mass += joint.link.total_mass
-        moved = moved + joint.link.total_mass * (here[:, :3, 3] + out_of(here, np.asarray(joint.link.mass_centre, dtype=float)))
-        lever = moved - mass * here[:, :3, 3]
-        turning = joint.twist[:3].any()
-        hung = np.linalg.norm(cross(out_of(here, joint.twist[:3]), lever), axis=-1) if turning else np.full(len(lever), mass * joint.twist.any())
-        asked = np.abs(mapped(joint.twist, process[3 * k + 2])), *(np.linalg.norm(part, axis=-1) for part in np.split(process[3 * k + 2], 2, axis=-1))
-        load, moment, force = (
-            float((arm.gravity * weight + more).max())
-            for weight, more in zip((hung, np.linalg.norm(lever, axis=-1), np.full(len(lever), mass)), asked, strict=True)
-        )
-        out.append(Holding(max(load, least * (reach if turning else 1.0)), max(force, least), max(moment, least * reach)))
-        mass += joint.total_mass
-        moved = moved + joint.total_mass * (seat[:, :3, 3] + out_of(seat, np.array(joint.centre_of_mass)))
-    return tuple(reversed(out))
+    for _, moved, _ in tree.joints:
+        along, weights, pushed = tree.places[moved].twist, by_axis[:, moved], process[moved]
+        # The sizes that the worst direction of gravity asks: of the load along the joint, of the moment of a level lever, and of the weight itself.
+        load = np.linalg.norm([mapped(along, weight) for weight in weights], axis=0)
+        moment = np.linalg.norm(weights[..., :3], axis=(0, 2)) / math.sqrt(2)
+        force = np.linalg.norm(weights[..., 3:], axis=(0, 2)) / math.sqrt(3)
+        most = [
+            float((gravity * weight + more).max())
+            for weight, more in (
+                (load, np.abs(mapped(along, pushed))),
+                (force, np.linalg.norm(pushed[:, 3:], axis=1)),
+                (moment, np.linalg.norm(pushed[:, :3], axis=1)),
+            )
+        ]
+        floor = least * (reach if along[:3].any() else 1.0), least, least * reach
+        out.append(Holding(*map(max, most, floor)))
+    return tuple(out)
 
 
 def spread_evenly(limits: Floats) -> Floats:

@@ -13,7 +13,7 @@ from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts,
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _CHUNK: Final = 4096
@@ -156,8 +156,7 @@ def _on_bearings(arm: Arm, q: Floats) -> Floats:
     standing, process = wrenches(arm, q), wrenches(arm, q, gravity=np.zeros(3))
     by_axis = [wrenches(arm, q, gravity=axis * arm.gravity) - process for axis in np.eye(3)]
     out = np.empty((len(q), len(arm.moving), 3))
-    for k, joint in enumerate(arm.moving):
-        place = arm.places.index(joint.name)
+    for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
         gradient = np.stack([each[place, :, :3] @ across for each in by_axis], axis=1)
         out[:, k, 0] = np.linalg.norm(standing[place, :, :3] @ across, axis=1)

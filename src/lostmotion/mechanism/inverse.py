@@ -8,10 +8,9 @@ import numpy as np
 
 from lostmotion.mechanism.inverse_kernel import tool_and_levers
 from lostmotion.mechanism.serial import as_poses
-from lostmotion.parts.joint import FixedJoint
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # A pose counts as reached within these of it, m and rad: far below anything that an arm can do.
@@ -32,19 +31,22 @@ def jacobian(arm: Arm, q: Floats) -> Floats:
 
 def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     """Where is the tool, `frames(arm, q)[-1]` (pose, 4, 4) to rounding, and how does each joint move it, `jacobian(arm, q)`?"""
-    values = np.ascontiguousarray(as_poses(arm, q))
-    fixed, way = [], np.eye(4)
-    for seat, joint in zip(arm.seats, arm.joints, strict=True):
-        way = way @ seat
-        if not isinstance(joint, FixedJoint):
-            fixed.append(way)
-            way = np.eye(4)
-        way = way @ joint.link.tip_pose
-    fixed.append(way @ arm.tool.frame.pose)
-    twists = np.array([joint.twist for joint in arm.moving])
-    frame, levers = np.empty((len(values), 4, 4)), np.empty((len(values), 6, len(twists)))
-    tool_and_levers(values, np.array(fixed), twists[:, :3].copy(), twists[:, 3:].copy(), frame, levers)
-    return frame, levers
+    values = as_poses(arm, q)
+    fixed, step = [], np.eye(4)
+    for place in (arm.tree.places[number] for number in arm.tree.way[1:]):
+        if place.joint is None:
+            step = step @ place.pose
+        else:
+            fixed.append(step)
+            step = np.eye(4)
+    fixed.append(step)
+    drives = list(arm.tree.drives)
+    twists = np.array([arm.tree.places[arm.tree.moved[k]].twist for k in drives])
+    frame, levers = np.empty((len(values), 4, 4)), np.empty((len(values), 6, len(drives)))
+    tool_and_levers(np.ascontiguousarray(values[:, drives]), np.array(fixed), twists[:, :3].copy(), twists[:, 3:].copy(), frame, levers)
+    out = np.zeros((len(values), 6, values.shape[1]))
+    out[:, :, drives] = levers
+    return frame, out
 
 
 def apart(reached: Floats, wanted: Floats) -> Floats:

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.elastostatics import given, to_tool
+from lostmotion.mechanism.carry import carry
+from lostmotion.mechanism.elastostatics import given
 from lostmotion.mechanism.serial import conditions, frames
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import Condition, ErrorSource
     from lostmotion.spatial import Floats
 
@@ -122,10 +123,10 @@ def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
         acting = {OWN_WEIGHT: own} | {cause: replace(links[joint][2], gravity=np.zeros_like(felt.gravity)) for cause, links in felt_alone.items()}
         parts = {cause: twist for cause, one in acting.items() if (twist := given(source, one)) is not None}
         if parts:
-            carry, off = to_tool(at, place)[:, 3:], _off_the_line(at, place)
+            carried, off = carry(arm.tree, at, place)[:, 3:], _off_the_line(at, arm.tree.places[place].parent, place)
             out[joint] = _Bent(
                 {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},
-                {cause: np.einsum("pij,pj->pi", carry, twist) for cause, twist in parts.items()},
+                {cause: np.einsum("pij,pj->pi", carried, twist) for cause, twist in parts.items()},
             )
     return out
 
@@ -139,8 +140,8 @@ def _links(arm: Arm, q: Floats, at: Floats) -> dict[str, tuple[int, ErrorSource,
     }
 
 
-def _off_the_line(at: Floats, tip: int) -> Floats:
+def _off_the_line(at: Floats, joint: int, tip: int) -> Floats:
     """Which matrices (2 per pose, 3, 3) take out of a vector in the tip's axes what lies along the line from the joint to the tip?"""
-    line = np.einsum("pij,pi->pj", at[tip, :, :3, :3], at[tip, :, :3, 3] - at[tip - 1, :, :3, 3])
+    line = np.einsum("pij,pi->pj", at[tip, :, :3, :3], at[tip, :, :3, 3] - at[joint, :, :3, 3])
     line /= np.maximum(np.linalg.norm(line, axis=1), np.finfo(float).tiny)[:, None]
     return np.repeat(np.eye(3) - line[:, :, None] * line[:, None, :], 2, axis=0)

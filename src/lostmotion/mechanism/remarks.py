@@ -9,37 +9,47 @@ from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from collections.abc import Mapping, Sequence
+
+    from lostmotion.parts.error_source import Friction
+    from lostmotion.parts.joint import PrismaticJoint
+
+    Moving = Sequence[RevoluteJoint | PrismaticJoint]
 
 
-def remarks_on(arm: Arm) -> tuple[str, ...]:
-    """Return, in a sentence each, what encoders correct, rigid members, gearboxes without a rating, assumed friction, gearbox masses."""
-    return (*_corrected(arm), *_rigid_members(arm), *_unrated(arm), *_assumed_frictions(arm), *_masses_of_gearboxes(arm))
+def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], unweighed: Sequence[str]) -> tuple[str, ...]:
+    """Return, in a sentence each, what encoders correct, rigid members, gearboxes without a rating, assumed friction, gearbox masses.
+
+    moving     the joints that move
+    assumed    friction that is not stated, by names of joint and part
+    unweighed  models of gearboxes without a stated mass
+    """
+    return (*_corrected(moving), *_rigid_members(moving), *_unrated(moving), *_assumed_frictions(moving, assumed), *_masses(moving, unweighed))
 
 
-def _corrected(arm: Arm) -> tuple[str, ...]:
-    corrected = ", ".join(joint.name for joint in arm.moving if joint.corrected)
+def _corrected(moving: Moving) -> tuple[str, ...]:
+    corrected = ", ".join(joint.name for joint in moving if joint.corrected)
     said = "the controller corrects wind-up and backlash, except backlash that stays open under a load below the friction"
     return (f"encoder on the output of {corrected}: {said}",) if corrected else ()
 
 
-def _rigid_members(arm: Arm) -> tuple[str, ...]:
+def _rigid_members(moving: Moving) -> tuple[str, ...]:
     silent: dict[str, list[str]] = {}
-    for joint in arm.moving:
+    for joint in moving:
         if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
             silent.setdefault(joint.gearbox.rigid_said, []).append(joint.name)
     return tuple(f"gearbox of {', '.join(joints)}: not specified and taken as rigid: {rigid}" for rigid, joints in silent.items())
 
 
-def _unrated(arm: Arm) -> tuple[str, ...]:
-    unrated = ", ".join(joint.name for joint in arm.moving if joint.gearbox is not None and joint.gearbox.rated_torque is None)
+def _unrated(moving: Moving) -> tuple[str, ...]:
+    unrated = ", ".join(joint.name for joint in moving if joint.gearbox is not None and joint.gearbox.rated_torque is None)
     return (f"rated torque of the gearbox of {unrated}: not stated, so overload is not checked there",) if unrated else ()
 
 
-def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
+def _assumed_frictions(moving: Moving, assumed: Mapping[tuple[str, str], Friction]) -> tuple[str, ...]:
     grouped: dict[tuple[str, str, str], dict[str, str]] = {}
-    turning = [joint.name for joint in arm.joints if isinstance(joint, RevoluteJoint)]
-    for (joint, part), friction in arm.assumed_friction.items():
+    turning = [joint.name for joint in moving if isinstance(joint, RevoluteJoint)]
+    for (joint, part), friction in assumed.items():
         unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
         grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
     return tuple(
@@ -50,8 +60,8 @@ def _assumed_frictions(arm: Arm) -> tuple[str, ...]:
     )
 
 
-def _masses_of_gearboxes(arm: Arm) -> list[str]:
-    stated = [joint for joint in arm.moving if joint.gearbox is not None and joint.gearbox.mass]
+def _masses(moving: Moving, unweighed: Sequence[str]) -> list[str]:
+    stated = [joint for joint in moving if joint.gearbox is not None and joint.gearbox.mass]
     own = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is None and joint.gearbox is not None]
     within = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is not None and joint.gearbox is not None]
     notes = []
@@ -59,6 +69,6 @@ def _masses_of_gearboxes(arm: Arm) -> list[str]:
         notes.append(f"gearbox masses added at joints whose own mass is not stated: {', '.join(own)}")
     if within:
         notes.append(f"gearbox masses not added, because the stated mass of the joint or link includes them: {', '.join(within)}")
-    if arm.unweighed:
-        notes.append(f"mass of {', '.join(arm.unweighed)} not stated: counted as none")
+    if unweighed:
+        notes.append(f"mass of {', '.join(unweighed)} not stated: counted as none")
     return notes

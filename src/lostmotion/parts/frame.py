@@ -31,7 +31,7 @@ def _is_direction(stated: str | tuple[float, float, float]) -> str | tuple[float
 Direction = Annotated[Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float], AfterValidator(_is_direction)]
 
 
-class Place(Part):
+class Frame(Part):
     """A frame seen from the frame before: xyz, then roll, pitch, yaw about the fixed x, y, z axes (as in URDF)."""
 
     xyz: Vector = (0.0, 0.0, 0.0)

@@ -21,7 +21,7 @@ from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.error_source import AngleAmount, Condition, ErrorSource, Grouped, LengthAmount, Mass, Part, Term, limit_term
 from lostmotion.parts.gearbox.gearbox import AmountT, Loose, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
-from lostmotion.parts.link import Direction, ElasticLink, Link, Place, Vector, unit
+from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.provenance import Sourced
 from lostmotion.spatial import across
@@ -72,6 +72,13 @@ def _is_name(text: str) -> str:
 # Any name that a URDF may have: `joint_3.0`, `r2/fixed/waist`.
 Name = Annotated[str, Field(max_length=LONGEST_JOINT_NAME), AfterValidator(_is_name)]
 
+# The name of a place: "base", a joint's own, or that with ".seat" or ".tip" behind it.
+PlaceName = Annotated[
+    str,
+    Field(max_length=LONGEST_JOINT_NAME + len(".seat"), description="a place that comes before: base, or NAME.seat, NAME or NAME.tip of a joint"),
+    AfterValidator(_is_name),
+]
+
 
 class Mounting(Sourced, ErrorSource):
     """How exactly the joint's axis lies in the link before: ± tilt about, and ± offset along, the two directions across it."""
@@ -95,11 +102,14 @@ class Mounting(Sourced, ErrorSource):
 class _Joint(Sourced):
     """What every joint has, moving or not.
 
-    mass  of the joint unit, its gearbox included; it sits on the seat, at centre_of_mass. Left out: the gearbox's own mass, where it states one
+    after  name of the place that it stands on: "base", or NAME.seat, NAME or NAME.tip of a joint before. Left out: the tip of the joint before, the
+           base for the first joint
+    mass   of the joint unit, its gearbox included; it sits on the seat, at centre_of_mass. Left out: the gearbox's own mass, where it states one
     """
 
     name: Name
-    origin: Place = Place()
+    after: PlaceName | None = None
+    origin: Frame = Frame()
     mounting: Mounting | None = None
     mass: Mass | None = None
     centre_of_mass: Vector = (0.0, 0.0, 0.0)

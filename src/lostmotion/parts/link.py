@@ -12,7 +12,7 @@ from lostmotion.laws import beam
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.compliance import Compliance, Measured
 from lostmotion.parts.error_source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Term, limit_term, toleranced_terms
-from lostmotion.parts.frame import Direction, Place, Vector, unit
+from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
 from lostmotion.parts.profile import Section, beam_of, doubt_of_section
 from lostmotion.parts.provenance import Sourced
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 # What a link is described with stands in files of its own, and can be had from here.
-__all__ = ["Direction", "ElasticLink", "Link", "Material", "Place", "Rod", "Vector", "unit"]
+__all__ = ["Direction", "ElasticLink", "Frame", "Link", "Material", "Rod", "Vector", "unit"]
 
 
 class Link(Sourced):
@@ -45,7 +45,7 @@ class Link(Sourced):
     length: LengthDim = Toleranced(0.0)
     direction: Direction = "x"
     length_tolerance: LengthAmount = 0.0
-    tip: Place | None = None
+    tip: Frame | None = None
     section: Section | None = None
     material: Material | None = None
     compliance: Compliance | None = None

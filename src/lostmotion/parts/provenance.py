@@ -21,7 +21,7 @@ UPPER_LIMIT: Final = "maker's upper limit"
 DEFAULT: Final = "default"
 LONGEST_SOURCE: Final = 300
 # Keys that say what a part is or where its values come from: no values themselves.
-NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes"})
+NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes", "after"})
 
 Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
 

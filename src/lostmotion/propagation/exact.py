@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.draws import Stream, robot_draws, visit_draws
-from lostmotion.mechanism.serial import steps_of
+from lostmotion.mechanism.frames import steps_between
 from lostmotion.spatial import exp
 
 if TYPE_CHECKING:
@@ -87,9 +87,10 @@ def compose(matrix: Screws, rows: NDArray[np.int64], draws: Floats) -> Floats:
     Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
     errors' geometry at any size.
     """
-    places = np.unique(matrix.place)
+    # Errors on a branch beside the way to the tool do not move it.
+    places = [place for place in matrix.way if place in matrix.place]
     # From each place that moves to the next, and at last to the tool.
-    *steps, last = steps_of(matrix.at[[*places, -1]][:, rows])
+    *steps, last = steps_between(matrix.at[[*places, -1]][:, rows])
     local = matrix.local[rows]
     twists = np.empty((len(places), len(rows), draws.shape[2], 6))
     for twist, place in zip(twists, places, strict=True):

@@ -13,7 +13,7 @@ from lostmotion.errors import InputError, Problem
 from lostmotion.propagation.exact import FAILS, check, share_left_out
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 _POSES: Final = 16
 _ROBOTS: Final = 16

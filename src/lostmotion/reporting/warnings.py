@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 
 def overload_warnings(found: Iterable[Overload]) -> tuple[str, ...]:

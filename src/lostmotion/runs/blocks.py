@@ -20,7 +20,7 @@ from lostmotion.runs.stream import poses_between, steps_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 ZSTD_LEVEL: Final = 3

@@ -15,7 +15,7 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.runs.job import MOST_POSES
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Law
     from lostmotion.spatial import Floats
 

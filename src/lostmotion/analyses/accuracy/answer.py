@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic.analytic import Analytic
     from lostmotion.propagation.analytic.pooled import Pooled
     from lostmotion.propagation.montecarlo.montecarlo import Sampled

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.quantities import Amounts
     from lostmotion.error_model.budget import Budget, By, Cost
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 

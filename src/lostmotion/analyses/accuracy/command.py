@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.arguments import Approach, Zone
     from lostmotion.error_model.budget import Budget, Halving
     from lostmotion.error_model.pose_selection import InZone
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic.analytic import Analytic
     from lostmotion.propagation.analytic.pooled import Pooled
     from lostmotion.reporting.sheet import Sheet

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.pose_selection import InZone
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic.analytic import Analytic
     from lostmotion.propagation.analytic.pooled import Pooled
     from lostmotion.propagation.montecarlo.blocks import Device

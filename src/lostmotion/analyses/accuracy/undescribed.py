@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.workspace import Workspace
     from lostmotion.error_model.poses import PoseLaw, Poses
     from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque
-    from lostmotion.mechanism.serial import Arm
     from lostmotion.reporting.sheet import Lines, Sheet
 
 

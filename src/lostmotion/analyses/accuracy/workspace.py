@@ -11,7 +11,7 @@ from lostmotion.error_model.poses import PoseLaw, sample_poses
 from lostmotion.mechanism.serial import tool_points
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 SAMPLES: Final = 524_288

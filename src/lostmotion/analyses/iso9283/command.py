@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.warm_up import Drift, WarmUp
     from lostmotion.analyses.quantities import Amount, Amounts
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
 
@@ -169,7 +169,7 @@ def _cube(
     if side is not None and centre is not None:
         return given_cube(arm, np.asarray(centre, dtype=float), side, held)
     if visits is not None and (stated := commanded_cube(visits)) is not None:
-        turned = held if held is not None or len(arm.moving) < _HOLDS else stated[2]
+        turned = held if held is not None or len(arm.tree.drives) < _HOLDS else stated[2]
         cube = cube_at(arm, stated[0], stated[1], turned)
         if cube is None:
             raise refuse_commanded(arm, visits, stated[0], stated[1], turned)

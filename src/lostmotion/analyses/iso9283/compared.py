@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.measured import Measured, MeasuredLoad
     from lostmotion.analyses.iso9283.predicted import LoadSheet, Predicted
     from lostmotion.analyses.iso9283.visits import Visits
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # m, rad: commanded positions, and ways in which the tool is held, that differ by less are the same.

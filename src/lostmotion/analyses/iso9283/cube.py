@@ -20,7 +20,7 @@ from lostmotion.mechanism.serial import frames, tool_points
 from lostmotion.spatial import pose_of
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # Of half a side, from the middle; C1 to C8.
@@ -103,7 +103,7 @@ def given_cube(arm: Arm, centre: Floats, side: float, rotation: Floats | None = 
 
 def held_alike(arm: Arm) -> str:
     """Say how the tool is held all over a cube, where the arm has the joints to hold it."""
-    return ", held alike" if len(arm.moving) >= _FULL else ""
+    return ", held alike" if len(arm.tree.drives) >= _FULL else ""
 
 
 def cube_at(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube | None:
@@ -161,8 +161,8 @@ def checked(arm: Arm, cube: Candidate, resolution: float, text: str) -> Cube | N
 
 def refuse_flat(arm: Arm) -> None:
     """Raise InputError for an arm that cannot move its tool in space."""
-    if len(arm.moving) < SPACE:
-        raise refuse_argument("arm", f"{len(arm.moving)} moving joints", "at least three: a test cube is a body in space")
+    if len(arm.tree.drives) < SPACE:
+        raise refuse_argument("arm", f"{len(arm.tree.drives)} joints that move the tool", "at least three: a test cube is a body in space")
 
 
 def rotations_tried(arm: Arm, rotation: Floats | None) -> list[Floats | None]:
@@ -171,11 +171,11 @@ def rotations_tried(arm: Arm, rotation: Floats | None) -> list[Floats | None]:
     Raises InputError where an orientation is asked of an arm that cannot hold one.
     """
     if rotation is not None:
-        if len(arm.moving) < _FULL:
-            found = f"an orientation for {len(arm.moving)} joints"
+        if len(arm.tree.drives) < _FULL:
+            found = f"an orientation for {len(arm.tree.drives)} joints"
             raise refuse_argument("tool_rpy", found, "none: with fewer than six joints the orientation comes as it comes")
         return [np.asarray(rotation, dtype=float)]
-    if len(arm.moving) < _FULL:
+    if len(arm.tree.drives) < _FULL:
         return [None]
     return [_DOWN, _FORWARD, frames(arm, arm.limits.mean(axis=1)[None])[-1, 0, :3, :3]]
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lostmotion.analyses.iso9283.cube import Cube
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # Grid cells along the longest side of the workspace, at first and for the best that was found.
@@ -241,8 +241,8 @@ def _largest_at(reached: np.ndarray) -> np.ndarray:
 def _column(arm: Arm) -> Floats:
     """Give points along the line base - first moving joint - second one, with all joints in the middle of their ranges (point, 3)."""
     at = frames(arm, arm.limits.mean(axis=1)[None])
-    moving = [3 * k + 1 for k, joint in enumerate(arm.joints) if joint in arm.moving][:2]
-    line = np.vstack([np.zeros(3), at[moving, 0, :3, 3]])
+    moved = [arm.tree.moved[drive] for drive in arm.tree.drives[:2]]
+    line = np.vstack([np.zeros(3), at[[arm.tree.places[place].parent for place in moved], 0, :3, 3]])
     share = np.linspace(0.0, 1.0, _ALONG)[:, None]
     return np.vstack([a + share * (b - a) for a, b in itertools.pairwise(line)])
 

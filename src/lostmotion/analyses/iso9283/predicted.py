@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.error_model.pose_matrix import Screws
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
     from lostmotion.spatial import Floats
 

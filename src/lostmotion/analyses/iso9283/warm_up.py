@@ -16,7 +16,7 @@ from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.serial import frames
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # Of aluminium alloys for structures (EN 1999-1-1, 3.2.5), 1/K.
@@ -64,8 +64,9 @@ class Drift:
 def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
     """Where does the tool go (3,), m, when all links have grown at one pose q (joint,)? To first order: the sum of what each link grows."""
     at = frames(arm, q[None])[:, 0]
-    tips = sum((at[3 * k + 2, :3, :3] @ joint.link.tip_pose[:3, 3] for k, joint in enumerate(arm.joints)), start=np.zeros(3))
-    return np.asarray(warm_up.expansion * warm_up.rise * tips)
+    ends = (joint.tip for joint in arm.tree.joints if joint.tip in arm.tree.way)
+    links = sum((at[tip, :3, 3] - at[arm.tree.places[tip].parent, :3, 3] for tip in ends), start=np.zeros(3))
+    return np.asarray(warm_up.expansion * warm_up.rise * links)
 
 
 def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:

@@ -14,7 +14,7 @@ from lostmotion.parts.family import rounded, said
 from lostmotion.parts.section import Sized
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.family import Family
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.material import Material

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.sizing.target_study import Aimed
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
 

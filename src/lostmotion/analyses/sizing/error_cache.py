@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.normal_length import share_below
-from lostmotion.mechanism.carry_kernel import carry_to_tool
+from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import conditions, frames
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import Condition, ErrorSource, Friction
     from lostmotion.spatial import Floats
 
@@ -38,7 +38,7 @@ class Ledger:
         """Walk the arm out once: where every place is does not depend on the parts."""
         self.q = q
         self._at = frames(arm, q)
-        self._along = np.ascontiguousarray(self._at.transpose(0, 2, 3, 1))
+        self._tree = arm.tree
         self._known: OrderedDict[tuple[int, int, Friction | None, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
@@ -70,7 +70,7 @@ class Ledger:
         local = np.empty((6, len(terms), len(self.q)))
         for k, term in enumerate(terms):
             local[:, k] = np.atleast_2d(term.screw).T
-        shift = carry_to_tool(self._along, np.full(len(terms), place), local)[3:]
+        shift = tool_twists(self._tree, self._at, np.full(len(terms), place), local)[3:]
         design = np.array([term.level == "design" for term in terms])
         out[BIAS] = shift[:, design].sum(axis=1)
         drawn = shift[:, ~design]

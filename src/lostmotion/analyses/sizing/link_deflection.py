@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.mechanism.serial import frames, wrenches
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.link import ElasticLink
     from lostmotion.spatial import Floats
 
@@ -54,7 +54,7 @@ class LinkLoads:
     def of(cls, arm: Arm, joint: int, q: Floats, tilt: float | None) -> Self:
         """Which loads does everything outboard put on the link behind the joint number `joint` of `arm.joints`?"""
         blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
-        tip, now = 3 * joint + 3, arm.gravity_in_base
+        tip, now = arm.tree.joints[joint].tip, arm.gravity_in_base
         standing = np.concatenate([_load(arm, tip, block, now) for block in blocks])
         if tilt is None:
             return cls(standing, None, None, now, None)

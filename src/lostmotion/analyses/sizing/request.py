@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.sizing.candidates import Slot
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.io.validation_errors import Path as KeyPath
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
 
 TABLE: Final = "sizing"

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.sizing.candidates import Candidate, Slot, Worth
     from lostmotion.analyses.sizing.lightest import Limits
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
     from lostmotion.spatial import Floats
 
@@ -47,8 +47,6 @@ _EQUAL: Final = 1e-9
 _BETTER: Final = 1e-4
 _ROUNDS: Final = 100
 _FINER: Final = 3
-# Weights of one joint in `_weights`.
-_PER_JOINT: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +86,7 @@ class Search:
         self.foreseen = 0
         self._errors: dict[Choice, float] = {}
         self._joints: dict[tuple[tuple[int, int], ...], Joint] = {}
-        self._torques: dict[tuple[float, ...], Floats] = {}
+        self._torques: dict[tuple[tuple[float, ...], ...], Floats] = {}
         self._bent: dict[tuple[object, ...], float] = {}
 
     # ---- one allocation
@@ -173,7 +171,8 @@ class Search:
         for k, slot in enumerate(self.slots):
             if slot.what == "link":
                 at = next(n for n, joint in enumerate(arm.joints) if joint.name == slot.joint)
-                key = (k, choice[k], weights[_PER_JOINT * (at + 1) :])
+                carried = arm.tree.outboard(arm.tree.joints[at].tip)
+                key = (k, choice[k], tuple(weight for weight, places in zip(weights, arm.tree.joints, strict=True) if places.seat in carried))
                 if key not in self._bent:
                     joint = arm.joints[at]
                     task = Task(joint, LinkLoads.of(arm, at, self.worst_q, self.rules.tilt), limits)
@@ -379,12 +378,9 @@ def _log_ratio(first: float, second: float) -> float:
     )
 
 
-def _weights(arm: Arm) -> tuple[float, ...]:
-    """Give all of an arm's weights that an allocation may change, joint by joint."""
-    out: list[float] = []
-    for joint in arm.joints:
-        out += [joint.total_mass, joint.link.total_mass, *(float(x) for x in joint.link.mass_centre)]
-    return tuple(out)
+def _weights(arm: Arm) -> tuple[tuple[float, ...], ...]:
+    """Return for each joint the weights that an allocation may change: of the joint and of its link, and where the link's mass is."""
+    return tuple((joint.total_mass, joint.link.total_mass, *(float(x) for x in joint.link.mass_centre)) for joint in arm.joints)
 
 
 def _exchanged(choice: Choice, k: int, index: int) -> Choice:

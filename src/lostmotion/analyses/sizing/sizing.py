@@ -25,7 +25,7 @@ from lostmotion.mechanism.serial import as_poses
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.family import Family
     from lostmotion.parts.material import Material
     from lostmotion.parts.profile import Section
@@ -326,6 +326,7 @@ def _told(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt: floa
 def _relieved(arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names: list[str]) -> tuple[str, ...]:
     """Which sized links outboard bend this one, by their weight, against its whole bending at this pose?"""
     link = arm.joints[k].elastic_link
+    carried = arm.tree.outboard(arm.tree.joints[k].tip)
 
     def bends(some: Arm) -> Floats:
         loads = LinkLoads.of(some, k, q, math.pi)
@@ -335,7 +336,7 @@ def _relieved(arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names:
     out = []
     for name in names:
         at = _index(arm, name)
-        if at > k:
+        if arm.tree.joints[at].seat in carried:
             joint = arm.joints[at]
             weightless = joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})})
             without = arm.model_copy(update={"joints": (*arm.joints[:at], weightless, *arm.joints[at + 1 :])})

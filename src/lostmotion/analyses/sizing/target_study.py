@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.sizing.candidates import Candidate, Slot, Worth
     from lostmotion.error_model.budget import Halving
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 # The other targets of the trade-off, as shares of the one asked for, strict to loose.
 SCALES: Final = (0.8, 0.9, 1.1, 1.25, 1.5)

@@ -14,7 +14,7 @@ from lostmotion.spatial import cross
 
 if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _BLOCK: Final = 4096

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.runs.job import Law
     from lostmotion.runs.replay import Replay
@@ -58,7 +58,7 @@ def sweep(  # noqa: PLR0913 - a run is these numbers
     Raises InputError with every mistake in the files, for counts out of range, and where no scheduler answers; OutputExistsError where the folder
     holds anything else. Then nothing is written.
     """
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.execute import carry_out, check_workers, order
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import summarise

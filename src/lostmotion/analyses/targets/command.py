@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.targets.yield_ import Judged, Yield
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
 
@@ -145,7 +145,7 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
     """
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.analyses.targets.yield_ import production_of
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
     read = amounts({"target": target, "share": share}, {"target": LENGTH, "share": SHARE}, needed=True)
     value, of = read["target"], read["share"]

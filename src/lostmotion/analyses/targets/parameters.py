@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from lostmotion.error_model.pose_matrix import TermInfo
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 # "kind of part: name of the term" -> the cause, by the file's own word where it has one. First match counts.
 _CAUSES: Final = tuple(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.targets.metrics import Missed
     from lostmotion.error_model.pose_matrix import Screws
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 Kind = Literal["error", "repeatability"]

@@ -14,7 +14,7 @@ from lostmotion.propagation.analytic.analytic import analytic
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.reach import Progress
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 By = Literal["best", "mean", "worst"]

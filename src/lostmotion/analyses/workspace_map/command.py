@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.quantities import Amounts
     from lostmotion.analyses.workspace_map.map import Zones
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
 

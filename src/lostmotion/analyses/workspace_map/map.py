@@ -26,7 +26,7 @@ from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.reach import Progress
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 SAMPLED: Final = 131_072
@@ -213,7 +213,7 @@ def zones(
     cells = int(np.prod(shape))
     figures = by_cell(looked.errors, reached.cell, cells)
     # More joints than the point needs: a family of configurations without end, of which some are looked at.
-    family = len(arm.moving) > reached.grid.dimensions
+    family = len(arm.tree.drives) > reached.grid.dimensions
     ends = ends_by_cell(looked.errors, reached.cell, cells, family | ~reached.centre.ravel())
     shown = figures[QUANTILE, BYS.index(wish.by)]
     centre = _counted(reached)

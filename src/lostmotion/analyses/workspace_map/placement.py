@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.workspace_map.cells import Grid
     from lostmotion.analyses.workspace_map.reach import Reached
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 PLACES: Final = 3

@@ -10,11 +10,11 @@ import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE, by_cell
 from lostmotion.mechanism.serial import frames
-from lostmotion.parts.joint import FixedJoint, RevoluteJoint
+from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import Zones
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _TURN: Final = 2 * math.pi
@@ -45,9 +45,10 @@ def radial(found: Zones) -> Radial | None:
 
 def vertical_axis(arm: Arm) -> tuple[float, float] | None:
     """Where does the first axis stand (x, y; m) if it is vertical and turns through 360°? None where not."""
-    k, joint = next((k, joint) for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint))
+    first = arm.tree.drives[0]
+    joint = arm.moving[first]
     if not isinstance(joint, RevoluteJoint) or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):
         return None
-    here = frames(arm, arm.limits.mean(axis=1)[None])[3 * k + 2, 0]
+    here = frames(arm, arm.limits.mean(axis=1)[None])[arm.tree.moved[first], 0]
     direction = here[:3, :3] @ joint.twist[:3]
     return None if math.hypot(direction[0], direction[1]) > _PARALLEL else (float(here[0, 3]), float(here[1, 3]))

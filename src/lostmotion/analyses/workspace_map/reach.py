@@ -20,7 +20,7 @@ from lostmotion.mechanism.serial import tool_points
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
     Progress = Callable[[str, int, int], None]

@@ -17,7 +17,7 @@ from lostmotion.error_model.intervals import Estimate
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.reach import Progress, Reached
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # Points drawn, and poses sampled from which the tool is brought to them.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.pose_matrix import Screws
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 Device = Literal["cpu", "gpu"]

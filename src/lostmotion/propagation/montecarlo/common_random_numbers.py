@@ -14,7 +14,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _VISITS = 4

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.budget import By
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
 
 _POSES: Final = 512
 _ROBOTS: Final = 128

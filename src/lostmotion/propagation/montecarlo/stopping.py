@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.montecarlo.blocks import Device
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lostmotion.error_model.pose_matrix import TermInfo
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 STAGES: Final = ("as built", "calibrated", "load compensated", "both", "both, and each robot mapped")

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic.analytic import Analytic
     from lostmotion.propagation.analytic.pooled import Pooled
     from lostmotion.propagation.montecarlo.montecarlo import Sampled

@@ -20,7 +20,7 @@ from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, sev
 
 if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 # Of the errors without limits, how many are named.

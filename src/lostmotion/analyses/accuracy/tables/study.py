@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque
-    from lostmotion.mechanism.serial import Arm
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (

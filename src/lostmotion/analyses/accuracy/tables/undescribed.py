@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.accuracy.workspace import Workspace
     from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque
-    from lostmotion.mechanism.serial import Arm
 
 
 def undescribed_sheet(arm: Arm, poses: Poses, space: Workspace, worst: Sequence[HoldingTorque], lines: Lines | None = None) -> Sheet:

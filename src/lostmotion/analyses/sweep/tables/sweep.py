@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
     from lostmotion.io.sweep import Axis
-    from lostmotion.mechanism.serial import Arm
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome, Worst
 

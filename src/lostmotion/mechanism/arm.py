@@ -1,0 +1,168 @@
+"""The description of an arm: joints, links, base, tool and payload, and the places that they make."""
+
+from __future__ import annotations
+
+import functools
+from collections import Counter
+from typing import TYPE_CHECKING, Annotated, Final, Self
+
+import numpy as np
+from pydantic import Field, PrivateAttr, model_validator
+from pydantic_core import PydanticCustomError
+
+from lostmotion.errors import nearest, shown
+from lostmotion.mechanism.holding import holdings
+from lostmotion.mechanism.places import is_moved, misplaced, tree_of
+from lostmotion.mechanism.remarks import remarks_on
+from lostmotion.mechanism.tool import Payload, Tool
+from lostmotion.parts.base import Base
+from lostmotion.parts.error_source import Holding, Line, Part
+from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.parts.error_source import Friction
+    from lostmotion.spatial import Floats
+
+STANDARD_GRAVITY = 9.80665
+# Least mass that an arm counts as carrying where friction is assumed, kg.
+_LEAST_HELD: Final = 0.1
+LONGEST_NAME: Final = 80
+LONGEST_NOTE: Final = 300
+MOST_NOTES: Final = 200
+MOST_JOINTS: Final = 64
+
+
+class Arm(Part):
+    """A serial arm of any number of revolute, prismatic and fixed joints, from its base to its tool; branches may hang on it.
+
+    Places are listed in the order of the joints: "base", then for each joint NAME its seat "NAME.seat" (before the motion), "NAME" (after it) and
+    "NAME.tip" (the far end of its link), and last "tool". q has one value per moving joint, rad or m, in order.
+    """
+
+    name: Annotated[Line, Field(min_length=1, max_length=LONGEST_NAME)]
+    joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=MOST_JOINTS)]
+    base: Base = Base()
+    tool: Tool = Tool()
+    payload: Payload = Payload()
+    gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
+    notes: Annotated[tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)] = ()
+
+    _doubts: tuple[str, ...] = PrivateAttr(())
+
+    @model_validator(mode="after")
+    def _has_a_mechanism(self) -> Self:
+        twice = sorted(name for name, times in Counter(joint.name for joint in self.joints).items() if times > 1)
+        if twice:
+            expected, example = "a name of its own for every joint", f'name = "{twice[0]}2"'
+            raise _refusal(f"the joint name '{twice[0]}' more than once", expected, example)
+        if not self.moving:
+            raise _refusal("no joint that moves", "at least one revolute or prismatic joint", 'type = "revolute"')
+        wrong = misplaced(self.joints, self.tool)
+        if wrong:
+            (path, after, known), *others = wrong
+            near = nearest(after, known)
+            found = f"{' and '.join(shown(each) for each in (after, *(other.after for other in others)))}, not one place that comes before"
+            expected = '"base", or NAME.seat, NAME or NAME.tip of a joint that comes before'
+            raise _refusal(found, expected, f'after = "{near or known[-1]}"', near, path)
+        if not is_moved(self.joints, self.tool):
+            expected = "at least one moving joint between the base and the tool"
+            raise _refusal("a tool that no joint moves", expected, f'[tool] with after = "{self.moving[-1].name}.tip"', "", ("tool", "after"))
+        return self
+
+    @functools.cached_property
+    def moving(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
+        """Return the joints that q has values of."""
+        return tuple(joint for joint in self.joints if not isinstance(joint, FixedJoint))
+
+    @functools.cached_property
+    def tree(self) -> Tree:
+        """Return the places with their parents, and the weights on them."""
+        return tree_of(self.base.foot, self.joints, self.tool)
+
+    @functools.cached_property
+    def places(self) -> tuple[str, ...]:
+        """Return the names of the places, in the order of `frames` and `wrenches`."""
+        return tuple(place.name for place in self.tree.places)
+
+    @functools.cached_property
+    def limits(self) -> Floats:
+        """Return the range of every moving joint (joint, 2), rad or m."""
+        return np.array([joint.limits for joint in self.moving])
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return what makes the arm's own description doubtful, as its reader found: shown as warnings with every figure."""
+        return self._doubts
+
+    def with_doubts(self, doubts: Iterable[str]) -> Self:
+        """Return this arm with these doubts."""
+        out = self.model_copy()
+        out._doubts = tuple(doubts)  # noqa: SLF001 - of its own kind
+        return out
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return the notes, and what is not stated: springs of drawn gearboxes, friction, masses of gearboxes."""
+        return (*self.notes, *remarks_on(self.moving, self.assumed_friction, self.unweighed))
+
+    @functools.cached_property
+    def assumed_friction(self) -> dict[tuple[str, str], Friction]:
+        """Give the friction that parts with a play are taken to have where none is stated, and why so much: by names of joint and part, N m or N."""
+        out = {}
+        for k, joint in enumerate(self.joints):
+            for name, source in joint.sources.items():
+                friction = source.play_friction(functools.partial(self.holding, k))
+                if friction is not None and friction.reason:
+                    out[joint.name, name] = friction
+        return out
+
+    def holding(self, joint: int) -> Holding:
+        """Return the most that a joint, by its number in `joints`, holds at rest, in any pose and on any slope: what assumed friction is measured by.
+
+        Exact over slopes; over poses the largest of 256 that are spread evenly between the joints' limits. Never less than 0.1 kg at the arm's reach
+        asks for, so that an axis through every centre of mass, or an arm whose file states no mass, has friction all the same: that of 2 g there,
+        less than any drive that carries a tool. No study's poses or seed, and no tilt of the base, changes it.
+        """
+        return self._holdings[joint]
+
+    @functools.cached_property
+    def _holdings(self) -> tuple[Holding, ...]:
+        return holdings(self.tree, self.limits, self.payload, self.gravity, _LEAST_HELD * STANDARD_GRAVITY)
+
+    def carrying(self, payload: Payload) -> Self:
+        """Return the arm with another payload and the drives that it has, so with the friction that is assumed of them under its own payload."""
+        other = self.model_copy(update={"payload": payload})
+        other.__dict__["_holdings"] = self._holdings
+        return other
+
+    @property
+    def mass(self) -> float:
+        """Return the mass (kg) of joints, gearboxes, links and tool as far as it is stated; the payload is not part of it."""
+        return sum(joint.total_mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
+
+    @property
+    def unweighed(self) -> tuple[str, ...]:
+        """Return the models of gearboxes whose mass nobody states, neither of the gearbox nor of its joint: they weigh nothing."""
+        found = [joint.gearbox for joint in self.moving if joint.gearbox is not None and joint.mass is None and joint.gearbox.mass is None]
+        return tuple(dict.fromkeys(gearbox.model for gearbox in found if gearbox.model))
+
+    @property
+    def gravity_in_base(self) -> Floats:
+        """Give the acceleration of free fall (3,) in the base's axes, its nominal tilt included."""
+        return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))
+
+    def __repr__(self) -> str:
+        """Tell the arm in a line."""
+        kinds = "".join("F" if isinstance(j, FixedJoint) else "P" if isinstance(j, PrismaticJoint) else "R" for j in self.joints)
+        weighs = self.mass
+        return f"<Arm '{self.name}': {kinds}, {weighs:.3g} kg, payload {self.payload.mass:g} kg>"
+
+    __str__ = __repr__
+
+
+def _refusal(found: str, expected: str, example: str, near: str = "", path: tuple[str | int, ...] = ()) -> PydanticCustomError:
+    return PydanticCustomError("names", "{why}", {"why": found, "expected": expected, "example": example, "near": near, "path": path})

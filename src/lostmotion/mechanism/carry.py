@@ -1,0 +1,51 @@
+"""Carry matrices: the tool's twist per twist at a place. Every error and every deflection reaches the tool through them."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.spatial import cross
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.spatial import Floats
+
+
+def carry(tree: Tree, at: Floats, place: int) -> Floats:
+    """Return the twist of the tool about the tool point, in the base's axes, per twist at a place in its own axes: (pose, 6, 6).
+
+    at (place, pose, 4, 4) frames of the places, m. Zero for a place that does not carry the tool. The transpose is the wrench at the place per wrench
+    on the tool (virtual work). Source: adjoint map, K. Lynch, F. Park, Modern Robotics, 2017, 3.3.
+    """
+    out = np.zeros((6, 6, at.shape[1]))  # poses lie innermost in memory
+    if place in tree.way:
+        axes = at[place].transpose(1, 2, 0)[:3, :3]
+        out[:3, :3] = out[3:, 3:] = axes
+        to_tool = at[-1, :, :3, 3] - at[place, :, :3, 3]
+        for column in range(3):
+            out[3:, column] = cross(axes[:, column].T, to_tool).T
+    return out.transpose(2, 0, 1)
+
+
+def tool_twists(tree: Tree, at: Floats, place: np.ndarray, local: Floats) -> Floats:
+    """Return the tool's twists (6, term, pose), rad and m, about the tool point in the base's axes, for twists `local` (6, term, pose).
+
+    place (term,) is the number of the place whose axes each local twist is in. The sum runs in one order, whatever the number of poses, and only over
+    components of a twist that are not zero at all poses.
+    """
+    out = np.zeros_like(local)
+    filled = np.asarray(local.any(axis=2))
+    first = 0
+    for number, group in itertools.groupby(place.tolist()):
+        matrix = carry(tree, at, number).transpose(1, 2, 0)
+        turns = np.asarray(matrix[:3].any(axis=(0, 2)))
+        last = first + sum(1 for _ in group)
+        for k in range(first, last):
+            for j in np.flatnonzero(filled[:, k]):
+                rows = slice(0 if turns[j] else 3, 6)
+                out[rows, k] += matrix[rows, j] * local[j, k]
+        first = last
+    return out

@@ -1,0 +1,163 @@
+"""Places of a mechanism: frames with parents, and the masses on them."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from lostmotion.parts.joint import FixedJoint
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.mechanism.tool import Tool
+    from lostmotion.parts.joint import Joint
+    from lostmotion.spatial import Floats
+
+
+# Of a joint's three places, behind its name: before its motion, after it, and the far end of its link.
+_ENDS: Final = (".seat", "", ".tip")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A frame of the mechanism.
+
+    parent  number of the place that it is fixed to, or moves against; -1 for the base
+    pose    (4, 4) m, seen from the parent, of a frame that is fixed
+    joint   number of the joint that moves the frame against its parent, which is its column in q; None for a fixed frame
+    twist   (6,) unit motion of that joint
+    """
+
+    name: str
+    parent: int
+    pose: Floats = field(default_factory=functools.partial(np.eye, 4))
+    joint: int | None = None
+    twist: Floats = field(default_factory=functools.partial(np.zeros, 6))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weight:
+    """A mass (kg) with its centre (3,), m, in the frame of place `at`; it loads place `on` and all places inboard of that."""
+
+    at: int
+    on: int
+    mass: float
+    centre: Floats
+
+
+class JointPlaces(NamedTuple):
+    """Numbers of the three places of a joint: its seat before the motion, the frame after it, and the far end of its link."""
+
+    seat: int
+    moved: int
+    tip: int
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """The places of an arm and what they weigh.
+
+    places   the base is place 0, a parent has a lower number than its children, and the tool is the last place
+    weights  of joints, links and the tool; the payload is not among them
+    joints   the places of each joint, moving or not, in the order of the arm's joints
+    """
+
+    places: tuple[Place, ...]
+    weights: tuple[Weight, ...]
+    joints: tuple[JointPlaces, ...]
+
+    @functools.cached_property
+    def way(self) -> tuple[int, ...]:
+        """Return the numbers of the places on the way from the base to the tool."""
+        out = [len(self.places) - 1]
+        while out[-1]:
+            out.append(self.places[out[-1]].parent)
+        return tuple(reversed(out))
+
+    @functools.cached_property
+    def moved(self) -> tuple[int, ...]:
+        """Return the number of the place that each moving joint moves, in the order of q."""
+        return tuple(number for number, place in enumerate(self.places) if place.joint is not None)
+
+    @functools.cached_property
+    def drives(self) -> tuple[int, ...]:
+        """Return the numbers of the joints that move the tool, which are their columns in q."""
+        return tuple(joint for number in self.way if (joint := self.places[number].joint) is not None)
+
+    def outboard(self, place: int) -> frozenset[int]:
+        """Return the numbers of a place and of all places that it carries."""
+        out = {place}
+        for k in range(place + 1, len(self.places)):
+            if self.places[k].parent in out:
+                out.add(k)
+        return frozenset(out)
+
+
+class Misplaced(NamedTuple):
+    """An `after` that names no place: the path of the key, what it says, and the names that it may say."""
+
+    path: tuple[str | int, ...]
+    after: str
+    known: tuple[str, ...]
+
+
+def misplaced(joints: Sequence[Joint], tool: Tool) -> list[Misplaced]:
+    """Return each `after` of joints and tool that does not name exactly one place that comes before."""
+    out, known = [], ["base"]
+    for k, joint in enumerate(joints):
+        if joint.after is not None and known.count(joint.after) != 1:
+            out.append(Misplaced(("joints", k, "after"), joint.after, tuple(known)))
+        known += [f"{joint.name}{end}" for end in _ENDS]
+    if tool.after is not None and known.count(tool.after) != 1:
+        out.append(Misplaced(("tool", "after"), tool.after, tuple(known)))
+    return out
+
+
+def is_moved(joints: Sequence[Joint], tool: Tool) -> bool:
+    """Return whether a moving joint stands between the base and the tool. Every `after` must name a place that comes before."""
+    number = {f"{joint.name}{end}": k for k, joint in enumerate(joints) for end in _ENDS}
+    after = tool.after or f"{joints[-1].name}.tip"
+    while after != "base":
+        k = number[after]
+        if not isinstance(joints[k], FixedJoint) and after != f"{joints[k].name}.seat":
+            return True
+        after = joints[k].after or (f"{joints[k - 1].name}.tip" if k else "base")
+    return False
+
+
+def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
+    """Return the places of joints that stand on one another, and of the tool.
+
+    foot (4, 4) m: where the arm stands, seen from the base. A joint without `after` stands on the tip of the joint before, the first one on the base;
+    a tool without `after` on the last joint's tip. Raises KeyError where `after` names no place that comes before.
+    """
+    places, weights, units = [Place("base", -1)], [], []
+    number = {"base": 0}
+
+    def add(place: Place) -> int:
+        number.setdefault(place.name, len(places))
+        places.append(place)
+        return len(places) - 1
+
+    end = column = 0
+    for joint in joints:
+        on = end if joint.after is None else number[joint.after]
+        seat = add(Place(f"{joint.name}.seat", on, joint.origin.pose if on else foot @ joint.origin.pose))
+        if isinstance(joint, FixedJoint):
+            moved = add(Place(joint.name, seat))
+        else:
+            moved = add(Place(joint.name, seat, joint=column, twist=joint.twist))
+            column += 1
+        end = add(Place(f"{joint.name}.tip", moved, joint.link.tip_pose))
+        units.append(JointPlaces(seat, moved, end))
+        # The housing sits on the seat: it loads what the joint stands on, not the joint's own bearing.
+        weights.append(Weight(seat, on, joint.total_mass, np.array(joint.centre_of_mass)))
+        weights.append(Weight(moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)))
+    on = end if tool.after is None else number[tool.after]
+    last = add(Place("tool", on, tool.frame.pose if on else foot @ tool.frame.pose))
+    weights.append(Weight(last, last, tool.mass, np.array(tool.centre_of_mass)))
+    return Tree(tuple(places), tuple(weight for weight in weights if weight.mass), tuple(units))

@@ -1,0 +1,65 @@
+"""Static wrenches on the places: one pass from the outermost place to the base."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.mechanism.places import Weight
+from lostmotion.spatial import cross, out_of
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.mechanism.tool import Payload
+    from lostmotion.spatial import Floats
+
+_NONE: Final = (0.0, 0.0, 0.0)
+
+
+def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) -> Floats:
+    """Return what everything outboard puts on each place (place, pose, 6) in the place's own frame, N m and N.
+
+    at (place, pose, 4, 4) frames of the places; gravity (3,) m/s^2, both in the base's axes. Each place takes the weights on it and what its
+    children take; the payload's process force and moment act on the tool, in its axes.
+    """
+    tool = len(at) - 1
+    weights: dict[int, list[Weight]] = {}
+    for weight in (Weight(tool, tool, payload.mass, np.array(payload.centre_of_mass)), *tree.weights):
+        if weight.mass:
+            weights.setdefault(weight.on, []).append(weight)
+    force, moment = np.zeros((2, len(at), 3, at.shape[1])).transpose(0, 1, 3, 2)
+    if not (weights or any(payload.force) or any(payload.moment)):  # an arm of lumped errors
+        return _about_places(at, force, moment)
+
+    def push(place: int, point: Floats, pull: Floats) -> None:
+        force[place] += pull
+        moment[place] += cross(point, pull)
+
+    for k in range(tool, -1, -1):
+        for weight in weights.get(k, ()):
+            push(k, at[weight.at][:, :3, 3] + out_of(at[weight.at], weight.centre), weight.mass * gravity)
+        if k == tool and any(payload.force):
+            push(k, at[k][:, :3, 3], out_of(at[k], np.array(payload.force)))
+        if k == tool and any(payload.moment):
+            moment[k] += out_of(at[k], np.array(payload.moment))
+        if k:
+            parent = tree.places[k].parent
+            force[parent] += force[k]
+            moment[parent] += moment[k]
+    return _about_places(at, force, moment)
+
+
+def _about_places(at: Floats, forces: Floats, moments: Floats) -> Floats:
+    """Return wrenches (place, pose, 6) about each place's origin, in its axes, for forces and moments about the base's origin, in its axes."""
+    out = np.zeros((len(at), 6, at.shape[1])).transpose(0, 2, 1)
+    for vector, here in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
+        for j in range(3):
+            here[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
+    return out
+
+
+def wrenches_by_axis(tree: Tree, at: Floats, payload: Payload) -> tuple[Floats, Floats]:
+    """Return the wrenches of all weights per m/s^2 of gravity along each axis of the base (3, place, pose, 6), and those of the process force."""
+    hanging = payload.model_copy(update={"force": _NONE, "moment": _NONE})
+    return np.stack([place_wrenches(tree, at, hanging, axis) for axis in np.eye(3)]), place_wrenches(tree, at, payload, np.zeros(3))

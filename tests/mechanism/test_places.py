@@ -1,0 +1,220 @@
+"""Places with parents: frames, wrenches and carry matrices on arms with branches, from first principles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.carry import carry
+from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
+from lostmotion.mechanism.tool import Payload
+from lostmotion.parts.base import Base
+from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
+from lostmotion.spatial import exp, log, pose_of, shift
+
+ENDS = (".seat", "", ".tip")
+GRAVITY = 9.80665
+
+
+def vector(rng: np.random.Generator, size: float = 0.4) -> tuple[float, ...]:
+    """Draw three numbers within ± size."""
+    return tuple(map(float, rng.uniform(-size, size, 3)))
+
+
+def random_tree(rng: np.random.Generator) -> Arm:
+    """Draw an arm of 3 to 9 joints of all kinds, about half of which stand on any place before them; the tool hangs on the last joint."""
+    joints: list[RevoluteJoint | PrismaticJoint | FixedJoint] = []
+    names = ["base"]
+    for k in range(int(rng.integers(3, 10))):
+        kind = rng.choice(["revolute", "prismatic", "fixed"], p=[0.6, 0.2, 0.2])
+        fields = {
+            "name": f"J{k}",
+            "after": str(rng.choice(names)) if rng.random() < 0.5 else None,
+            "origin": {"xyz": vector(rng), "rpy": vector(rng, 3)},
+            "mass": rng.uniform(0, 3),
+            "centre_of_mass": vector(rng, 0.1),
+            "link": {"tip": {"xyz": vector(rng), "rpy": vector(rng, 3)}, "mass": rng.uniform(0, 5), "centre_of_mass": vector(rng)},
+        }
+        moving = {"axis": vector(rng), "limits": (-1, 1), "lumped": {"angle": 1e-3} if kind == "revolute" else None}
+        if kind == "fixed":
+            joints.append(FixedJoint(**fields))
+        else:
+            joints.append((RevoluteJoint if kind == "revolute" else PrismaticJoint)(**fields, **moving))
+        names += [f"J{k}{end}" for end in ENDS]
+    if not any(joint.type != "fixed" for joint in joints[-1:]):
+        joints.append(RevoluteJoint(name="last", limits=(-1, 1), after=str(rng.choice(names))))
+    return Arm(
+        name="tree",
+        joints=joints,
+        base=Base(roll=rng.uniform(-1, 1), pitch=rng.uniform(-1, 1), xyz=vector(rng), rpy=vector(rng, 3)),
+        tool={"frame": {"xyz": vector(rng), "rpy": vector(rng, 3)}, "mass": rng.uniform(0, 2), "centre_of_mass": vector(rng)},
+        payload={"mass": rng.uniform(0, 10), "centre_of_mass": vector(rng)},
+    )
+
+
+def by_hand(arm: Arm, q: np.ndarray) -> dict[str, np.ndarray]:
+    """Multiply out where every place of an arm is at one pose q (joint,), each from the place that it names."""
+    at = {"base": np.eye(4)}
+    value, last = iter(q), "base"
+
+    def stand(after: str | None, frame: np.ndarray) -> np.ndarray:
+        on = after or last
+        return at[on] @ (arm.base.foot if on == "base" else np.eye(4)) @ frame
+
+    for joint in arm.joints:
+        at[f"{joint.name}.seat"] = stand(joint.after, pose_of(joint.origin.xyz, joint.origin.rpy))
+        at[joint.name] = at[f"{joint.name}.seat"] @ (np.eye(4) if joint.type == "fixed" else exp(joint.twist * next(value)))
+        last = f"{joint.name}.tip"
+        at[last] = at[joint.name] @ joint.link.tip_pose
+    at["tool"] = stand(arm.tool.after, arm.tool.frame.pose)
+    return at
+
+
+def height_energy(arm: Arm, q: np.ndarray) -> float:
+    """Return the potential energy (J) of all masses of an arm at one pose q (joint,): the arm's own description, no tree."""
+    at, gravity = by_hand(arm, q), arm.gravity_in_base
+    masses = [("tool", arm.tool.mass, arm.tool.centre_of_mass), ("tool", arm.payload.mass, arm.payload.centre_of_mass)]
+    for joint in arm.joints:
+        masses += [(f"{joint.name}.seat", joint.total_mass, joint.centre_of_mass), (joint.name, joint.link.total_mass, joint.link.mass_centre)]
+    return -sum(mass * gravity @ (at[place] @ [*centre, 1.0])[:3] for place, mass, centre in masses)
+
+
+def slopes(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """Differentiate the potential energy by every joint value, by differences of two widths (Richardson)."""
+
+    def central(k: int, width: float) -> float:
+        step = width * np.eye(len(q))[k]
+        return (height_energy(arm, q + step) - height_energy(arm, q - step)) / (2 * width)
+
+    return np.array([(4 * central(k, 5e-4) - central(k, 1e-3)) / 3 for k in range(len(q))])
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_every_place_stands_on_the_place_that_it_names(seed: int):
+    """Frames of an arm with branches are the products of poses along each place's own way from the base."""
+    rng = np.random.default_rng(seed)
+    arm = random_tree(rng)
+    q = rng.uniform(-1, 1, (3, len(arm.moving)))
+    at = frames(arm, q)
+    for k, each in enumerate(q):
+        expected = by_hand(arm, each)
+        np.testing.assert_allclose(at[:, k], [expected[name] for name in arm.places], atol=1e-13)
+    np.testing.assert_allclose(tool_points(arm, q), at[-1, :, :3, 3], atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_drives_hold_the_slope_of_the_potential_energy(seed: int):
+    """The holding torque of each drive is the potential energy that its joint would gain per radian, branches included (virtual work)."""
+    rng = np.random.default_rng(seed)
+    arm = random_tree(rng)
+    q = rng.uniform(-1, 1, len(arm.moving))
+    torques = joint_torques(arm, q)[0]
+    np.testing.assert_allclose(torques, slopes(arm, q), atol=1e-10 * max(1.0, np.abs(torques).max()))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_carry_matrix_transposed_gives_the_wrench_of_a_load_on_the_tool(seed: int):
+    """A wrench on the tool loads each place by its carry matrix transposed, and leaves places that do not carry the tool alone."""
+    rng = np.random.default_rng(seed)
+    arm = random_tree(rng)
+    q = rng.uniform(-1, 1, (3, len(arm.moving)))
+    at = frames(arm, q)
+    moment, force = rng.uniform(-50, 50, (2, 3))
+    felt = wrenches(arm, q, Payload(moment=tuple(moment), force=tuple(force)), gravity=np.zeros(3))
+    turned = at[-1, :, :3, :3]
+    load = np.concatenate([turned @ moment, turned @ force], axis=1)
+    for k in range(len(arm.places)):
+        np.testing.assert_allclose(np.einsum("pji,pj->pi", carry(arm.tree, at, k), load), felt[k], atol=3e-15 * 100)
+        assert (k in arm.tree.way) == bool(carry(arm.tree, at, k).any())
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(seed: int):
+    """When a place turns and shifts a little, the tool moves by its carry matrix times that, and not at all from a branch beside it."""
+    rng = np.random.default_rng(seed)
+    arm = random_tree(rng)
+    q = rng.uniform(-1, 1, len(arm.moving))
+    at = frames(arm, q)
+    small = 1e-5 * rng.uniform(-1, 1, 6)
+    back = shift(*-at[-1, 0, :3, 3])
+    for k in range(len(arm.places)):
+        here = at[k, 0]
+        there, again = (here @ exp(sign * small) @ np.linalg.inv(here) @ at[-1, 0] for sign in (1, -1))
+        moved = (log(back @ there @ np.linalg.inv(back @ at[-1, 0])) - log(back @ again @ np.linalg.inv(back @ at[-1, 0]))) / 2
+        expected = moved if k in arm.tree.way else np.zeros(6)
+        np.testing.assert_allclose(carry(arm.tree, at, k)[0] @ small, expected, atol=1e-13)
+
+
+def lifter(**counterweight: object) -> Arm:
+    """Give an arm of three turning joints with a counterweight of 27 kg behind the elbow; the wrist stands on the forearm's tip."""
+    gearbox = {"ratio": 100, "stiffness": 1e5, "backlash": "1 arcmin"}
+    common = {"limits": (-3, 3), "axis": "-y", "lumped": {"angle": 1e-4}}
+    joints = [
+        RevoluteJoint(name="shoulder", link={"length": 0.5, "mass": 4.0}, **common),
+        RevoluteJoint(name="elbow", link={"length": 0.4, "mass": 3.0}, **common),
+        RevoluteJoint(name="wrist", link={"length": 0.1, "mass": 1.0}, **common),
+    ]
+    del gearbox
+    if counterweight:
+        arm_behind = {"tip": {"xyz": (-0.3, 0.0, 0.1)}, "length_tolerance": 1e-4, "mass": 27.0, "centre_of_mass": (-0.3, 0.02, 0.1)}
+        joints[2:2] = [RevoluteJoint(name="weight", after="elbow", link=arm_behind, **common)]
+        joints[3] = joints[3].model_copy(update={"after": "elbow.tip"})
+    return Arm(name="lifter", joints=joints, payload={"mass": 2.0})
+
+
+def test_a_counterweight_loads_what_carries_it_and_never_moves_the_tool():
+    """A branch of 27 kg on the elbow pulls by 264.78 N on all places inboard and on none outboard; its own errors move the tool by exactly zero."""
+    without, arm = lifter(), lifter(counterweight=True)
+    rng = np.random.default_rng(3)
+    q = rng.uniform(-2, 2, (20, 4))
+    before, after = wrenches(without, q[:, [0, 1, 3]]), wrenches(arm, q)
+    grown = {
+        name: np.linalg.norm(after[arm.places.index(name), :, 3:], axis=1) - np.linalg.norm(before[k, :, 3:], axis=1)
+        for k, name in enumerate(without.places)
+    }
+    for name, more in grown.items():
+        expected = 27 * GRAVITY if name in ("base", "shoulder.seat", "shoulder", "shoulder.tip", "elbow.seat", "elbow") else 0.0
+        np.testing.assert_allclose(more, expected, atol=1e-10, err_msg=name)
+    for each in q:
+        np.testing.assert_allclose(joint_torques(arm, each)[0], slopes(arm, each), atol=1e-8)
+    matrix = screws(arm, q)
+    beside = np.array([info.owner.startswith("joints.weight") for info in matrix.infos])
+    assert beside.any()
+    assert not matrix.tool[:, :, beside].any()
+    assert matrix.local[:, :, beside].any()
+
+
+def test_the_ways_and_what_hangs_on_a_place_are_known():
+    """The way to the tool leaves out branches, and what a place carries includes them."""
+    arm = lifter(counterweight=True)
+    way = [arm.places[k] for k in arm.tree.way]
+    assert way == [
+        "base",
+        *(f"{name}{end}" for name in ("shoulder", "elbow", "wrist") for end in ENDS),
+        "tool",
+    ]
+    assert {arm.places[k] for k in arm.tree.outboard(arm.places.index("elbow"))} == {
+        "elbow", "elbow.tip", "tool", *(f"{name}{end}" for name in ("weight", "wrist") for end in ENDS),
+    }  # fmt: skip
+
+
+def test_an_arm_that_names_a_place_it_does_not_have_is_refused():
+    """A joint stands on a place that comes before it, under a name that means one place alone."""
+    joint = {"type": "revolute", "limits": (-1, 1)}
+    cases = {
+        "tipp": [{"name": "A", **joint}, {"name": "B", "after": "A.tipp", **joint}],
+        "later": [{"name": "A", "after": "B.tip", **joint}, {"name": "B", **joint}],
+        "its own": [{"name": "A", "after": "A.seat", **joint}],
+        "of two meanings": [{"name": "A", **joint}, {"name": "A.tip", **joint}, {"name": "C", "after": "A.tip", **joint}],
+    }
+    for name, joints in cases.items():
+        with pytest.raises(ValidationError, match="not one place that comes before"):
+            Arm(name=name, joints=joints)
+    with pytest.raises(ValidationError, match="no joint moves"):
+        Arm(name="still", joints=[{"name": "A", **joint}], tool={"after": "base"})
+    assert math.isclose(Arm(name="last", joints=[{"name": "A", **joint}], tool={"after": "A"}).tree.way[-1], 4)
