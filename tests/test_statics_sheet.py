@@ -1,4 +1,4 @@
-"""The sheet of an arm that stands still: what is printed, drawn and written."""
+"""Sheet, plots and files of an arm at rest."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def ran(*words, cwd):
 
 @pytest.fixture(scope="module")
 def found():
-    """Survey the paper's arm once."""
+    """Return the survey of the paper's arm."""
     arm = lostmotion.read(Z_ARM)
     return survey(arm, lostmotion.sample_poses(arm, 256), TILT)
 
 
-def test_the_sheet_says_what_the_joints_hold(found):
-    """Torques on the sheet are those of the arm at the poses it names, and causes add up to them."""
+def test_torques_on_the_sheet_are_those_of_the_arm(found):
+    """Torques on the sheet are those of the arm at the stated poses, and the causes add up to them."""
     sheet = statics_sheet(found)
-    for k, node in enumerate(found.nodes):
+    for k, node in enumerate(found.joint_loads):
         standing, tilted, anyhow = find_row(sheet.sections, "torques", node.joint).figures
         assert standing.value == pytest.approx(joint_torques(found.arm, found.poses.q[node.standing.index])[0, k], abs=1e-9)
         assert abs(standing.value) <= tilted.value * (1 + 1e-9) + 1e-9
@@ -54,63 +54,63 @@ def test_the_sheet_says_what_the_joints_hold(found):
         assert whole > 0
 
 
-def test_reducers_named_carry_the_torque_and_the_others_are_counted(found):
-    """Every reducer that the sheet counts is rated for the torque needed; the rows without a rated torque are said."""
+def test_suitable_reducers_are_rated_for_the_torque(found):
+    """Every reducer that the sheet counts is rated for the required torque; rows without a rated torque are counted separately."""
     sheet = statics_sheet(found)
     rated = [figures_of(row)["rated torque"] for row in gearboxes()]
     section = next(section for section in sheet.sections if section.key == "reducers")
-    for node, row in zip(found.nodes, section.rows, strict=True):
+    for node, row in zip(found.joint_loads, section.rows, strict=True):
         enough = sum(torque >= abs(node.needed.value) for torque in rated)
         assert row.note.startswith(f"{enough} in the catalogue")
         assert row.figures[0].value == abs(node.tilted.value)
-    assert f"{sum(math.isnan(torque) for torque in rated)} rows state no rated torque" in section.note
+    assert f"{sum(math.isnan(torque) for torque in rated)} rows without a rated torque are excluded" in section.note
 
 
-def test_a_reducer_too_weak_is_said():
-    """A joint whose own reducer is rated below what it holds is told so, as is a load that nothing in the catalogue carries, and a slide."""
+def test_a_reducer_below_the_holding_torque_is_reported():
+    """The sheet reports a reducer rated below its holding torque, a load beyond the catalogue, and a prismatic joint."""
     joints = [
         PrismaticJoint(name="lift", limits=(0, 1)),
         RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 2.0}, gearbox={"rated_torque": 10.0, "stiffness": 1e5}),
     ]
     arm = Arm(name="heavy", joints=joints, payload={"mass": 2000.0})
     sheet = statics_sheet(survey(arm, lostmotion.sample_poses(arm, 16)))
-    assert find_row(sheet.sections, "reducers", "A").note == "the one stated is too weak; none in the catalogue is rated for it"
-    assert find_row(sheet.sections, "reducers", "lift").note.startswith("slides")
+    assert find_row(sheet.sections, "reducers", "A").note == "the stated reducer is rated below this; none in the catalogue is rated for it"
+    assert find_row(sheet.sections, "reducers", "lift").note.startswith("prismatic joint")
     assert find_row(sheet.sections, "torques", "lift").figures[-1].value == pytest.approx(2000 * lostmotion.Arm.model_fields["gravity"].default)
-    assert sheet.notes[-1] == "not specified and taken as rigid: the base; gearboxes of lift; bearings of lift, A; links of A"
+    assert sheet.notes[-1] == "compliance not specified, assumed rigid: the base; gearboxes of lift; bearings of lift, A; links of A"
 
 
-def test_compliance_on_the_sheet_is_the_arms(found):
-    """The softest pose, its ellipsoid and the parts' shares are what `compliance` gives at that pose."""
+def test_compliance_on_the_sheet_is_that_of_the_arm(found):
+    """The most compliant pose, its ellipsoid and the shares agree with `compliance` at that pose."""
     sheet = statics_sheet(found)
-    there = lostmotion.compliance(found.arm, found.poses.q[found.worst])
+    there = lostmotion.compliance(found.arm, found.poses.q[found.softest_pose])
     free = lostmotion.ellipsoid(there).values[0]
-    assert find_row(sheet.sections, "map", "softest direction, softest pose").figures[0].value == pytest.approx(free[0] * 1e6)
+    assert find_row(sheet.sections, "map", "most compliant direction, worst pose").figures[0].value == pytest.approx(free[0] * 1e6)
     for k in range(3):
-        assert find_row(sheet.sections, "ellipsoid", f"free to turn, {k + 1}").figures[0].value == pytest.approx(free[k] * 1e6)
+        assert find_row(sheet.sections, "ellipsoid", f"free to rotate, {k + 1}").figures[0].value == pytest.approx(free[k] * 1e6)
     shares = next(section for section in sheet.sections if section.key == "shares")
     for column in range(2):
         assert sum(row.figures[column].value for row in shares.rows) == pytest.approx(100)
     assert sheet.facts["compliance_at_softest_pose"]["values"] == pytest.approx(there[0], rel=1e-9)
 
 
-def test_plots_show_what_was_found(found):
-    """Every plot belongs to a section of the sheet; bars of causes add up to the torque needed; the softest pose is ringed where its tool stands."""
+def test_plots_show_the_figures_of_the_survey(found):
+    """Every plot belongs to a section of the sheet; causes add up to the holding torque; the ring marks the most compliant pose."""
     sheet = statics_sheet(found)
     drawn = {plot.key: plot for plot in statics_plots(found)}
     assert {plot.section for plot in drawn.values()} <= {section.key for section in sheet.sections}
     held = np.sum([bar.x for bar in drawn["causes"].figure.data], axis=0)
-    np.testing.assert_allclose(held, [abs(node.needed.value) for node in found.nodes], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(held, [abs(node.needed.value) for node in found.joint_loads], rtol=1e-9, atol=1e-9)
     ring = drawn["compliance-xoz"].figure.data[1]
-    np.testing.assert_allclose([ring.x[0], ring.y[0]], 1e3 * found.tool[found.worst, [0, 2]], atol=0.06)
+    np.testing.assert_allclose([ring.x[0], ring.y[0]], 1e3 * found.tool_positions[found.softest_pose, [0, 2]], atol=0.06)
     surface = drawn["ellipsoid"].figure.data[0]
     furthest = np.sqrt(surface.x**2 + surface.y**2 + surface.z**2).max()
-    assert furthest == pytest.approx(1e6 * found.free.values[0, 0], rel=0.02)
+    assert furthest == pytest.approx(1e6 * found.translational.values[0, 0], rel=0.02)
     np.testing.assert_allclose(drawn["shares"].figure.data[0].x, 100 * np.sort(found.shares)[::-1], rtol=1e-9)
 
 
 def test_a_rigid_arm_has_a_sheet_without_compliance():
-    """Where nothing gives the sheet tells torques and says so; no ellipsoid is drawn."""
+    """The sheet of a rigid arm has torques and a note; there is no ellipsoid."""
     arm = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0})])
     surveyed = survey(arm, lostmotion.sample_poses(arm, 16))
     sheet = statics_sheet(surveyed)
@@ -119,8 +119,8 @@ def test_a_rigid_arm_has_a_sheet_without_compliance():
     assert [plot.key for plot in statics_plots(surveyed)] == ["causes"]
 
 
-def test_a_study_tells_bending_by_cause(found):
-    """A study has a line for each link that gives and one for each cause, which add up, as do the bars; none for an arm of rigid links."""
+def test_a_study_reports_bending_by_cause(found):
+    """A study has a row for each compliant link and one for each cause, which add up, as do the bars; rigid links have none."""
     study = lostmotion.study(found.arm, 16, robots=2, visits=2)
     (section,) = [section for section in sections(study) if section.key == "bending"]
     rows = {row.label: [figure.value for figure in row.figures] for row in section.rows}
@@ -142,7 +142,7 @@ def test_the_command_prints_and_writes(tmp_path):
     """`lostmotion statics` prints the sheet and writes page and data; twice the same bytes; --json prints what is written and writes nothing."""
     first = ran(Z_ARM, "--tilt", "10 deg", "--poses", 64, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
-    assert "Which part gives" in first.stdout
+    assert "Compliance by part" in first.stdout
     folder = tmp_path / "z-arm-statics"
     assert sorted(each.name for each in folder.iterdir()) == ["report.html", "result.json"]
     again = ran(Z_ARM, "--tilt", "10 deg", "--poses", 64, "--out", "again", cwd=tmp_path)
@@ -156,7 +156,7 @@ def test_the_command_prints_and_writes(tmp_path):
 
 
 @pytest.mark.parametrize("tilt", ["-5 deg", "5", "5 mm"])
-def test_a_tilt_that_is_none_is_refused(tilt, tmp_path):
+def test_a_tilt_out_of_range_is_refused(tilt, tmp_path):
     """A tilt below zero, without a unit or of another dimension is one message with the range and an example, and nothing is written."""
     refused = ran(Z_ARM, "--tilt", tilt, cwd=tmp_path)
     assert refused.returncode == 2

@@ -156,26 +156,27 @@ def test_bending_by_cause_is_the_links_line_in_the_budget():
         assert sum(part[2] for part in bent.by_cause.values()) == pytest.approx(shares[f"joints.{bent.joint}.link"], rel=1e-9, abs=1e-12)
 
 
-def test_a_survey_says_what_its_pieces_say():
-    """Worst pose, shares, ellipsoid and the payload's sag of a survey are those of compliance and deflection asked at its poses."""
+def test_a_survey_agrees_with_compliance_and_deflection():
+    """Most compliant pose, shares, ellipsoid and payload deflection of a survey agree with `compliance` and `deflection`."""
     arm = elastic_arm(np.random.default_rng(13), 4)
     found = survey(arm, lostmotion.sample_poses(arm, 64), 0.2)
     q = found.poses.q
     whole = lostmotion.compliance(arm, q)
     softest = np.linalg.eigvalsh(whole[:, 3:, 3:])[:, -1]
-    np.testing.assert_allclose(found.softest, softest, rtol=1e-9)
-    assert found.worst == softest.argmax()
-    np.testing.assert_allclose(found.compliance, whole[found.worst], rtol=0, atol=1e-9 * np.abs(whole).max())
-    np.testing.assert_allclose(found.turning.values[0], np.linalg.eigvalsh(whole[found.worst, :3, :3])[::-1], rtol=1e-7)
+    np.testing.assert_allclose(found.max_compliance, softest, rtol=1e-9)
+    assert found.softest_pose == softest.argmax()
+    np.testing.assert_allclose(found.compliance, whole[found.softest_pose], rtol=0, atol=1e-9 * np.abs(whole).max())
+    np.testing.assert_allclose(found.rotational.values[0], np.linalg.eigvalsh(whole[found.softest_pose, :3, :3])[::-1], rtol=1e-7)
     assert found.shares.sum() == pytest.approx(1.0)
-    assert found.worst_shares.sum() == pytest.approx(1.0)
-    assert found.sag is not None
-    np.testing.assert_allclose(found.sag, np.linalg.norm(np.einsum("pij,pj->pi", whole, payload_wrench(arm, q))[:, 3:], axis=1), rtol=1e-6)
-    assert [node.joint for node in found.nodes] == ["J0", "J1", "J2", "J3"]
+    assert found.softest_shares.sum() == pytest.approx(1.0)
+    assert found.payload_deflection is not None
+    lifted = np.einsum("pij,pj->pi", whole, payload_wrench(arm, q))
+    np.testing.assert_allclose(found.payload_deflection, np.linalg.norm(lifted[:, 3:], axis=1), rtol=1e-6)
+    assert [node.joint for node in found.joint_loads] == ["J0", "J1", "J2", "J3"]
 
 
 def test_a_rigid_arm_is_surveyed_too():
-    """An arm that nowhere gives has moments all the same, and no softest direction."""
+    """A rigid arm has holding torques and zero compliance."""
     joint = {
         "type": "revolute",
         "name": "A",
@@ -185,7 +186,7 @@ def test_a_rigid_arm_is_surveyed_too():
         "gearbox": {"backlash": Toleranced(1e-4)},
     }
     found = survey(Arm(name="rigid", joints=[joint]), lostmotion.sample_poses(Arm(name="rigid", joints=[joint]), 64))
-    assert not found.softest.any()
+    assert not found.max_compliance.any()
     assert found.parts == ()
-    assert found.sag is None
-    assert found.nodes[0].anyhow.value != 0
+    assert found.payload_deflection is None
+    assert found.joint_loads[0].anyhow.value != 0

@@ -1,4 +1,4 @@
-"""The plots of an arm that stands still: where it gives, its ellipsoid at the softest pose, which part gives, whose weight the drives hold."""
+"""Plots of an arm at rest: holding torques by cause, compliance over the poses, compliance ellipsoid, compliance by part."""
 
 from __future__ import annotations
 
@@ -21,38 +21,40 @@ _MOST_POSES: Final = 3000
 _PARTS_SHOWN: Final = 15
 
 
-def statics_plots(found: Survey) -> list[Plot]:
-    """Which plots does a survey have? In reading order; no compliance is drawn of an arm that is rigid."""
-    drawn = [Plot("causes", "causes", causes(found), "Stacked bars of each joint's largest holding torque by whose weight it is.")]
-    if found.parts:
+def statics_plots(survey: Survey) -> list[Plot]:
+    """Return the plots in reading order; a rigid arm has none of compliance."""
+    drawn = [Plot("causes", "causes", causes(survey), "Stacked bars of each joint's largest holding torque by cause.")]
+    if survey.parts:
         drawn += [
-            Plot("compliance-xoz", "map", compliance_map(found, 0, 2), "Tool points on the XOZ plane coloured by their softest direction."),
-            Plot("compliance-xoy", "map", compliance_map(found, 0, 1), "Tool points on the XOY plane coloured by their softest direction."),
-            Plot("ellipsoid", "ellipsoid", ellipsoid_plot(found), "Compliance ellipsoids at the softest pose, tool free to turn and turning held."),
-            Plot("shares", "shares", shares(found), "Bars of each part's share of the compliance, mean over poses and at the softest pose."),
+            Plot("compliance-xoz", "map", compliance_map(survey, 0, 2), "Tool points on the XOZ plane coloured by the largest compliance."),
+            Plot("compliance-xoy", "map", compliance_map(survey, 0, 1), "Tool points on the XOY plane coloured by the largest compliance."),
+            Plot(
+                "ellipsoid", "ellipsoid", ellipsoid_plot(survey), "Compliance ellipsoids at the most compliant pose, rotation free and constrained."
+            ),
+            Plot("shares", "shares", shares(survey), "Bars of each part's share of the compliance, mean and at the most compliant pose."),
         ]
     return drawn
 
 
-def causes(found: Survey) -> go.Figure:
-    """Whose weight does each drive hold where it holds the most? Parts that help are drawn to the left."""
+def causes(survey: Survey) -> go.Figure:
+    """Plot the largest holding torque of each drive by cause; causes that relieve the drive are negative."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
-    units = [unit for unit in ("N m", "N") if any(node.unit == unit for node in found.nodes)]
-    counts = [sum(node.unit == unit for node in found.nodes) for unit in units]
+    units = [unit for unit in ("N m", "N") if any(node.unit == unit for node in survey.joint_loads)]
+    counts = [sum(node.unit == unit for node in survey.joint_loads) for unit in units]
     gap = 74 * (len(units) - 1)
     inside = 40 * sum(counts) + gap
     figure = make_subplots(rows=len(units), cols=1, row_heights=counts, vertical_spacing=gap / inside)
-    how = "whichever way the base is tilted" if found.tilt is None else "within the tilt of the base"
-    figure = styled(figure, f"What drives hold at worst, {how}", height=inside + 150)
+    tilt = "any tilt of the base" if survey.tilt is None else "worst tilt of the base"
+    figure = styled(figure, f"Largest holding torques, {tilt}", height=inside + 150)
     shown: set[str] = set()
     for row, unit in enumerate(units, start=1):
-        nodes = [node for node in found.nodes if node.unit == unit]
+        nodes = [node for node in survey.joint_loads if node.unit == unit]
         for cause in CAUSES:
-            parts = [node.needed for node in nodes]
-            values = [float(np.sign(asked.value)) * asked.by_cause.get(cause, 0.0) for asked in parts]
-            if not any(abs(value) > 1e-9 * max(abs(asked.value) for asked in parts) for value in values):
+            loads = [node.needed for node in nodes]
+            values = [float(np.sign(load.value)) * load.by_cause.get(cause, 0.0) for load in loads]
+            if not any(abs(value) > 1e-9 * max(abs(load.value) for load in loads) for value in values):
                 continue
             bars = go.Bar(
                 x=values,
@@ -72,35 +74,35 @@ def causes(found: Survey) -> go.Figure:
     return figure
 
 
-def compliance_map(found: Survey, across: int, up: int) -> go.Figure:
-    """Where does the arm give most? Tool points (mm) seen along one axis, coloured by the compliance along their softest direction."""
+def compliance_map(survey: Survey, across: int, up: int) -> go.Figure:
+    """Plot tool points (mm) projected along one axis, coloured by the compliance along the most compliant direction."""
     import plotly.graph_objects as go
 
-    chosen = np.unique(np.linspace(0, len(found.tool) - 1, min(_MOST_POSES, len(found.tool))).astype(int))
-    # The softest on top, so that none hides behind stiffer ones.
-    chosen = chosen[np.argsort(found.softest[chosen], kind="stable")]
-    at, soft = _mm(found.tool[chosen]), np.round(found.softest[chosen] * 1e6, 5).astype(np.float32)
+    chosen = np.unique(np.linspace(0, len(survey.tool_positions) - 1, min(_MOST_POSES, len(survey.tool_positions))).astype(int))
+    # The most compliant on top, so that stiffer ones do not cover them.
+    chosen = chosen[np.argsort(survey.max_compliance[chosen], kind="stable")]
+    at, soft = _mm(survey.tool_positions[chosen]), np.round(survey.max_compliance[chosen] * 1e6, 5).astype(np.float32)
     names = "XYZ"[across], "XYZ"[up]
-    title = {"text": "softest direction [µm/N]", "side": "right", "font": {"size": 13}}
+    title = {"text": "largest compliance [µm/N]", "side": "right", "font": {"size": 13}}
     marker = {
         "size": 4.5,
         "color": soft,
         "colorscale": [list(stop) for stop in _SCALE],
         "colorbar": {"title": title, "thickness": 12, "outlinewidth": 0, "ticks": "outside", "len": 0.85, "nticks": 7},
     }
-    worst = _mm(found.tool[[found.worst]])
+    worst = _mm(survey.tool_positions[[survey.softest_pose]])
     ring = {"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}}
     hover = f"{names[0].lower()} %{{x:.0f}} mm, {names[1].lower()} %{{y:.0f}} mm<br>%{{marker.color:.4~g}} µm/N<extra></extra>"
     figure = framed(
         f"Compliance on {names[0]}O{names[1]}",
-        go.Scatter(x=at[:, across], y=at[:, up], mode="markers", marker=marker, name="visited", hovertemplate=hover),
+        go.Scatter(x=at[:, across], y=at[:, up], mode="markers", marker=marker, name="sampled", hovertemplate=hover),
         go.Scatter(
             x=worst[:, across],
             y=worst[:, up],
             mode="markers",
             marker=ring,
-            name="softest pose",
-            hovertemplate=f"softest pose, number {found.worst}<extra></extra>",
+            name="most compliant pose",
+            hovertemplate=f"most compliant pose, number {survey.softest_pose}<extra></extra>",
         ),
         height=520,
     )
@@ -110,12 +112,12 @@ def compliance_map(found: Survey, across: int, up: int) -> go.Figure:
     return figure
 
 
-def ellipsoid_plot(found: Survey) -> go.Figure:
-    """How does the softest pose give in space? Ellipsoids of principal compliances (µm/N), the tool free to turn and its turning held."""
+def ellipsoid_plot(survey: Survey) -> go.Figure:
+    """Plot the compliance ellipsoids (µm/N) at the most compliant pose, rotation of the tool free and constrained."""
     import plotly.graph_objects as go
 
-    free, held = found.free, found.held
-    traces = [_surface(free, BLUE, 0.25, "free to turn"), _surface(held, ORANGE, 0.6, "turning held")]
+    free, guided = survey.translational, survey.guided
+    traces = [_surface(free, BLUE, 0.25, "free to rotate"), _surface(guided, ORANGE, 0.6, "rotation constrained")]
     for k in range(3):
         end = free.directions[0, :, k] * free.values[0, k] * 1e6
         traces.append(
@@ -129,7 +131,7 @@ def ellipsoid_plot(found: Survey) -> go.Figure:
                 showlegend=False,
             )
         )
-    figure = framed(f"Compliance ellipsoid at pose {found.worst}", *traces, height=460)
+    figure = framed(f"Compliance ellipsoid at pose {survey.softest_pose}", *traces, height=460)
     reach = 1.05e6 * float(free.values[0, 0])
     axis = {"range": [-reach, reach], "backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [µm/N]", "font": {"size": 13}}} for name in "xyz"}
@@ -144,20 +146,20 @@ def ellipsoid_plot(found: Survey) -> go.Figure:
 def _surface(ellipsoid: Ellipsoid, colour: str, opacity: float, name: str) -> go.Surface:
     import plotly.graph_objects as go
 
-    round_, up = np.linspace(0, 2 * np.pi, 41), np.linspace(0, np.pi, 21)
-    ball = np.stack([np.outer(np.cos(round_), np.sin(up)), np.outer(np.sin(round_), np.sin(up)), np.outer(np.ones(41), np.cos(up))])
-    points = np.einsum("ij,jab->iab", ellipsoid.directions[0] * ellipsoid.values[0] * 1e6, ball)
+    azimuth, polar = np.linspace(0, 2 * np.pi, 41), np.linspace(0, np.pi, 21)
+    sphere = np.stack([np.outer(np.cos(azimuth), np.sin(polar)), np.outer(np.sin(azimuth), np.sin(polar)), np.outer(np.ones(41), np.cos(polar))])
+    points = np.einsum("ij,jab->iab", ellipsoid.directions[0] * ellipsoid.values[0] * 1e6, sphere)
     x, y, z = np.asarray(np.round(points, 5), dtype=np.float32)
     scale = [[0, colour], [1, colour]]
     return go.Surface(x=x, y=y, z=z, colorscale=scale, showscale=False, opacity=opacity, name=name, showlegend=True, hoverinfo="name")
 
 
-def shares(found: Survey) -> go.Figure:
-    """Which parts give? Each part's share of the compliance, mean over poses and where the arm is softest, the softest part on top."""
+def shares(survey: Survey) -> go.Figure:
+    """Plot each part's share of the compliance, mean over poses and at the most compliant pose, the largest first."""
     import plotly.graph_objects as go
 
-    order = np.argsort(-found.shares, kind="stable")[:_PARTS_SHOWN]
-    names = [label(found.parts[k].removeprefix("joints.")) for k in order]
+    order = np.argsort(-survey.shares, kind="stable")[:_PARTS_SHOWN]
+    names = [label(survey.parts[k].removeprefix("joints.")) for k in order]
     bars = [
         go.Bar(
             x=100 * values[order],
@@ -167,7 +169,7 @@ def shares(found: Survey) -> go.Figure:
             marker={"color": colour},
             hovertemplate=f"{name}: %{{x:.3~g}} %<extra></extra>",
         )
-        for name, values, colour in (("mean over poses", found.shares, BLUE), ("softest pose", found.worst_shares, ORANGE))
+        for name, values, colour in (("mean over poses", survey.shares, BLUE), ("most compliant pose", survey.softest_shares, ORANGE))
     ]
     figure = framed("Share of compliance by part", *bars, height=140 + 30 * len(names))
     figure.update_xaxes(title_text="share of compliance [%]", rangemode="tozero")

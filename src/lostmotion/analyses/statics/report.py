@@ -1,4 +1,4 @@
-"""The report of an arm that stands still: a folder with report.html and result.json."""
+"""Report of an arm at rest: a folder with report.html and result.json."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where does the arm give, by which parts, and what does every joint carry? The whole workspace, still, without chance."""
+"""Holding torques, bearing loads and compliance of an arm at rest, over a set of poses. Deterministic: nothing is drawn at random."""
 
 from __future__ import annotations
 
@@ -22,73 +22,80 @@ _BLOCK: Final = 4096
 
 @dataclass(frozen=True, repr=False)
 class Survey:
-    """What was found; over poses in their order.
+    """Loads and compliance of an arm at rest; arrays follow the order of the poses.
 
-    nodes    what each moving joint carries at worst; `tilt` (rad) of the base allowed for, None where none was stated
-    tool     (pose, 3) m
-    softest  (pose,) m/N, the compliance along the softest direction, the tool free to turn; mean (pose,) over all directions
-    sag      (pose,) m, by how much the payload's weight moves the tool, on top of all else; None without payload
-    asymmetry  (pose,) as `Compliances.asymmetry`
-    parts    that give, and their mean share of `mean` over poses (part,)
-    worst    the pose with the softest direction of all; there compliance (6, 6), share (part,), and the ellipsoids with the tool free to turn, its
-             turning held, and (rad/(N m)) of its turning under a moment
+    tilt               rad, largest tilt of the base from level; None where none was stated
+    joint_loads        largest static load of each moving joint
+    tool_positions     (pose, 3) m
+    max_compliance     (pose,) m/N, along the most compliant direction, tool free to rotate
+    mean_compliance    (pose,) m/N, mean over all directions of the force
+    asymmetry          (pose,) as `Compliances.asymmetry`
+    payload_deflection  (pose,) m, tool deflection due to the payload's weight; None without payload
+    parts              names of the compliant parts
+    shares             (part,) share of `mean_compliance`, mean over poses
+    softest_pose       index of the pose with the largest `max_compliance`; the remaining fields refer to it
+    compliance         (6, 6), rotation before displacement, moment before force
+    softest_shares     (part,) share of `mean_compliance`
+    translational      ellipsoid of the tool point under a force, tool free to rotate
+    guided             the same with rotation constrained
+    rotational         ellipsoid of the tool's rotation under a moment, rad/(N m)
     """
 
     arm: Arm
     poses: Poses
     tilt: float | None
-    nodes: list[Node]
-    tool: Floats
-    softest: Floats
-    mean: Floats
+    joint_loads: list[Node]
+    tool_positions: Floats
+    max_compliance: Floats
+    mean_compliance: Floats
     asymmetry: Floats
-    sag: Floats | None
+    payload_deflection: Floats | None
     parts: tuple[str, ...]
     shares: Floats
-    worst: int
+    softest_pose: int
     compliance: Floats
-    worst_shares: Floats
-    free: Ellipsoid
-    held: Ellipsoid
-    turning: Ellipsoid
+    softest_shares: Floats
+    translational: Ellipsoid
+    guided: Ellipsoid
+    rotational: Ellipsoid
 
 
 def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
-    """What do the joints of this arm carry over these poses, and how much does it give there? tilt (rad) as `static_moments`."""
+    """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as for `static_moments`."""
     q = poses.q
     blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
-    found = [compliances(arm, block) for block in blocks]
-    softest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in found])
-    give = np.concatenate([each.give for each in found], axis=1)
-    mean = give.sum(axis=0)
+    by_block = [compliances(arm, block) for block in blocks]
+    largest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in by_block])
+    by_part = np.concatenate([each.give for each in by_block], axis=1)
+    mean = by_part.sum(axis=0)
     with np.errstate(invalid="ignore"):
-        shares = give / mean
-    worst = int(softest.argmax())
-    there = compliances(arm, q[[worst]]).whole
-    turned = np.roll(there, 3, axis=(1, 2))  # rotation and displacement change places
+        shares = by_part / mean
+    softest = int(largest.argmax())
+    matrix = compliances(arm, q[[softest]]).whole
+    swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
     return Survey(
         arm,
         poses,
         tilt,
         static_moments(arm, q, tilt),
-        np.concatenate([each.tool for each in found]),
-        softest,
+        np.concatenate([each.tool for each in by_block]),
+        largest,
         mean,
-        np.concatenate([each.asymmetry for each in found]),
-        np.concatenate([_sag(arm, block) for block in blocks]) if arm.payload.mass else None,
-        found[0].parts,
+        np.concatenate([each.asymmetry for each in by_block]),
+        np.concatenate([_payload_deflection(arm, block) for block in blocks]) if arm.payload.mass else None,
+        by_block[0].parts,
         shares.mean(axis=1),
-        worst,
-        there[0],
-        shares[:, worst],
-        ellipsoid(there),
-        ellipsoid(there, rotation_held=True),
-        ellipsoid(turned),
+        softest,
+        matrix[0],
+        shares[:, softest],
+        ellipsoid(matrix),
+        ellipsoid(matrix, rotation_held=True),
+        ellipsoid(swapped),
     )
 
 
-def _sag(arm: Arm, q: Floats) -> Floats:
-    """Give by how much the payload's weight moves the tool (pose,), m: what it takes back when it is lifted off."""
+def _payload_deflection(arm: Arm, q: Floats) -> Floats:
+    """Return the tool displacement (pose,), m, when the payload's weight is removed."""
     at = frames(arm, q)[-1]
     weight = np.broadcast_to(arm.payload.mass * arm.gravity_in_base, (len(q), 3))
     lever = at[:, :3, :3] @ np.array(arm.payload.centre_of_mass)
