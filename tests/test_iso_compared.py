@@ -9,7 +9,7 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 import lostmotion
-from lostmotion.analyses.iso9283.cube import NAMES, given_cube, held_alike
+from lostmotion.analyses.iso9283.cube import NAMES, cube_from_arguments, orientation_clause
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, find_row
 
@@ -42,7 +42,7 @@ def arm():
 @pytest.fixture(scope="module")
 def cube(arm):
     """Stand in a cube of 300 mm."""
-    return given_cube(arm, np.array([0.52, 0.0, 1.05]), 0.3)
+    return cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.3)
 
 
 def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
@@ -139,7 +139,7 @@ def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
 @pytest.mark.parametrize(("name", "said"), [("ur5e.urdf", ", held alike"), ("z-arm.toml", "")])
 def test_six_joints_hold_their_tool_alike(name, said):
     """Only of an arm that can hold its tool is it asked to."""
-    assert held_alike(lostmotion.read(EXAMPLES / name)) == said
+    assert orientation_clause(lostmotion.read(EXAMPLES / name)) == said
 
 
 def test_where_a_word_has_no_room_it_is_told_once_for_all_its_rows():

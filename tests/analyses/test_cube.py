@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.iso9283.cube import CORNERS, five_points, given_cube
+from lostmotion.analyses.iso9283.cube import CORNERS, cube_from_arguments, five_points
 from lostmotion.analyses.iso9283.largest_cube import largest_cube
 from lostmotion.mechanism.inverse import bring
 from lostmotion.mechanism.serial import frames
@@ -72,7 +72,7 @@ def test_six_joints_hold_the_tool_alike_all_over():
     cube = largest_cube(arm)
     assert cube.poses[:, :3, :3] == pytest.approx(np.tile(cube.rotation, (5, 1, 1)), abs=1e-8)
     assert cube.side > 0.5
-    again = given_cube(arm, cube.centre, 0.9 * cube.side, cube.rotation)
+    again = cube_from_arguments(arm, cube.centre, 0.9 * cube.side, cube.rotation)
     assert again.poses[:, :3, 3] == pytest.approx(five_points(cube.centre, 0.9 * cube.side), abs=1e-8)
 
 
@@ -80,8 +80,8 @@ def test_what_cannot_be_is_refused():
     """A cube out of reach, a plane arm, and an orientation for too few joints are refused in one message each."""
     arm = gantry()
     with pytest.raises(lostmotion.InputError, match="all of which the tool reaches"):
-        given_cube(arm, np.array([0.85, 0.0, 0.45]), 0.41)
-    assert given_cube(arm, np.array([0.85, 0.0, 0.45]), 0.4).side == 0.4
+        cube_from_arguments(arm, np.array([0.85, 0.0, 0.45]), 0.41)
+    assert cube_from_arguments(arm, np.array([0.85, 0.0, 0.45]), 0.4).side == 0.4
     with pytest.raises(lostmotion.InputError, match="orientation"):
         largest_cube(arm, np.eye(3))
     two = arm.model_copy(update={"joints": arm.joints[:2]})

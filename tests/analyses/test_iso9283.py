@@ -7,9 +7,9 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.cube import given_cube
-from lostmotion.analyses.iso9283.fitted import best_fit, left_by_frames
-from lostmotion.analyses.iso9283.predicted import cycle_approach, predict, side_approach
+from lostmotion.analyses.iso9283.cube import cube_from_arguments
+from lostmotion.analyses.iso9283.frame_fit import best_fit, residual_after_fit
+from lostmotion.analyses.iso9283.predicted import cycle_approach, predict_robots, side_approach
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.inverse import jacobian
 from lostmotion.mechanism.serial import terms
@@ -88,7 +88,7 @@ def test_small_errors_are_fitted_alike_at_once():
     command = rng.uniform(-0.5, 0.5, (5, 3))
     rotation = np.stack([pose_of(rpy=angles)[:3, :3] for angles in rng.uniform(-2, 2, (5, 3))])
     errors = rng.normal(0, 1e-5, (5, 4, 3))
-    left = left_by_frames(errors, command, rotation)
+    left = residual_after_fit(errors, command, rotation)
     for robot in range(4):
         assert left[:, robot] == pytest.approx(best_fit(command + errors[:, robot], command, rotation).residual, abs=1e-9)
 
@@ -134,8 +134,8 @@ def test_signs_of_each_joint_and_pose_are_felt_there():
 def test_vap_of_pure_play_has_a_closed_form():
     """The barycentres from three sides stand apart by the joints' play on the sides that they arrive from: |J (s - s') b / 2| at the worst pair."""
     arm = elbow()
-    cube = given_cube(arm, np.array([0.5, 0.0, 0.4]), 0.2)
-    found = predict(arm, cube, robots=2, cycles=200, path_points=2)
+    cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
+    found = predict_robots(arm, cube, robots=2, cycles=200, path_points=2)
     half = np.radians(2 / 60) / 2
     for row, pose in enumerate((0, 1, 3)):
         signs = side_approach(arm, cube, pose, found.approach[pose])
@@ -148,28 +148,28 @@ def test_vap_of_pure_play_has_a_closed_form():
 def test_rp_over_robots_is_what_sums_over_terms_expect():
     """With normal visits only, the mean RP over robots and its deviation are those of the route without sampling."""
     arm = elbow()
-    cube = given_cube(arm, np.array([0.5, 0.0, 0.4]), 0.2)
-    sheet = predict(arm, cube, robots=1500, path_points=2).loads[0]
+    cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
+    sheet = predict_robots(arm, cube, robots=1500, path_points=2).loads[0]
     error = sheet.repeatability.std(axis=1) / np.sqrt(1500)
     assert np.abs(sheet.repeatability.mean(axis=1) - sheet.expected) == pytest.approx(np.zeros(5), abs=4 * error.max())
     assert sheet.repeatability.std(axis=1) == pytest.approx(sheet.deviation, rel=0.1)
-    assert (sheet.from_any_side.mean(axis=1) > 3 * sheet.repeatability.mean(axis=1)).all()
+    assert (sheet.random_approach.mean(axis=1) > 3 * sheet.repeatability.mean(axis=1)).all()
 
 
 def test_the_sheet_is_that_of_the_study_at_the_same_poses():
     """AP_p and RP_l with joints arriving from any side are those of the accuracy study's kernel at these poses: the same draws."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    cube = given_cube(arm, np.array([0.55, 0.0, 0.8]), 0.3)
-    found = predict(arm, cube, robots=40, path_points=2, seed=3)
+    cube = cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3)
+    found = predict_robots(arm, cube, robots=40, path_points=2, seed=3)
     study = lostmotion.study(arm, cube.q, robots=40, visits=30, seed=3, threads=1)
-    assert found.loads[0].from_any_side.mean(axis=1) == pytest.approx(study.sampled.repeatability[:, 0], rel=1e-9)
+    assert found.loads[0].random_approach.mean(axis=1) == pytest.approx(study.sampled.repeatability[:, 0], rel=1e-9)
 
 
 def test_more_robots_keep_the_first_and_seeds_repeat():
     """The same seed gives the same bits; more robots begin with the same ones; another seed gives others."""
     arm = elbow()
-    cube = given_cube(arm, np.array([0.5, 0.0, 0.4]), 0.2)
-    one, same, more, other = (predict(arm, cube, robots=n, seed=seed, path_points=3) for n, seed in ((8, 1), (8, 1), (16, 1), (8, 2)))
+    cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
+    one, same, more, other = (predict_robots(arm, cube, robots=n, seed=seed, path_points=3) for n, seed in ((8, 1), (8, 1), (16, 1), (8, 2)))
     assert (one.loads[0].repeatability == same.loads[0].repeatability).all()
     assert (one.loads[0].path == same.loads[0].path).all()
     assert more.loads[0].repeatability[:, :8] == pytest.approx(one.loads[0].repeatability, rel=1e-12)
@@ -179,7 +179,7 @@ def test_more_robots_keep_the_first_and_seeds_repeat():
 def test_a_lighter_load_sags_less():
     """At 10 % of the load the arm of springs and links misses by less at every pose."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    full, light = predict(arm, given_cube(arm, np.array([0.55, 0.0, 0.8]), 0.3), robots=100, path_points=2).loads
+    full, light = predict_robots(arm, cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3), robots=100, path_points=2).loads
     assert (full.load, light.load) == (1.0, 0.1)
     assert (light.accuracy.mean(axis=1) < full.accuracy.mean(axis=1)).all()
     assert (full.fitted.mean(axis=1) < full.accuracy.mean(axis=1)).all()
@@ -195,7 +195,7 @@ def test_numbers_out_of_range_are_refused(asked):
     """What the standard cannot be asked for is refused."""
     arm = elbow()
     with pytest.raises(lostmotion.InputError):
-        predict(arm, given_cube(arm, np.array([0.5, 0.0, 0.4]), 0.2), **{"robots": 2, "path_points": 2, **asked})
+        predict_robots(arm, cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2), **{"robots": 2, "path_points": 2, **asked})
 
 
 @pytest.mark.parametrize(("asked", "said"), [({"rise": 10.0, "time_constant": 0.0}, "above zero"), ({"rise": float("nan")}, "finite")])

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import gamma
 
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
-from lostmotion.analyses.iso9283.expected import expected_repeatability, length_moments
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability, length_moments
 
 SHAPES = [(1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.25, 0.04), (1.0, 0.5, 0.5)]
 

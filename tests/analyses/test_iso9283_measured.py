@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 import lostmotion
 from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.compared import commanded_cube, compare
+from lostmotion.analyses.iso9283.comparison import commanded_cube, compare
 from lostmotion.analyses.iso9283.confidence import accuracy_interval, repeatability_interval, scatter_interval, student_interval
-from lostmotion.analyses.iso9283.cube import five_points, given_cube
-from lostmotion.analyses.iso9283.expected import expected_repeatability
-from lostmotion.analyses.iso9283.measured import judge
-from lostmotion.analyses.iso9283.measured_file import read_measured, together
-from lostmotion.analyses.iso9283.predicted import DISTANCE, LOADS, carrying, path_approach, path_poses, predict
+from lostmotion.analyses.iso9283.cube import cube_from_arguments, five_points
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
+from lostmotion.analyses.iso9283.measured import evaluate
+from lostmotion.analyses.iso9283.measured_file import combined, read_measured
+from lostmotion.analyses.iso9283.predicted import DISTANCE, LOADS, path_approach, path_poses, predict_robots, with_payload_share
 from lostmotion.analyses.iso9283.visits import Visits
 from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
 from lostmotion.error_model.pose_matrix import screws
@@ -64,9 +64,9 @@ def test_every_interval_holds_its_figure(seed, poses, count, size, off, flat):
     visits = visits_of(errors, rng.uniform(-1, 1, (poses, 3)), instrument=1e-6)
     if count == 1 and poses < 3:
         with pytest.raises(lostmotion.InputError, match="two visits or more to a pose"):
-            judge(visits)
+            evaluate(visits)
         return
-    (found,) = judge(visits).loads
+    (found,) = evaluate(visits).loads
     lengths = [each for pose in found.poses for each in (pose.accuracy, pose.repeatability, pose.without_instrument, *pose.scatter)]
     lengths += [each for pooled in found.pooled or () for each in pooled]
     signed = [each for pose in found.poses for each in pose.axes]
@@ -84,9 +84,9 @@ def test_poses_seen_from_sides_alone_are_refused():
     errors = np.random.default_rng(3).normal(0, 1e-5, (2, 4, 3))
     command = np.array([[0.6, 0.0, 0.4], [0.5, 0.1, 0.4]])
     with pytest.raises(lostmotion.InputError, match=r"side.*P2"):
-        judge(visits_of(errors, command, [""] * 4 + ["x", "x", "y", "y"]))
+        evaluate(visits_of(errors, command, [""] * 4 + ["x", "x", "y", "y"]))
     with pytest.raises(lostmotion.InputError, match="P1, P2"):
-        judge(visits_of(errors, command, ["x", "x", "y", "y"] * 2))
+        evaluate(visits_of(errors, command, ["x", "x", "y", "y"] * 2))
 
 
 @pytest.mark.slow
@@ -124,7 +124,7 @@ def test_the_sheet_of_made_up_visits():
     rng = np.random.default_rng(10)
     command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)
     errors = rng.normal(0, 2e-5, (5, 30, 3)) + rng.normal(0, 1e-4, (5, 1, 3)) + [5e-4, 0, 0]
-    found = judge(visits_of(errors, command, instrument=1e-5)).loads[0]
+    found = evaluate(visits_of(errors, command, instrument=1e-5)).loads[0]
     assert [pose.name for pose in found.poses] == ["P1", "P2", "P3", "P4", "P5"]
     for k, pose in enumerate(found.poses):
         assert pose.accuracy.value == pytest.approx(float(iso.pose_accuracy(errors[k], np.zeros(3))))
@@ -148,8 +148,8 @@ def test_visits_from_sides_make_vap_and_nothing_else():
     errors[0, 60:] += [0, 4.0, 0]
     found = visits_of(errors, np.zeros((1, 3)), sides=["x"] * 30 + ["y"] * 30 + ["z"] * 30)
     plain = visits_of(np.full((1, 2, 3), 7.0), np.zeros((1, 3)))
-    both = together([replace(found, cycle=np.tile(np.arange(30.0), 3)), plain])
-    pose = judge(both).loads[0].poses[0]
+    both = combined([replace(found, cycle=np.tile(np.arange(30.0), 3)), plain])
+    pose = evaluate(both).loads[0].poses[0]
     assert pose.multi_directional.value == pytest.approx(5.0)
     assert pose.multi_directional.low < 5 < pose.multi_directional.high
     assert pose.accuracy.value == pytest.approx(7 * np.sqrt(3))
@@ -172,25 +172,25 @@ def test_robots_predicted_look_like_themselves():
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     found = read_measured(EXAMPLES / "measured" / "z-arm.csv", instrument=5e-6)
     centre, side, _ = commanded_cube(found)
-    predicted = predict(arm, given_cube(arm, centre, side), robots=300, path_points=2, instrument=5e-6)
-    rows = [each for each in compare(predicted, judge(found)) if each.name in {"AP_p", "AP_p fitted", "RP_l", "vAP_p", "AD_p", "RD"}]
+    predicted = predict_robots(arm, cube_from_arguments(arm, centre, side), robots=300, path_points=2, instrument=5e-6)
+    rows = [each for each in compare(predicted, evaluate(found)) if each.name in {"AP_p", "AP_p fitted", "RP_l", "vAP_p", "AD_p", "RD"}]
     assert len(rows) == 20
     assert sum(each.within for each in rows) >= 16
     off = replace(found, attained=found.attained + 0.01)
-    assert not any(each.within for each in compare(predicted, judge(off)) if each.name == "AP_p")
+    assert not any(each.within for each in compare(predicted, evaluate(off)) if each.name == "AP_p")
 
 
 def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
     """One of the robots predicted, written down along the path at both loads and read again: its own AT_p and RT_p, within their intervals."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    cube = given_cube(arm, np.array([0.52, 0.0, 1.05]), 0.5)
-    found = predict(arm, cube, robots=3, cycles=2)
+    cube = cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.5)
+    found = predict_robots(arm, cube, robots=3, cycles=2)
     q = path_poses(arm, cube, DISTANCE, found.path_points)
     line = cube.poses[list(DISTANCE), :3, 3]
     places = line[0] + np.linspace(0, 1, found.path_points)[:, None] * (line[1] - line[0])
     rows = [f"{name},,1,100,{','.join(f'{1e3 * x:.9f}' for x in (*at, *at))}" for name, at in zip(("P2", "P4"), line, strict=True)]
     for number, load in enumerate(LOADS):
-        matrix = screws(carrying(arm, load), q, approach=path_approach(q, found.approach[DISTANCE[0]]))
+        matrix = screws(with_payload_share(arm, load), q, approach=path_approach(q, found.approach[DISTANCE[0]]))
         for cycle in range(found.path_cycles):
             for k, place in enumerate(places):
                 draws = draws_of(matrix, found.seed, 2000 + 200 * number + k, np.array([2]), np.array([cycle]))
@@ -198,7 +198,7 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
                 rows.append(f",P2-P4,{cycle + 1},{100 * load:g},{','.join(f'{1e3 * x:.9f}' for x in attained)},,,")
     path = tmp_path / "path.csv"
     path.write_text("pose,path,cycle,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n" + "\n".join(rows), encoding="utf-8")
-    measured = judge(read_measured(path)).loads
+    measured = evaluate(read_measured(path)).loads
     assert [each.load for each in measured] == list(LOADS)
     for each, sheet in zip(measured, found.loads, strict=True):
         path = each.paths[0]
@@ -215,8 +215,8 @@ def test_loads_and_paths_are_compared_with_their_own():
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     found = read_measured(EXAMPLES / "measured" / "z-arm-loads.csv", instrument=5e-6)
     centre, side, _ = commanded_cube(found)
-    cube = given_cube(arm, centre, side)
-    predicted, measured = predict(arm, cube, robots=300, instrument=5e-6), judge(found)
+    cube = cube_from_arguments(arm, centre, side)
+    predicted, measured = predict_robots(arm, cube, robots=300, instrument=5e-6), evaluate(found)
     rows = compare(predicted, measured)
     for load in LOADS:
         names = {each.name for each in rows if each.load == load}
@@ -227,7 +227,7 @@ def test_loads_and_paths_are_compared_with_their_own():
     heavy, light = (next(each for each in rows if (each.name, each.load) == ("AT_p", load)) for load in LOADS)
     assert heavy.measured.value > 1.2 * light.measured.value
     assert not light.predicted.low.value <= heavy.measured.value <= light.predicted.high.value
-    other = compare(predict(arm, cube, robots=2, path=(2, 4)), measured)
+    other = compare(predict_robots(arm, cube, robots=2, path=(2, 4)), measured)
     assert not [each for each in other if each.name in {"AT_p", "RT_p"}]
 
 

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from scipy.special import polygamma
 
 import lostmotion
-from lostmotion.analyses.iso9283.confidence import rounder, scatter_interval, student_interval
-from lostmotion.analyses.iso9283.measured import judge
+from lostmotion.analyses.iso9283.confidence import scatter_interval, shrunk_covariance, student_interval
+from lostmotion.analyses.iso9283.measured import evaluate
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES, across_path, along_path, crossings
 from lostmotion.analyses.iso9283.visits import Visits
-from lostmotion.analyses.iso9283.worst_plane import largest_mean, largest_scatter, made_up, root_of_tests
+from lostmotion.analyses.iso9283.worst_plane import covariance_root, largest_mean, largest_scatter, simulated_tests
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.spatial import pose_of
 
@@ -55,7 +55,7 @@ def line(cycles=10, count=40, rng=None):
 
 def path_of(visits):
     """Judge the only path."""
-    return judge(visits).loads[0].paths[0]
+    return evaluate(visits).loads[0].paths[0]
 
 
 def across_two():
@@ -173,7 +173,7 @@ def test_the_order_within_noise_and_the_way_back():
     assert path_of(readings(standing)).figures[0] == pytest.approx(0, abs=1e-12)
     there_and_back = np.concatenate([line(), line()[:, ::-1]], axis=1)
     with pytest.raises(lostmotion.InputError, match=r"line 43(.|\n)*mm back along path P2-P4, in cycle 1"):
-        judge(readings(there_and_back))
+        evaluate(readings(there_and_back))
 
 
 def test_cycles_that_tell_no_path_are_refused():
@@ -184,18 +184,18 @@ def test_cycles_that_tell_no_path_are_refused():
         (line()[:, :15], "at least half of the path"),
     ):
         with pytest.raises(lostmotion.InputError, match=said):
-            judge(readings(attained))
+            evaluate(readings(attained))
     with pytest.raises(lostmotion.InputError, match="no two poses of that name"):
-        judge(readings(line(), name="E1-E2"))
+        evaluate(readings(line(), name="E1-E2"))
     many = readings(line())
     with pytest.raises(lostmotion.InputError, match="400 paths"):
-        judge(replace(many, path=tuple(f"P2-P4 {k}" if name else "" for k, name in enumerate(many.path))))
+        evaluate(replace(many, path=tuple(f"P2-P4 {k}" if name else "" for k, name in enumerate(many.path))))
     with pytest.raises(lostmotion.InputError, match="1200 cycles"):
-        judge(readings(line(1200, 5)))
+        evaluate(readings(line(1200, 5)))
     twice = readings(line())
     twice = replace(twice, path=tuple("P2 to P4" if k < 200 else name for k, name in enumerate(twice.path)))
     with pytest.raises(lostmotion.InputError, match="by another name"):
-        judge(twice)
+        evaluate(twice)
 
 
 def test_stated_commands_give_the_line_and_must_be_straight():
@@ -207,7 +207,7 @@ def test_stated_commands_give_the_line_and_must_be_straight():
     bent = stated.command.copy()
     bent[17] += 2e-3 * one
     with pytest.raises(lostmotion.InputError, match=r"line 19(.|\n)*2.000 mm off the line"):
-        judge(replace(stated, command=bent))
+        evaluate(replace(stated, command=bent))
 
 
 def test_what_readings_leave_between_them_is_told():
@@ -303,16 +303,16 @@ def test_planes_that_few_cycles_show_alike_are_not_made_up_alike(count):
     Ten cycles show any two planes a third alike; made up from pairs as they look, the average would scatter twice as much. A sample's scatter is
     also more oblong than the true one, which would make a single deviation scatter by a fifth too much.
     """
-    rng, single, together = np.random.default_rng(7), [], []
+    rng, single, combined = np.random.default_rng(7), [], []
     for _ in range(40):
         errors = rng.standard_normal((count, 20, 2))
         errors -= errors.mean(axis=0)
-        spreads, _ = made_up(root_of_tests(errors / np.sqrt((errors**2).sum(axis=(0, 2)) / (count - 1))[:, None]), count)
+        spreads, _ = simulated_tests(covariance_root(errors / np.sqrt((errors**2).sum(axis=(0, 2)) / (count - 1))[:, None]), count)
         single.append(spreads.var(axis=0).mean())
-        together.append(spreads.mean(axis=1).var())
+        combined.append(spreads.mean(axis=1).var())
     expected = float(polygamma(1, count - 1)) / 4
     assert expected < np.mean(single) < 1.08 * expected
-    assert np.mean(together) == pytest.approx(np.mean(single) / 20, rel=0.15)
+    assert np.mean(combined) == pytest.approx(np.mean(single) / 20, rel=0.15)
 
 
 def test_one_sample_alone_is_made_no_rounder_and_many_are():
@@ -320,9 +320,9 @@ def test_one_sample_alone_is_made_no_rounder_and_many_are():
     errors = np.random.default_rng(8).standard_normal((400, 10, 2))
     errors -= errors.mean(axis=1, keepdims=True)
     found = np.einsum("sni,snj->sij", errors, errors) / 9
-    unequal = [float(np.ptp(np.linalg.eigvalsh(rounder(found, 10, telling)), axis=1).mean()) for telling in (4.0, 30.0, math.inf)]
-    assert rounder(found, 10, 1.0) == pytest.approx(found)
-    assert rounder(found, 10, 4.0) == pytest.approx(found)
+    unequal = [float(np.ptp(np.linalg.eigvalsh(shrunk_covariance(found, 10, telling)), axis=1).mean()) for telling in (4.0, 30.0, math.inf)]
+    assert shrunk_covariance(found, 10, 1.0) == pytest.approx(found)
+    assert shrunk_covariance(found, 10, 4.0) == pytest.approx(found)
     assert (np.diff(unequal) < 0).all()
     assert unequal[-1] < 0.2 * unequal[0]
 

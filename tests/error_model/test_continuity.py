@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion import study
-from lostmotion.analyses.iso9283.expected import expected_repeatability
-from lostmotion.analyses.iso9283.predicted import carrying, visit_covariance
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
+from lostmotion.analyses.iso9283.predicted import visit_covariance, with_payload_share
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io import read
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
@@ -258,7 +258,7 @@ def test_an_arm_without_weight_has_friction_all_the_same():
 def test_a_lighter_load_leaves_the_drives_their_friction():
     """At a tenth of the payload ISO 9283's arm has the same drives, and so the friction that was assumed under the whole of it."""
     arm = scara(payload={"mass": 10.0})
-    light = carrying(arm, 0.1)
+    light = with_payload_share(arm, 0.1)
     assert light.payload.mass == 1.0
     assert light.assumed_friction == arm.assumed_friction
     assert arm.model_copy(update={"payload": light.payload}).assumed_friction != arm.assumed_friction

@@ -113,10 +113,10 @@ def test_a_clock_beside_the_readings_makes_no_visits(tmp_path):
 
 def test_two_readings_of_one_visit_are_refused_by_what_differs(tmp_path):
     """A second reading of a pose in one cycle that differs in y alone is refused, and the message says y."""
-    from lostmotion.analyses.iso9283.measured import judge
+    from lostmotion.analyses.iso9283.measured import evaluate
 
     with pytest.raises(lostmotion.InputError, match="line 2 has it with another y\n"):
-        judge(read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2.5,3\nA,2,1,2,3\n"))
+        evaluate(read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2.5,3\nA,2,1,2,3\n"))
 
 
 def test_several_files_are_one_robot(tmp_path):
@@ -178,12 +178,12 @@ def test_more_loads_than_a_test_has_are_refused(tmp_path):
 
 def test_a_cycle_that_visits_a_pose_twice_is_refused(tmp_path):
     """Two different readings of one pose in one cycle, side and load: both lines are named; sides and loads of their own are no repeat."""
-    from lostmotion.analyses.iso9283.measured import judge
+    from lostmotion.analyses.iso9283.measured import evaluate
 
     header = "pose,side,cycle,load [%],x [mm],y [mm],z [mm]\n"
     again = "P2,,1,100,1,2,3\nP4,,1,100,9,2,3\nP4,,1,100,9,2,4\nP4,x,1,100,9,2,4\nP4,,1,10,9,2,4\n"
     with pytest.raises(lostmotion.InputError, match=r"line 4(.|\n)*pose 'P4' of cycle 1 a second time: line 3 has it with another z") as caught:
-        judge(read(tmp_path, header + again))
+        evaluate(read(tmp_path, header + again))
     assert len(caught.value.problems) == 1
 
 
@@ -278,12 +278,12 @@ def test_hostile_text_is_read_or_refused(tmp_path_factory, text, mapping):
 )
 def test_hostile_paths_are_judged_or_refused(tmp_path_factory, rows):
     """Whatever is said of a path, there are figures or a list of mistakes; no warning, no NaN beside a name that is known."""
-    from lostmotion.analyses.iso9283.measured import judge
+    from lostmotion.analyses.iso9283.measured import evaluate
 
     text = "P2,,1,100,0,0,0,0,0,0\nP4,,1,100,9,0,0,9,0,0\n"
     text += "".join(f"{pose},{path},{cycle},100,{x},{y},0,,,\n" for path, pose, cycle, x, y in rows)
     try:
-        for path in judge(read(tmp_path_factory.mktemp("hostile"), PATH + text)).loads[0].paths:
+        for path in evaluate(read(tmp_path_factory.mktemp("hostile"), PATH + text)).loads[0].paths:
             assert np.isfinite(path.figures[:2]).all()
     except lostmotion.InputError as error:
         assert error.problems  # noqa: PT017 - refused is as good as read
@@ -291,12 +291,12 @@ def test_hostile_paths_are_judged_or_refused(tmp_path_factory, rows):
 
 def test_ends_of_a_path_may_be_known_from_commands_alone(tmp_path):
     """A file of readings along a path, its ends in the file of commands: no visit to them is needed."""
-    from lostmotion.analyses.iso9283.measured import judge
+    from lostmotion.analyses.iso9283.measured import evaluate
 
     commands = tmp_path / "commands.csv"
     commands.write_text("pose,x [mm],y [mm],z [mm]\nE1,0,0,0\nE2,100,0,0\n", encoding="utf-8")
     rows = "".join(f"E1 to E2,{cycle},{x},{cycle},0\n" for cycle in (1, 2, 3) for x in range(0, 101, 10))
-    found = judge(read(tmp_path, "path,cycle,x [mm],y [mm],z [mm]\n" + rows, commands=commands)).loads[0]
+    found = evaluate(read(tmp_path, "path,cycle,x [mm],y [mm],z [mm]\n" + rows, commands=commands)).loads[0]
     assert found.poses == ()
     assert found.paths[0].name == "E1-E2"
     assert found.paths[0].figures[0] == pytest.approx(2e-3)
@@ -335,10 +335,10 @@ def test_commas_that_may_be_either_are_one_mistake(tmp_path, rows, said):
 
 def test_the_tracker_data_is_read_as_published():
     """1 000 poses of a UR5 by a laser tracker: off by 2.635 mm on the average, s 0.375, 95 % 3.394, largest 4.409; less with the best-fit base."""
-    from lostmotion.analyses.iso9283.measured import judge
+    from lostmotion.analyses.iso9283.measured import evaluate
 
     mapping = ("xc = x_t [mm], yc = y_t [mm], zc = z_t [mm]", "dx = -x_dif [mm], dy = -y_dif [mm], dz = -z_dif [mm]")
-    found = judge(read_measured(MEASURED / "ur5-grid.csv", mapping))
+    found = evaluate(read_measured(MEASURED / "ur5-grid.csv", mapping))
     assert len(found.loads[0].poses) == 1000
     raw, fitted = found.loads[0].pooled
     assert [1e3 * each.value for each in raw] == pytest.approx([2.635, 0.375, 3.394, 4.409], abs=6e-4)

@@ -8,7 +8,7 @@ from scipy import stats
 
 import lostmotion
 from lostmotion import pose_repeatability, sample_poses, screws
-from lostmotion.analyses.iso9283.expected import expected_repeatability
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.pose_matrix import Screws, TermInfo

@@ -50,7 +50,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
     """
     from lostmotion.analyses.iso9283.command import AMOUNTS
     from lostmotion.analyses.iso9283.command import iso9283 as ask
-    from lostmotion.analyses.iso9283.predicted import HEAVIEST
+    from lostmotion.analyses.iso9283.predicted import MOST_LOAD
     from lostmotion.analyses.iso9283.warm_up import WarmUp
     from lostmotion.analyses.quantities import amounts
     from lostmotion.analyses.read import read
@@ -69,7 +69,7 @@ def iso9283(  # noqa: PLR0913, PLR0917 - options of a command line
         rise = mistakes.of(amount, "--warm-up", warm_up, "K", "25 K")
         constant = mistakes.of(amount, "--warm-up-time", warm_up_time, "s", "1 h") or 0.0
         read_words = mistakes.of(amounts, words, AMOUNTS, lambda name: f"--{name.replace('_', '-')}")
-        shares = [mistakes.of(amount, "--load", each, "", "10 %", low=0.0, high=HEAVIEST) or 0.0 for each in load or ()]
+        shares = [mistakes.of(amount, "--load", each, "", "10 %", low=0.0, high=MOST_LOAD) or 0.0 for each in load or ()]
         ends = None if path is None else mistakes.of(_ends, path)
         arm = None if file is None else mistakes.of(read, file, sidecar)
     with ProgressBar() as bar:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from lostmotion.analyses.iso9283.compared import Compared
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.cube import Cube
-    from lostmotion.analyses.iso9283.measured import Measured
-    from lostmotion.analyses.iso9283.predicted import Predicted
+    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.analyses.iso9283.warm_up import Drift, WarmUp
     from lostmotion.analyses.quantities import Amount, Amounts
@@ -79,9 +79,9 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     Lengths, angles and the rise are amounts: text with a unit, or numbers in SI.
     Raises InputError for what cannot be asked, with every mistake in the measured file.
     """
-    from lostmotion.analyses.iso9283.measured import judge
+    from lostmotion.analyses.iso9283.measured import evaluate
     from lostmotion.analyses.iso9283.measured_file import read_measured
-    from lostmotion.analyses.iso9283.predicted import HEAVIEST
+    from lostmotion.analyses.iso9283.predicted import MOST_LOAD
     from lostmotion.analyses.iso9283.warm_up import WarmUp
 
     asked = {"cube": cube, "centre": centre, "tool_rpy": tool_rpy, "floor": floor, "instrument": instrument}
@@ -90,7 +90,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     read = amounts(asked, AMOUNTS)
     side, middle, held = read.get("cube"), read.get("centre"), read.get("tool_rpy")
     warmth = warm_up if isinstance(warm_up, WarmUp) else WarmUp(read["warm_up"]) if warm_up is not None else None
-    share = Quantity("", "10 %", low=0.0, high=HEAVIEST)
+    share = Quantity("", "10 %", low=0.0, high=MOST_LOAD)
     shares = tuple(amount("load", each, share) for each in ([load] if isinstance(load, int | float | str) else load))
     if arm is None and measured is None:
         raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", 'lostmotion.iso9283(arm, "visits.csv")')
@@ -103,7 +103,7 @@ def iso9283(  # noqa: PLR0913 - an ISO sheet is these numbers
     visits = None if measured is None else read_measured(measured, mapping, commands, read.get("instrument", 0.0), shares)
     if visits is not None:
         visits = _commanded(visits, side, middle, held, predicted=arm is not None)
-    judged = None if visits is None else judge(visits)
+    judged = None if visits is None else evaluate(visits)
     if ready is not None:
         ready()
     chosen = None if arm is None else _cube(arm, side, middle, held, read.get("floor"), visits, progress)
@@ -124,18 +124,18 @@ def _commanded(visits: Visits, side: float | None, centre: Sequence[float] | Non
     """Give the visits with the commands of the cube that is stated, where their files state none; refuse to set them beside a cube not stated."""
     import numpy as np
 
-    from lostmotion.analyses.iso9283.compared import refuse_unstated, stated_poses
+    from lostmotion.analyses.iso9283.comparison import poses_of_cube, refuse_missing_commands
     from lostmotion.spatial import pose_of
 
     if side is not None and centre is not None:
         held = None if tool_rpy is None else pose_of(rpy=tuple(tool_rpy))[:3, :3]
-        visits = visits.commanded(stated_poses(np.asarray(centre, dtype=float), side, held))
+        visits = visits.commanded(poses_of_cube(np.asarray(centre, dtype=float), side, held))
     if predicted:
-        refuse_unstated(visits)
+        refuse_missing_commands(visits)
     return visits
 
 
-def _ends(path: tuple[str, str] | None, judged: Measured | None) -> tuple[int, int]:
+def _ends(path: tuple[str, str] | None, judged: MeasuredRobot | None) -> tuple[int, int]:
     """Which two of P1 to P5 does the line join? Those asked for; else of the first line that was measured; P2 and P4 where none was."""
     from lostmotion.analyses.iso9283.cube import NAMES
     from lostmotion.analyses.iso9283.measured_paths import path_ends
@@ -160,19 +160,19 @@ def _cube(
 ) -> Cube:
     import numpy as np
 
-    from lostmotion.analyses.iso9283.compared import commanded_cube, refuse_commanded
-    from lostmotion.analyses.iso9283.cube import cube_at, given_cube
+    from lostmotion.analyses.iso9283.comparison import commanded_cube, unreachable_command
+    from lostmotion.analyses.iso9283.cube import cube_from_arguments, cube_in_reach
     from lostmotion.analyses.iso9283.largest_cube import largest_cube
     from lostmotion.spatial import pose_of
 
     held: Floats | None = None if tool_rpy is None else pose_of(rpy=tuple(tool_rpy))[:3, :3]
     if side is not None and centre is not None:
-        return given_cube(arm, np.asarray(centre, dtype=float), side, held)
+        return cube_from_arguments(arm, np.asarray(centre, dtype=float), side, held)
     if visits is not None and (stated := commanded_cube(visits)) is not None:
         turned = held if held is not None or len(arm.tree.drives) < _HOLDS else stated[2]
-        cube = cube_at(arm, stated[0], stated[1], turned)
+        cube = cube_in_reach(arm, stated[0], stated[1], turned)
         if cube is None:
-            raise refuse_commanded(arm, visits, stated[0], stated[1], turned)
+            raise unreachable_command(arm, visits, stated[0], stated[1], turned)
         return cube
     return largest_cube(arm, held, floor, progress=progress)
 
@@ -184,7 +184,7 @@ _HOLDS = 6
 def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     arm: Arm | None,
     cube: Cube | None,
-    judged: Measured | None,
+    judged: MeasuredRobot | None,
     cycles: int,
     robots: int,
     seed: int,
@@ -192,14 +192,14 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     warm_up: WarmUp | None,
     progress: Callable[[str, int, int], None] | None,
 ) -> Iso9283:
-    from lostmotion.analyses.iso9283.compared import compare
-    from lostmotion.analyses.iso9283.predicted import LOADS, PATH_CYCLES, PATH_POINTS, predict
+    from lostmotion.analyses.iso9283.comparison import compare
+    from lostmotion.analyses.iso9283.predicted import LOADS, PATH_CYCLES, PATH_POINTS, predict_robots
     from lostmotion.analyses.iso9283.warm_up import drift
 
     predicted = drifted = None
-    both: list[Compared] = []
+    both: list[ComparedFigure] = []
     if arm is not None and cube is not None:
-        predicted = predict(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress)
+        predicted = predict_robots(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress)
         if warm_up is not None:
             drifted = drift(arm, cube.q[0], predicted.loads[0].barycentre[0], warm_up)
         if judged is not None:
@@ -207,15 +207,15 @@ def _sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
             # The robots built are visited as often, read with the same instrument, and carry the loads that were measured.
             asked = _as_measured(judged, cycles, ends)
             if asked != {"cycles": cycles, "path_cycles": PATH_CYCLES, "path_points": PATH_POINTS, "loads": LOADS, "instrument": 0.0}:
-                seen = predict(arm, cube, robots=robots, seed=seed, path=ends, progress=progress, **asked)
+                seen = predict_robots(arm, cube, robots=robots, seed=seed, path=ends, progress=progress, **asked)
             both = compare(seen, judged)
     return Iso9283(predicted, drifted, judged, tuple(both))
 
 
-def _as_measured(judged: Measured, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
+def _as_measured(judged: MeasuredRobot, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
     """How must robots be predicted to be seen as the measured one was? Fewest visits and cycles over poses, paths and loads."""
     from lostmotion.analyses.iso9283.cube import NAMES
-    from lostmotion.analyses.iso9283.measured_paths import MOST_JUDGED
+    from lostmotion.analyses.iso9283.measured_paths import MOST_PLANES
     from lostmotion.analyses.iso9283.predicted import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
 
     visited = [pose.visits for load in judged.loads for pose in load.poses if pose.name in NAMES]
@@ -224,7 +224,7 @@ def _as_measured(judged: Measured, cycles: int, ends: tuple[int, int]) -> dict[s
     return {
         "cycles": min(max(min(visited, default=cycles), 2), MOST_CYCLES),
         "path_cycles": min((path.cycles for path in paths), default=PATH_CYCLES),
-        "path_points": min((min(len(path.places), MOST_JUDGED) for path in paths), default=PATH_POINTS),
+        "path_points": min((min(len(path.places), MOST_PLANES) for path in paths), default=PATH_POINTS),
         "loads": (*LOADS, *(load.load for load in judged.loads if load.load not in LOADS)),
         "instrument": judged.visits.instrument,
     }
@@ -234,10 +234,10 @@ def _as_measured(judged: Measured, cycles: int, ends: tuple[int, int]) -> dict[s
 class Iso9283(Shown):
     """An ISO 9283 sheet: `summary()`, `report("out/")`, `result()`; `predicted`, `drift`, `measured`, `compared` hold every number."""
 
-    predicted: Predicted | None
+    predicted: PredictedRobots | None
     drift: Drift | None
-    measured: Measured | None
-    compared: tuple[Compared, ...]
+    measured: MeasuredRobot | None
+    compared: tuple[ComparedFigure, ...]
 
     @property
     def states(self) -> States | None:
@@ -261,6 +261,6 @@ class Iso9283(Shown):
 
         Raises OutputExistsError where the folder exists and `force` is not set.
         """
-        from lostmotion.analyses.iso9283.report import write_iso
+        from lostmotion.analyses.iso9283.report import write_iso_report
 
-        return write_iso(self.sheet, self.predicted, self.drift, self.measured, list(self.compared), out, force=force)
+        return write_iso_report(self.sheet, self.predicted, self.drift, self.measured, list(self.compared), out, force=force)

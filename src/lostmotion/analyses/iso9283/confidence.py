@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.expected import expected_repeatability
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.error_model.draws import key
 from lostmotion.error_model.intervals import Estimate, student
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 LEVEL: Final = 0.95
-NOTHING: Final = Estimate(math.nan, math.nan, math.nan)
-FEWEST: Final = 2
+UNKNOWN: Final = Estimate(math.nan, math.nan, math.nan)
+MIN_VISITS: Final = 2
 _DRAWN: Final = 2000
 
 
 def student_interval(values: Floats, level: float = LEVEL) -> Estimate:
     """What is the mean of values (visit,), and between which does it lie? Student's interval."""
     mean, count = float(values.mean()), len(values)
-    if count < FEWEST:
+    if count < MIN_VISITS:
         return Estimate(mean, math.nan, math.nan)
     half = student(count - 1, level) * float(values.std(ddof=1)) / math.sqrt(count)
     return Estimate(mean, mean - half, mean + half)
@@ -40,8 +40,8 @@ def scatter_interval(values: Floats, level: float = LEVEL) -> Estimate:
     from scipy.special import chdtri
 
     count = len(values)
-    if count < FEWEST:
-        return NOTHING
+    if count < MIN_VISITS:
+        return UNKNOWN
     spread = 3 * float(values.std(ddof=1))
     low, high = (math.sqrt((count - 1) / float(chdtri(count - 1, tail))) for tail in ((1 - level) / 2, (1 + level) / 2))
     return Estimate(spread, spread * low, spread * high)
@@ -53,7 +53,7 @@ def accuracy_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     The square of the average's length is too large by the trace of its covariance C, and has the variance 4 b'Cb + 2 tr C^2 (normal scatter);
     Student's share of its root to both sides, never below zero. Holds its level where AP_p is half of the scatter of a visit or more; above it below.
     """
-    if len(errors) < FEWEST:
+    if len(errors) < MIN_VISITS:
         return Estimate(float(np.linalg.norm(errors.mean(axis=0))), math.nan, math.nan)
     return length_interval(errors.mean(axis=0), np.cov(errors.T) / len(errors), len(errors) - 1, level)
 
@@ -72,10 +72,10 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     Sets of as many visits are drawn from a normal scatter with the covariance found; how their RP_l stands to the limit is how this one is taken to.
     The covariance is first made rounder by what a sample's is too unequal.
     """
-    value, count = float(iso.pose_repeatability(errors)) if len(errors) >= FEWEST else math.nan, len(errors)
-    if not value > 0 or count <= FEWEST:
+    value, count = float(iso.pose_repeatability(errors)) if len(errors) >= MIN_VISITS else math.nan, len(errors)
+    if not value > 0 or count <= MIN_VISITS:
         return Estimate(value, math.nan, math.nan)
-    covariance = rounder(np.cov(errors.T)[None], count)[0]
+    covariance = shrunk_covariance(np.cov(errors.T)[None], count)[0]
     limit = float(expected_repeatability(covariance[None] / np.trace(covariance))[0][0]) * math.sqrt(float(np.trace(covariance)))
     sets = generator("repeatability").standard_normal((_DRAWN, count, 3)) @ _root(covariance).T
     low, high = np.quantile(iso.pose_repeatability(sets) / limit, [(1 - level) / 2, (1 + level) / 2])
@@ -83,12 +83,12 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
 
 
 @functools.cache
-def round_repeatability(count: int) -> float:
+def isotropic_repeatability(count: int) -> float:
     """Give RP_l that so many visits show on the average, in deviations of a round normal scatter; zero for a single visit."""
-    return float(expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= FEWEST else 0.0
+    return float(expected_repeatability(np.eye(3)[None], count)[0][0]) if count >= MIN_VISITS else 0.0
 
 
-def rounder(covariance: Floats, count: int, telling: float = math.inf) -> Floats:
+def shrunk_covariance(covariance: Floats, count: int, telling: float = math.inf) -> Floats:
     """Draw samples' covariances (n, k, k) towards round ones, until eigenvalues are as unequal as the true ones are, on the average over all n.
 
     Where only so many samples are `telling`, the others being like them, only as far as they surely are too unequal, by two deviations: by how much
@@ -97,13 +97,13 @@ def rounder(covariance: Floats, count: int, telling: float = math.inf) -> Floats
     size = covariance.shape[-1]
     trace = np.trace(covariance, axis1=1, axis2=2)
     square = (covariance**2).sum(axis=(1, 2)) / trace**2
-    found, true = float(square.mean()) - 1 / size, float(unbiased(square, count).mean()) - 1 / size
+    found, true = float(square.mean()) - 1 / size, float(unbiased_square(square, count).mean()) - 1 / size
     true += 2 * max(found - true, 0.0) / math.sqrt(telling)
     share = math.sqrt(min(max(true / found, 0.0), 1.0)) if found > 0 else 0.0
     return np.asarray(share * covariance + (1 - share) / size * trace[:, None, None] * np.eye(size))
 
 
-def unbiased(square: Floats, count: int) -> Floats:
+def unbiased_square(square: Floats, count: int) -> Floats:
     """Take from samples' tr C^2 / (tr C)^2 what chance alone adds.
 
     E tr S^2 = (1 + 1/m) tr C^2 + (tr C)^2 / m with m = count - 1, of normal visits.

@@ -38,13 +38,13 @@ SPACE: Final = 3
 SAMPLES: Final = 16_384
 STARTS: Final = 64
 # Two answers at one place within this, rad or m, are one configuration.
-ALIKE: Final = 0.2
+SAME_CONFIGURATION: Final = 0.2
 # Newton's steps from one point to the next, where the first is near: they are enough wherever it can be reached.
 STEPS: Final = 10
 # From the middle outward, in so many steps.
 _OUTWARD: Final = (0.4, 0.75, 1.0)
 # Points along an edge at which the cube that was found is looked at again.
-_LOOKED_AT: Final = 7
+_CHECK_POINTS_ALONG: Final = 7
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Cube:
     poses: Floats
     resolution: float
     checked: int
-    found_by: str
+    method: str
 
     @property
     def corners(self) -> Floats:
@@ -80,7 +80,7 @@ def five_points(centre: Floats, side: float) -> Floats:
     return np.asarray(centre + side / 2 * INWARD * np.vstack([np.zeros(3), CORNERS[list(_BY_CORNER)]]))
 
 
-def given_cube(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube:
+def cube_from_arguments(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube:
     """Can the tool be brought to every point of this cube (centre (3,) and side in m), held alike where it can be? The cube with its five poses.
 
     `rotation` (3, 3) of the tool; left out: the first that holds of pointing down, forward, and as in the middle of the joints' ranges. With
@@ -89,34 +89,34 @@ def given_cube(arm: Arm, centre: Floats, side: float, rotation: Floats | None = 
     """
     if not (math.isfinite(side) and side > 0):
         raise refuse_argument("cube", side, "a side above zero", '--cube "400 mm"')
-    cube = cube_at(arm, centre, side, rotation)
+    cube = cube_in_reach(arm, centre, side, rotation)
     if cube is None:
         where = ", ".join(f"{x * 1e3:.0f}" for x in centre)
         raise refuse_argument(
             "cube",
             f"{side * 1e3:.0f} mm about ({where}) mm",
-            f"a cube all of which the tool reaches{held_alike(arm)} ({len(offsets_looked_at())} points of it are looked at)",
+            f"a cube all of which the tool reaches{orientation_clause(arm)} ({len(check_points())} points of it are looked at)",
             "a smaller --cube, another --centre, or neither, to have it found",
         )
     return cube
 
 
-def held_alike(arm: Arm) -> str:
+def orientation_clause(arm: Arm) -> str:
     """Say how the tool is held all over a cube, where the arm has the joints to hold it."""
     return ", held alike" if len(arm.tree.drives) >= _FULL else ""
 
 
-def cube_at(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube | None:
-    """Give what `given_cube` gives; None where a point is out of reach. Raises InputError for an arm that cannot move its tool in space."""
-    refuse_flat(arm)
+def cube_in_reach(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube | None:
+    """Give what `cube_from_arguments` gives; None where a point is out of reach. Raises InputError for an arm that cannot move its tool in space."""
+    refuse_planar(arm)
     centre = np.asarray(centre, dtype=float)
     cloud = sample_poses(arm, SAMPLES).q
     near = np.argsort(np.linalg.norm(tool_points(arm, cloud) - centre, axis=1))[:STARTS]
-    for held in rotations_tried(arm, rotation):
+    for held in candidate_rotations(arm, rotation):
         q, reached = bring(arm, poses_at(np.tile(centre, (len(near), 1)), held), cloud[near], turned=held is not None)
         kept: list[Floats] = []
         for first in q[reached]:
-            if any(np.abs(first - other).max() < ALIKE for other in kept):
+            if any(np.abs(first - other).max() < SAME_CONFIGURATION for other in kept):
                 continue
             kept.append(first)
             cube = checked(arm, Candidate(side, centre, first, held), math.nan, "given")
@@ -129,7 +129,7 @@ def out_of_reach(arm: Arm, points: Floats, rotation: Floats | None = None) -> np
     """Which of these points (point, 3), m, is the tool brought to from none of many sampled poses? True (point,) for each such."""
     cloud = sample_poses(arm, SAMPLES).q
     tools = tool_points(arm, cloud)
-    held = rotations_tried(arm, rotation)[0]
+    held = candidate_rotations(arm, rotation)[0]
     near = [np.argsort(np.linalg.norm(tools - point, axis=1))[:STARTS] for point in points]
     return np.array(
         [
@@ -151,7 +151,7 @@ class Candidate:
 
 def checked(arm: Arm, cube: Candidate, resolution: float, text: str) -> Cube | None:
     """Give a cube with its five poses where the tool can be brought to all points of a grid in it; else None."""
-    offsets = cube.side / 2 * offsets_looked_at()
+    offsets = cube.side / 2 * check_points()
     q, ok = spread(arm, cube.centre, offsets[None], cube, np.ones(1, bool))
     if not ok[0]:
         return None
@@ -159,13 +159,13 @@ def checked(arm: Arm, cube: Candidate, resolution: float, text: str) -> Cube | N
     return Cube(cube.centre, cube.side, cube.held, five, frames(arm, five)[-1], resolution, len(offsets), text)
 
 
-def refuse_flat(arm: Arm) -> None:
+def refuse_planar(arm: Arm) -> None:
     """Raise InputError for an arm that cannot move its tool in space."""
     if len(arm.tree.drives) < SPACE:
         raise refuse_argument("arm", f"{len(arm.tree.drives)} joints that move the tool", "at least three: a test cube is a body in space")
 
 
-def rotations_tried(arm: Arm, rotation: Floats | None) -> list[Floats | None]:
+def candidate_rotations(arm: Arm, rotation: Floats | None) -> list[Floats | None]:
     """How may the tool be held in a cube? As asked (3, 3); else in three ways, or, None, as it comes with fewer than six joints.
 
     Raises InputError where an orientation is asked of an arm that cannot hold one.
@@ -189,9 +189,9 @@ def poses_at(points: Floats, held: Floats | None) -> Floats:
     return out
 
 
-def offsets_looked_at() -> Floats:
+def check_points() -> Floats:
     """Give the points of a cube that are looked at (point, 3), of half a side from its middle: P1 to P5, C1 to C8, and a grid."""
-    line = np.linspace(-1.0, 1.0, _LOOKED_AT)
+    line = np.linspace(-1.0, 1.0, _CHECK_POINTS_ALONG)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     return np.vstack([five_points(np.zeros(3), 2.0), CORNERS, grid])
 

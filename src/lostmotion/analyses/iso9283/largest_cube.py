@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.cube import (
-    ALIKE,
+    SAME_CONFIGURATION,
     SAMPLES,
     SPACE,
     STARTS,
     STEPS,
     Candidate,
+    candidate_rotations,
+    check_points,
     checked,
-    held_alike,
-    offsets_looked_at,
+    orientation_clause,
     poses_at,
-    refuse_flat,
-    rotations_tried,
+    refuse_planar,
     spread,
 )
 from lostmotion.error_model.poses import sample_poses
@@ -76,13 +76,13 @@ def largest_cube(
     middle of the workspace where a base is drawn by ISO 9787. Joint limits, floor, and a tenth of the reach kept
     off the line base - first joint - second joint; no other obstacle or self-collision. Raises InputError where there is no cube.
     """
-    refuse_flat(arm)
+    refuse_planar(arm)
     cloud = sample_poses(arm, SAMPLES).q
     tools = frames(arm, cloud)[-1]
     grid, step = _grid(tools, floor, cells)
     clearance = float(np.linalg.norm(tools[:, :3, 3], axis=1).max()) * _CLEARANCE
     free = _off_column(arm, grid, clearance)
-    tried = rotations_tried(arm, rotation)
+    tried = candidate_rotations(arm, rotation)
     found: list[Candidate] = []
     for number, held in enumerate(tried):
         if progress is not None:
@@ -90,8 +90,8 @@ def largest_cube(
         for joint_values, reached in _floods(arm, grid, free, held, cloud, tools):
             found += _candidates(grid, step, joint_values, reached, held)
     if not found:
-        expected = f"a part of the workspace above the floor that the tool reaches all over{held_alike(arm)}"
-        raise refuse_argument("cube", "none", expected, f"{'another orientation of the tool, or ' if held_alike(arm) else ''}a lower floor")
+        expected = f"a part of the workspace above the floor that the tool reaches all over{orientation_clause(arm)}"
+        raise refuse_argument("cube", "none", expected, f"{'another orientation of the tool, or ' if orientation_clause(arm) else ''}a lower floor")
     found.sort(key=lambda each: (each.side, each.centre[0]), reverse=True)
     at_least = found[0].side - 1.5 * step
     grown = [_grown(arm, each, step, clearance, floor) for each in found[:_FOLLOWED] if each.side > at_least]
@@ -154,7 +154,7 @@ def _grown(arm: Arm, begun: Candidate, step: float, clearance: float, floor: flo
 
 def _reached_within(arm: Arm, cube: Candidate) -> bool:
     """Tell whether the tool can be brought from the middle of a cube to all points looked at in it."""
-    return bool(spread(arm, cube.centre, cube.side / 2 * offsets_looked_at()[None], cube, np.ones(1, bool))[1][0])
+    return bool(spread(arm, cube.centre, cube.side / 2 * check_points()[None], cube, np.ones(1, bool))[1][0])
 
 
 def _holds_any(points: Floats, centre: Floats, half: float) -> bool:
@@ -201,7 +201,7 @@ def _floods(arm: Arm, grid: Floats, free: np.ndarray, held: Floats | None, cloud
     for place, values in seeds:
         if len(found) == _CONFIGURATIONS:
             return
-        if any(seen[place] and np.abs(known[place] - values).max() < ALIKE for known, seen in found):
+        if any(seen[place] and np.abs(known[place] - values).max() < SAME_CONFIGURATION for known, seen in found):
             continue
         found.append(_flood(arm, grid, free, held, place, values))
         yield found[-1]

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.confidence import (
-    FEWEST,
     LEVEL,
-    NOTHING,
+    MIN_VISITS,
+    UNKNOWN,
     accuracy_interval,
     generator,
+    isotropic_repeatability,
     length_interval,
     repeatability_interval,
-    round_repeatability,
     scatter_interval,
     student_interval,
 )
-from lostmotion.analyses.iso9283.fitted import Fit, best_fit, left_by_frames
-from lostmotion.analyses.iso9283.measured_paths import MeasuredPath, judge_paths
+from lostmotion.analyses.iso9283.frame_fit import Fit, best_fit, residual_after_fit
+from lostmotion.analyses.iso9283.measured_paths import MeasuredPath, evaluate_paths
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.errors import InputError, Problem, shown
 
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.spatial import Floats
 
-_AGAIN: Final = 400
+_RESAMPLES: Final = 400
 _FRAME: Final = 3
 # Fewer poses than this, drawn again, say too little of others.
-_POOLED: Final = 20
+_MIN_POSES: Final = 20
 _MOST_MISTAKES: Final = 20
 
 
@@ -90,31 +90,31 @@ class MeasuredLoad:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRobot:
     """The sheet of one robot: a part for each load, the heaviest first."""
 
     visits: Visits
     loads: tuple[MeasuredLoad, ...]
 
 
-def judge(visits: Visits, level: float = LEVEL) -> Measured:
+def evaluate(visits: Visits, level: float = LEVEL) -> MeasuredRobot:
     """What does ISO 9283 say of these rows? Intervals of this level; two visits at least for a scatter, three poses for frames.
 
     Raises InputError for poses that were visited from stated sides alone: their other figures are those of the standard's cycle; for a cycle that
-    visits a pose twice; and for paths as `judge_paths`.
+    visits a pose twice; and for paths as `evaluate_paths`.
     """
     of_path = np.array([bool(path) for path in visits.path])
-    _refuse_twice(visits)
+    _refuse_repeated_cycles(visits)
     loads = []
     for load in sorted(dict.fromkeys(visits.load.tolist()), reverse=True):
         there = visits.load == load
         poses = _at_poses(visits.picked(there & ~of_path), level)
-        loads.append(MeasuredLoad(load=load, paths=judge_paths(visits.picked(there & of_path), level), **poses))
+        loads.append(MeasuredLoad(load=load, paths=evaluate_paths(visits.picked(there & of_path), level), **poses))
     if not any(load.paths or load.pooled is not None for load in loads) and not any(
         math.isfinite(pose.repeatability.value) for load in loads for pose in load.poses
     ):
         _refuse_too_few(visits)
-    return Measured(visits, tuple(loads))
+    return MeasuredRobot(visits, tuple(loads))
 
 
 def _refuse_too_few(visits: Visits) -> None:
@@ -128,7 +128,7 @@ def _refuse_too_few(visits: Visits) -> None:
     raise InputError([Problem(file, f"line {line}", found, expected, "cycle 1 to 30, one row for each visit")])
 
 
-def _refuse_twice(visits: Visits) -> None:
+def _refuse_repeated_cycles(visits: Visits) -> None:
     """Raise InputError where a cycle visits one pose twice: which of the two stands beside the other poses of that cycle nobody knows."""
     first: dict[tuple[str, str, float, float], int] = {}
     mistakes: list[Problem] = []
@@ -136,7 +136,9 @@ def _refuse_twice(visits: Visits) -> None:
         if visit[0] and len(mistakes) < _MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
             (file, line), (other, before) = visits.where[k], visits.where[at]
             stands = f"line {before}" if file == other else f"{other}, line {before}"
-            found = f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has it with another {_differing(visits, k, at)}"
+            found = (
+                f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has it with another {_differing_coordinates(visits, k, at)}"
+            )
             mistakes.append(
                 Problem(file, f"line {line}", found, "one visit per pose, side, load and cycle", "strike the void one, or number it anew")
             )
@@ -144,7 +146,7 @@ def _refuse_twice(visits: Visits) -> None:
         raise InputError(mistakes)
 
 
-def _differing(visits: Visits, one: int, other: int) -> str:
+def _differing_coordinates(visits: Visits, one: int, other: int) -> str:
     """Return the names of the coordinates in which two readings of one pose differ."""
     moved = visits.attained[one] != visits.attained[other]
     turned = np.isfinite(visits.orientation[[one, other]]).all() and (visits.orientation[one] != visits.orientation[other]).any()
@@ -157,7 +159,7 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
     everywhere: dict[str, list[int]] = {}
     for k, name in enumerate(visits.pose):
         everywhere.setdefault(name, []).append(k)
-    names = sorted(everywhere, key=_counting)
+    names = sorted(everywhere, key=_natural_order)
     if not names:
         return {"poses": (), "distance": None, "pooled": None, "fit": None, "floor": 0.0}
     rows = {name: np.array([k for k in everywhere[name] if not visits.side[k]], dtype=int) for name in names}
@@ -180,11 +182,11 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
     if fit is not None:
         raw = barycentre - command
         pooled = _pooled(lambda chosen: raw[chosen], len(raw), level), _pooled(_refit(command, rotation, fit), len(raw), level)
-    floor = visits.instrument * round_repeatability(min(len(found) for found in rows.values()))
+    floor = visits.instrument * isotropic_repeatability(min(len(found) for found in rows.values()))
     return {"poses": poses, "distance": _distance(visits, rows, level), "pooled": pooled, "fit": fit, "floor": floor}
 
 
-def _counting(name: str) -> tuple[str, int, str]:
+def _natural_order(name: str) -> tuple[str, int, str]:
     """Give what sorts names as people count."""
     word = name.rstrip("0123456789")
     return word, int(name[len(word) :][-9:] or 0), name
@@ -197,21 +199,21 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
     rotation, turned = visits.rotation[found[0]], turn[found]
     aimed = bool(np.isfinite(turned).all())
     if not aimed:
-        rotation, turned = _about_average(visits.orientation[found])
+        rotation, turned = _deviations_from_mean(visits.orientation[found])
     each = np.column_stack([turned, errors])
     measured = [bool(np.isfinite(turned).all())] * 3 + [True] * 3
     commanded = [aimed] * 3 + [known] * 3
     repeat = repeatability_interval(errors, level)
-    floor = visits.instrument * round_repeatability(len(found))
+    floor = visits.instrument * isotropic_repeatability(len(found))
     return MeasuredPose(
         name,
         len(found),
         command,
-        accuracy_interval(errors, level) if known else NOTHING,
+        accuracy_interval(errors, level) if known else UNKNOWN,
         repeat,
-        tuple(student_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, commanded, strict=True)),
-        tuple(scatter_interval(column, level) if ok else NOTHING for column, ok in zip(each.T, measured, strict=True)),
-        _without(repeat, floor) if visits.instrument and repeat.value > 0 else NOTHING,
+        tuple(student_interval(column, level) if ok else UNKNOWN for column, ok in zip(each.T, commanded, strict=True)),
+        tuple(scatter_interval(column, level) if ok else UNKNOWN for column, ok in zip(each.T, measured, strict=True)),
+        _without(repeat, floor) if visits.instrument and repeat.value > 0 else UNKNOWN,
         fitted,
         from_sides,
         rotation,
@@ -224,7 +226,7 @@ def _without(repeat: Estimate, floor: float) -> Estimate:
     return Estimate(*(math.sqrt(max(each**2 - floor**2, 0.0)) if math.isfinite(each) else each for each in (repeat.value, repeat.low, repeat.high)))
 
 
-def _about_average(orientation: Floats) -> tuple[Floats, Floats]:
+def _deviations_from_mean(orientation: Floats) -> tuple[Floats, Floats]:
     """Give the average of orientations (visit, 3, 3), and the rotation vectors (visit, 3) from it to each; NaN where one is not known."""
     from scipy.spatial.transform import Rotation
 
@@ -242,12 +244,12 @@ def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:
         if visits.side[k]:
             sides.setdefault(visits.side[k], []).append(k)
     sets = [visits.attained[found] for found in sides.values()]
-    if len(sets) < FEWEST:
-        return NOTHING
+    if len(sets) < MIN_VISITS:
+        return UNKNOWN
     pairs = [(one, other) for one, other in itertools.combinations(sets, 2)]
     one, other = max(pairs, key=lambda pair: float(np.linalg.norm(pair[0].mean(axis=0) - pair[1].mean(axis=0))))
     between, fewest = one.mean(axis=0) - other.mean(axis=0), min(len(one), len(other))
-    if fewest < FEWEST:
+    if fewest < MIN_VISITS:
         return Estimate(float(np.linalg.norm(between)), math.nan, math.nan)
     return length_interval(between, np.cov(one.T) / len(one) + np.cov(other.T) / len(other), fewest - 1, level)
 
@@ -258,12 +260,12 @@ def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tupl
         return None
     cycles = [dict(zip(visits.cycle[rows[name]].tolist(), rows[name].tolist(), strict=True)) for name in ("P2", "P4")]
     both = sorted(set(cycles[0]) & set(cycles[1]))
-    if len(both) < FEWEST:
+    if len(both) < MIN_VISITS:
         return None
     ends = [visits.attained[[at[cycle] for cycle in both]] for at in cycles]
     far = np.linalg.norm(ends[1] - ends[0], axis=1)
     command = float(np.linalg.norm(visits.command[rows["P4"][0]] - visits.command[rows["P2"][0]]))
-    return (student_interval(far - command, level) if math.isfinite(command) else NOTHING), scatter_interval(far, level)
+    return (student_interval(far - command, level) if math.isfinite(command) else UNKNOWN), scatter_interval(far, level)
 
 
 def _refit(command: Floats, rotation: Floats | None, fit: Fit) -> Callable[[np.ndarray], np.ndarray]:
@@ -272,7 +274,7 @@ def _refit(command: Floats, rotation: Floats | None, fit: Fit) -> Callable[[np.n
     turned = None if rotation is None else fit.base[:3, :3] @ rotation
 
     def left(chosen: np.ndarray) -> np.ndarray:
-        return left_by_frames(fit.residual[chosen], stands[chosen], None if turned is None else turned[chosen])
+        return residual_after_fit(fit.residual[chosen], stands[chosen], None if turned is None else turned[chosen])
 
     return left
 
@@ -285,8 +287,8 @@ def _pooled(left: Callable[[np.ndarray], np.ndarray], count: int, level: float) 
         return np.array([lengths.mean(), lengths.std(ddof=1), np.quantile(lengths, 0.95), lengths.max()])
 
     low, high = np.full((2, 4), math.nan)
-    if count >= _POOLED:
+    if count >= _MIN_POSES:
         rng = generator("poses")
-        again = np.array([told(rng.integers(count, size=count)) for _ in range(_AGAIN)])
+        again = np.array([told(rng.integers(count, size=count)) for _ in range(_RESAMPLES)])
         low[:3], high[:3] = np.quantile(again[:, :3], [(1 - level) / 2, (1 + level) / 2], axis=0)
     return tuple(Estimate(float(value), float(a), float(b)) for value, a, b in zip(told(np.arange(count)), low, high, strict=True))

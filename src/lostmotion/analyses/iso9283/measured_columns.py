@@ -30,14 +30,14 @@ _THOUSANDS: Final = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _NUMBER: Final = re.compile(r"[+-]?[.,]?\d[\d.,]*(?:[eE][+-]?\d+)?")
 _MAP: Final = re.compile(r"^\s*(?P<role>[a-z]{1,5})\s*=\s*(?P<sign>[+-]?)\s*(?P<column>[^\[\]]{1,100}?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
 ATTAINED: Final = ("x", "y", "z")
-OFF: Final = ("dx", "dy", "dz")
+DEVIATION: Final = ("dx", "dy", "dz")
 COMMANDED: Final = ("xc", "yc", "zc")
-TURNED: Final = ("a", "b", "c")
-COMMANDED_TURN: Final = ("ac", "bc", "cc")
+ORIENTATION: Final = ("a", "b", "c")
+COMMANDED_ORIENTATION: Final = ("ac", "bc", "cc")
 WORDS: Final = ("pose", "path", "side", "cycle")
-_LENGTHS: Final = (*ATTAINED, *OFF, *COMMANDED)
+_LENGTHS: Final = (*ATTAINED, *DEVIATION, *COMMANDED)
 # What is counted in: SI unit, and one that people write.
-_UNITS: Final = {**dict.fromkeys(_LENGTHS, ("m", "mm")), **dict.fromkeys((*TURNED, *COMMANDED_TURN), ("rad", "deg")), "load": ("1", "%")}
+_UNITS: Final = {**dict.fromkeys(_LENGTHS, ("m", "mm")), **dict.fromkeys((*ORIENTATION, *COMMANDED_ORIENTATION), ("rad", "deg")), "load": ("1", "%")}
 _ROLES: Final = (*WORDS, *_UNITS)
 HEADER: Final = "pose, cycle, x [mm], y [mm], z [mm], xc [mm], yc [mm], zc [mm]"
 
@@ -149,18 +149,18 @@ def find_columns(
 
 def _missing(file: str, found: Mapping[str, Column]) -> list[Problem]:
     out = []
-    whole = {group: [role for role in group if role in found] for group in (ATTAINED, OFF, COMMANDED, TURNED, COMMANDED_TURN)}
+    whole = {group: [role for role in group if role in found] for group in (ATTAINED, DEVIATION, COMMANDED, ORIENTATION, COMMANDED_ORIENTATION)}
     for group, there in whole.items():
         if there and len(there) < len(group):
             missing = [role for role in group if role not in found]
             out.append(
                 Problem(file, "line 1", f"{listed(there)} without {listed(missing)}", "all three, or none", ", ".join(f"{r} [mm]" for r in group))
             )
-    if not whole[ATTAINED] and not whole[OFF]:
+    if not whole[ATTAINED] and not whole[DEVIATION]:
         out.append(Problem(file, "line 1", "no attained positions", "columns x, y, z, or dx, dy, dz beside xc, yc, zc; name others by --map", HEADER))
-    if whole[ATTAINED] and whole[OFF]:
+    if whole[ATTAINED] and whole[DEVIATION]:
         out.append(Problem(file, "line 1", "both x, y, z and dx, dy, dz", "one of the two", HEADER))
-    if whole[OFF] and not whole[COMMANDED]:
+    if whole[DEVIATION] and not whole[COMMANDED]:
         out.append(
             Problem(
                 file,
@@ -174,12 +174,12 @@ def _missing(file: str, found: Mapping[str, Column]) -> list[Problem]:
         out.append(Problem(file, "line 1", "neither pose nor path nor xc, yc, zc", "what tells poses apart", HEADER))
     if "path" in found and "cycle" not in found:
         out.append(Problem(file, "line 1", "path without cycle", "the number of the cycle beside it", "path, cycle, x [mm], y [mm], z [mm]"))
-    if whole[COMMANDED_TURN] and not whole[COMMANDED]:
+    if whole[COMMANDED_ORIENTATION] and not whole[COMMANDED]:
         out.append(Problem(file, "line 1", "ac, bc, cc without xc, yc, zc", "the whole commanded pose", HEADER))
     return out
 
 
-def with_points(file: str, rows: list[list[str]], lines: Sequence[int], columns: Mapping[str, Column]) -> list[list[str]]:
+def decimal_points(file: str, rows: list[list[str]], lines: Sequence[int], columns: Mapping[str, Column]) -> list[list[str]]:
     """Give the rows with decimal points where the file's numbers have decimal commas, as many spreadsheets write them between semicolons.
 
     Raises InputError, once, where it cannot be told what a comma is: beside decimal points, or wherever thousands could be meant.

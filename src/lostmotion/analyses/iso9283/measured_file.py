@@ -27,18 +27,18 @@ import numpy as np
 from lostmotion.analyses.iso9283.measured_columns import (
     ATTAINED,
     COMMANDED,
-    COMMANDED_TURN,
+    COMMANDED_ORIENTATION,
+    DEVIATION,
     LONGEST,
     MOST_MISTAKES,
-    OFF,
-    TURNED,
+    ORIENTATION,
     WORDS,
     column_names,
+    decimal_points,
     find_columns,
     read_table,
-    with_points,
 )
-from lostmotion.analyses.iso9283.predicted import HEAVIEST
+from lostmotion.analyses.iso9283.predicted import MOST_LOAD
 from lostmotion.analyses.iso9283.visits import ARRAYS, TUPLES, Visits
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.io.limits import cut, refuse_all
@@ -59,7 +59,7 @@ _MOST_FILES: Final = 20
 # Loads that differ by less, of the payload, are one.
 _DECIMALS: Final = 6
 # What may be left out of a reading along a path, all three at once.
-_SPARED: Final = (COMMANDED, TURNED, COMMANDED_TURN)
+_SPARED: Final = (COMMANDED, ORIENTATION, COMMANDED_ORIENTATION)
 
 
 def read_measured(
@@ -83,8 +83,8 @@ def read_measured(
         raise refuse_argument("measured", f"{len(files)} files", f"1 to {_MOST_FILES}", '--measured "visits.csv"')
     if len(loads) not in {0, len(files)}:
         raise refuse_argument("load", f"{len(loads)} for {len(files)} measured files", "one for each file, in their order", '--load "100 %"')
-    if not all(0 <= load <= HEAVIEST for load in loads):
-        raise refuse_argument("load", tuple(loads), f"shares of the payload, from 0 to {HEAVIEST:g}", '--load "10 %"')
+    if not all(0 <= load <= MOST_LOAD for load in loads):
+        raise refuse_argument("load", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", '--load "10 %"')
     tables = [read_table(each) for each in files]
     names = {name for header, _, _ in tables for name in column_names(header)} if len(files) > 1 else set()
     named: Sequence[float | None] = loads or [None] * len(files)
@@ -97,7 +97,7 @@ def read_measured(
             mistakes += error.problems
     if mistakes:
         refuse_all(mistakes, MOST_MISTAKES)
-    found = parts[0] if len(parts) == 1 else together(parts)
+    found = parts[0] if len(parts) == 1 else combined(parts)
     if len(kinds := dict.fromkeys(found.load.tolist())) > MOST_LOADS:
         refuse(str(files[0]), "load", f"{len(kinds)} loads", f"at most {MOST_LOADS}", "10 % and 100 % of the payload")
     _refuse_two_commands(found)
@@ -129,10 +129,10 @@ def _rows_of(
         cycle=np.array([float(word) for word in words["cycle"]]) if "cycle" in words else np.full(count, math.nan),
         side=tuple(words.get("side", [""] * count)),
         load=np.round(shares, _DECIMALS),
-        attained=command + _stacked(values, OFF, nothing) if OFF[0] in values else _stacked(values, ATTAINED, nothing),
+        attained=command + _stacked(values, DEVIATION, nothing) if DEVIATION[0] in values else _stacked(values, ATTAINED, nothing),
         command=command,
-        orientation=_rotations(_stacked(values, TURNED, nothing)),
-        rotation=_rotations(_stacked(values, COMMANDED_TURN, nothing)),
+        orientation=_rotations(_stacked(values, ORIENTATION, nothing)),
+        rotation=_rotations(_stacked(values, COMMANDED_ORIENTATION, nothing)),
         where=tuple((file, line) for line in lines),
         duplicates=duplicates,
         unread=unread,
@@ -143,7 +143,7 @@ def _rows_of(
     )
 
 
-def together(parts: Sequence[Visits]) -> Visits:
+def combined(parts: Sequence[Visits]) -> Visits:
     """What do the rows of several files of one robot say as those of one? The instrument is that of the first."""
     rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
     rows |= {name: tuple(each for part in parts for each in getattr(part, name)) for name in TUPLES}
@@ -158,8 +158,8 @@ def _loads(file: str, lines: Sequence[int], stated: Floats | None, named: float 
         return np.full(count, 1.0 if named is None else named)
     mistakes = []
     for load, line in zip(stated.tolist(), lines, strict=True):
-        if not 0 <= load <= HEAVIEST:
-            expected = f"a share of the payload, from 0 to {100 * HEAVIEST:.0f} %"
+        if not 0 <= load <= MOST_LOAD:
+            expected = f"a share of the payload, from 0 to {100 * MOST_LOAD:.0f} %"
             mistakes.append(Problem(file, f"line {line}, load", f"{100 * load:g} %", expected, "100, under the heading load [%]"))
             if len(mistakes) > MOST_MISTAKES:
                 break
@@ -207,7 +207,7 @@ def _values(
     """Give the words and the numbers (in SI) of each role; all mistakes of header and rows at once."""
     columns, without_unit, mistakes = found_columns
     try:
-        rows = with_points(file, rows, lines, columns)
+        rows = decimal_points(file, rows, lines, columns)
     except InputError as error:
         refuse_all([*mistakes, *error.problems], MOST_MISTAKES)
     columns = {role: replace(column, factor=0.0) if role in without_unit else column for role, column in columns.items()}
@@ -265,7 +265,7 @@ def _spared(cells: Mapping[str, str]) -> set[str]:
     if not cells.get("path"):
         return set()
     groups = [group for group in _SPARED if not any(cells.get(role) for role in group)]
-    return {role for group in groups for role in group if not (group is COMMANDED and OFF[0] in cells)}
+    return {role for group in groups for role in group if not (group is COMMANDED and DEVIATION[0] in cells)}
 
 
 def _no_number(cell: str, factor: float) -> tuple[str, str] | None:
@@ -327,7 +327,7 @@ def _commands(path: Path) -> dict[str, Floats]:
             refuse(str(path), "line 1", f"no column {role}", "the commanded poses: pose, x [mm], y [mm], z [mm]", "pose, x [mm], y [mm], z [mm]")
     words, values = _values(str(path), header, rows, lines, found)
     nothing = np.full((len(rows), 3), math.nan)
-    at, rotation = _stacked(values, ATTAINED, nothing), _rotations(_stacked(values, TURNED, nothing))
+    at, rotation = _stacked(values, ATTAINED, nothing), _rotations(_stacked(values, ORIENTATION, nothing))
     out: dict[str, Floats] = {}
     for k, name in enumerate(words["pose"]):
         if name in out:

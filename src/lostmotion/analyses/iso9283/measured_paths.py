@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.confidence import FEWEST, NOTHING, generator
-from lostmotion.analyses.iso9283.paths import FEWEST_READINGS, across_path, at_plane, moved_to_planes, shared_places
+from lostmotion.analyses.iso9283.confidence import MIN_VISITS, UNKNOWN, generator
+from lostmotion.analyses.iso9283.paths import MIN_READINGS, across_path, moved_to_planes, path_figures, shared_places
 from lostmotion.analyses.iso9283.worst_plane import largest_mean, largest_scatter
 from lostmotion.errors import InputError, Problem, shown
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 # Planes, as many as predicted paths are looked at in; a cycle of fewer readings tells no more places than it has.
 PLANES: Final = 20
 # Shared places from which intervals are computed, evenly picked: the effort grows with their square.
-MOST_JUDGED: Final = 60
+MOST_PLANES: Final = 60
 # Commanded positions along a path that tell its line where its name does not.
-FEWEST_STATED: Final = 2
+MIN_COMMANDS: Final = 2
 MOST_CYCLES: Final = 1000
 MOST_PATHS: Final = 20
 # Of the path: as far may a reading stand behind those before it (noise at rest, overshoot), and so much must all cycles cover.
@@ -96,7 +96,7 @@ class _Line:
     rotation: Floats
 
 
-def judge_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
+def evaluate_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
     """What do readings along paths, all under one load, say of each path?
 
     The command is the line between the two poses that a path is named after; where the file states commanded positions along it they must lie on a
@@ -111,7 +111,7 @@ def judge_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
         rows = readings.picked(np.array([path == label for path in readings.path]))
         try:
             line = _line(label, rows)
-            judged = _judged(line, rows, level)
+            judged = _evaluate_path(line, rows, level)
         except InputError as error:
             mistakes += error.problems
         else:
@@ -146,7 +146,7 @@ def _line(label: str, rows: Visits) -> _Line:
         start, end = ends[:, :3, 3]
         name = "-".join(named)
         turned = np.concatenate([turned, ends[:, :3, :3]])
-    elif len(stated) >= FEWEST_STATED:
+    elif len(stated) >= MIN_COMMANDS:
         points = rows.command[stated]
         start = points[0]
         end = points[np.linalg.norm(points - start, axis=1).argmax()]
@@ -166,9 +166,9 @@ def _line(label: str, rows: Visits) -> _Line:
     return _Line(name, start, along, length, turned[0] if alike else np.full((3, 3), math.nan))
 
 
-def _judged(line: _Line, rows: Visits, level: float) -> MeasuredPath:
+def _evaluate_path(line: _Line, rows: Visits, level: float) -> MeasuredPath:
     numbers = dict.fromkeys(rows.cycle.tolist())
-    if not FEWEST <= len(numbers) <= MOST_CYCLES:
+    if not MIN_VISITS <= len(numbers) <= MOST_CYCLES:
         found = f"path {line.name} in {len(numbers)} cycle{'s' * (len(numbers) > 1)}"
         expected = f"2 to {MOST_CYCLES} cycles; the standard asks for 10"
         raise InputError([_problem(rows, 0, found, expected, "cycle 1 to 10, each along the whole path")])
@@ -195,8 +195,8 @@ def _judged(line: _Line, rows: Visits, level: float) -> MeasuredPath:
     else:
         places = np.linspace(first, last, min(PLANES, *(len(each) for each in ways)))
         there = moved_to_planes(ways, read, places)
-    between = _between([(way[at], rows.attained[at]) for at in cycles.values()], line.along)
-    return _figured(line, there, places, rows, level, between, shared=shared is not None)
+    between = _reading_gaps([(way[at], rows.attained[at]) for at in cycles.values()], line.along)
+    return _path_result(line, there, places, rows, level, between, shared=shared is not None)
 
 
 def _within(shared: list[np.ndarray] | None, ways: list[Floats], first: float, last: float, length: float) -> list[np.ndarray] | None:
@@ -206,12 +206,12 @@ def _within(shared: list[np.ndarray] | None, ways: list[Floats], first: float, l
     places = np.mean([way[at] for way, at in zip(ways, shared, strict=True)], axis=0)
     # Noise at the path's ends lies as often before them as behind.
     on_line = (places >= -_BACK * length) & (places <= (1 + _BACK) * length)
-    if on_line.sum() < FEWEST_READINGS or np.ptp(places[on_line]) < _COVERED * (last - first):
+    if on_line.sum() < MIN_READINGS or np.ptp(places[on_line]) < _COVERED * (last - first):
         return None
     return [at[on_line] for at in shared]
 
 
-def _between(cycles: list[tuple[Floats, Floats]], along: Floats) -> tuple[float, float]:
+def _reading_gaps(cycles: list[tuple[Floats, Floats]], along: Floats) -> tuple[float, float]:
     """Give how far readings stand apart along the path at most, and by how much (root mean square) a reading left out would be missed."""
     gap, missed = 0.0, []
     for way, attained in cycles:
@@ -228,9 +228,9 @@ def _out_of_order(line: _Line, rows: Visits, cycles: dict[float, np.ndarray], wa
     """Find cycles of too few readings, and those that come back."""
     out = []
     for cycle, at in cycles.items():
-        if len(at) < FEWEST_READINGS:
+        if len(at) < MIN_READINGS:
             found = f"{len(at)} readings along path {line.name} in cycle {cycle:g}"
-            out.append(_problem(rows, int(at[0]), found, f"at least {FEWEST_READINGS} in every cycle", "readings every 10 mm"))
+            out.append(_problem(rows, int(at[0]), found, f"at least {MIN_READINGS} in every cycle", "readings every 10 mm"))
             continue
         behind = np.maximum.accumulate(way[at]) - way[at]
         if (back := np.flatnonzero(behind > _BACK * line.length)).size:
@@ -240,11 +240,13 @@ def _out_of_order(line: _Line, rows: Visits, cycles: dict[float, np.ndarray], wa
     return out[:_MOST_MISTAKES]
 
 
-def _figured(line: _Line, errors: Floats, places: Floats, rows: Visits, level: float, between: tuple[float, float], *, shared: bool) -> MeasuredPath:
+def _path_result(
+    line: _Line, errors: Floats, places: Floats, rows: Visits, level: float, between: tuple[float, float], *, shared: bool
+) -> MeasuredPath:
     """Return the figures of errors (plane, cycle, 6), with estimates and intervals of what many cycles would show."""
-    profile = np.stack([at_plane(each, line.along) for each in errors], axis=-1)
+    profile = np.stack([path_figures(each, line.along) for each in errors], axis=-1)
     worst = profile.argmax(axis=1)
-    picked = errors[np.unique(np.linspace(0, len(errors) - 1, MOST_JUDGED).round().astype(int))]
+    picked = errors[np.unique(np.linspace(0, len(errors) - 1, MOST_PLANES).round().astype(int))]
     across, turn = across_path(picked[..., 3:], line.along), picked[..., :3]
     many = [
         largest_mean(across, level),
@@ -261,7 +263,7 @@ def _figured(line: _Line, errors: Floats, places: Floats, rows: Visits, level: f
         shared,
         places,
         np.where(known, profile.max(axis=1), math.nan),
-        tuple(each if ok else NOTHING for each, ok in zip(many, known, strict=True)),
+        tuple(each if ok else UNKNOWN for each, ok in zip(many, known, strict=True)),
         np.where(known, places[worst], math.nan),
         profile,
         rows.instrument * _noise(len(picked), errors.shape[1]),

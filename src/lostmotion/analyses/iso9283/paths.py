@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 PATH_FIGURES: Final = ("AT_p", "RT_p", "AT_a", "AT_b", "AT_c", "RT_a", "RT_b", "RT_c")
 _DIRECTION: Final = 3
 # A cycle of fewer readings shows no path.
-FEWEST_READINGS: Final = 5
+MIN_READINGS: Final = 5
 # Of the mean distance between readings: as far apart two readings still stand at one place.
 _NEAR: Final = 0.1
 # Of the places of the cycle with the fewest readings: so many must be shared, or single places would be left out.
@@ -34,7 +34,7 @@ def across_path(errors: Floats, along: Floats) -> Floats:
     return np.asarray(errors - (errors * along).sum(axis=-1, keepdims=True) * along)
 
 
-def at_plane(errors: Floats, along: Floats) -> Floats:
+def path_figures(errors: Floats, along: Floats) -> Floats:
     """What do the cycles' errors (..., cycle, 6) say at one plane across the direction `along` (3,)? `PATH_FIGURES` there (8, ...), none signed.
 
     AT_p: length of the average across the path; RT_p: mean + 3 s of the distances from it; AT_a, b, c: size of the average turn; RT_a, b, c: 3 s.
@@ -48,7 +48,7 @@ def at_plane(errors: Floats, along: Floats) -> Floats:
 
 def along_path(errors: Floats, along: Floats) -> Floats:
     """What does the path say whose planes hold errors (plane, ..., cycle, 6)? `PATH_FIGURES` (8, ...) at the worst plane for each."""
-    return np.asarray(np.stack([at_plane(each, along) for each in errors]).max(axis=0))
+    return np.asarray(np.stack([path_figures(each, along) for each in errors]).max(axis=0))
 
 
 def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
@@ -59,7 +59,7 @@ def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
     (place,) for each cycle. At least nine tenths of the places of the cycle with the fewest readings must be shared, and five.
     """
     fewest = np.sort(min(ways, key=len))
-    if len(fewest) < FEWEST_READINGS:
+    if len(fewest) < MIN_READINGS:
         return None
     near = _NEAR * float(fewest[-1] - fewest[0]) / (len(fewest) - 1)
     kept = [fewest[0]]
@@ -69,7 +69,7 @@ def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
     places = np.array(kept)
     nearest = [np.abs(way[:, None] - places).argmin(axis=0) for way in ways]
     everywhere = np.all([np.abs(way[at] - places) <= near for way, at in zip(ways, nearest, strict=True)], axis=0)
-    if everywhere.sum() < max(FEWEST_READINGS, _SHARED * len(places)):
+    if everywhere.sum() < max(MIN_READINGS, _SHARED * len(places)):
         return None
     return [at[everywhere] for at in nearest]
 

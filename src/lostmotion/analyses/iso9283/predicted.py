@@ -13,9 +13,9 @@ import numpy as np
 
 from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.analyses.iso9283.cube import NAMES
-from lostmotion.analyses.iso9283.expected import expected_repeatability
-from lostmotion.analyses.iso9283.fitted import left_by_frames
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES, at_plane
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
+from lostmotion.analyses.iso9283.frame_fit import residual_after_fit
+from lostmotion.analyses.iso9283.paths import PATH_FIGURES, path_figures
 from lostmotion.error_model.draws import key
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
@@ -40,7 +40,7 @@ MOST_CYCLES: Final = 1000
 MOST_PATH_POINTS: Final = 200
 MOST_LOADS: Final = 8
 # Share of the payload; more is a slip of the unit.
-HEAVIEST: Final = 2.0
+MOST_LOAD: Final = 2.0
 PATH_POINTS: Final = 20
 # The standard looks at vAP at these, at distances and the path between the last two.
 FROM_THREE_SIDES: Final = (0, 1, 3)
@@ -84,7 +84,7 @@ class LoadSheet:
     expected: Floats
     deviation: Floats
     limit: Floats
-    from_any_side: Floats
+    random_approach: Floats
     shown: Floats
     multi_directional: Floats
     distance: Floats
@@ -98,7 +98,7 @@ class LoadSheet:
 
 
 @dataclass(frozen=True)
-class Predicted:
+class PredictedRobots:
     """What was found for robots built to one design.
 
     approach (5, joint)  sign with which each joint arrives in the cycle
@@ -123,7 +123,7 @@ class Predicted:
     check: ExactCheck
 
 
-def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
+def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     arm: Arm,
     cube: Cube,
     *,
@@ -136,7 +136,7 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
     loads: Sequence[float] = LOADS,
     instrument: float = 0.0,
     progress: Callable[[str, int, int], None] | None = None,
-) -> Predicted:
+) -> PredictedRobots:
     """What would the sheet of ISO 9283 say of robots built to this design, in this cube?
 
     cycles   visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
@@ -155,14 +155,14 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
     ):
         if not least <= value <= most:
             raise refuse_argument(name, value, f"from {least} to {most}", f"{name} = 30")
-    if not all(0 <= load <= HEAVIEST for load in loads):
-        raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {HEAVIEST:g}", f"loads = {LOADS}")
+    if not all(0 <= load <= MOST_LOAD for load in loads):
+        raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", f"loads = {LOADS}")
     told = progress or (lambda _what, _done, _of: None)
     steps = 3 * len(loads)
     arrives, still = cycle_approach(cube.q)
     sheets = []
     for number, load in enumerate(loads):
-        loaded = carrying(arm, load)
+        loaded = with_payload_share(arm, load)
         told("visiting the five poses", 3 * number, steps)
         at_poses = _at_poses(loaded, cube, arrives, seed, _NUMBERS["cycle"] + len(NAMES) * number, robots, cycles, instrument)
         told("arriving from three sides", 3 * number + 1, steps)
@@ -172,7 +172,7 @@ def predict(  # noqa: PLR0913 - an ISO sheet is these numbers
         first = _NUMBERS["path"] + MOST_PATH_POINTS * number
         profile, along = _along_path(loaded, cube, arrives, path, path_points, seed, first, robots, path_cycles, instrument)
         sheets.append(LoadSheet(load=load, multi_directional=sides, path=along, path_profile=profile, **at_poses))
-    return Predicted(
+    return PredictedRobots(
         arm,
         cube,
         cycles,
@@ -202,7 +202,7 @@ def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
     return np.where(still, 1.0, signs), still
 
 
-def carrying(arm: Arm, share: float) -> Arm:
+def with_payload_share(arm: Arm, share: float) -> Arm:
     """How is the arm with a share of its payload, of its mass and of the process force and moment? Its drives, and their friction, stay the same."""
     payload = arm.payload
     lighter = payload.model_copy(
@@ -256,11 +256,11 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
         "turn": iso.axis_accuracy(turn),
         "repeatability": iso.pose_repeatability(shift),
         "scatter": iso.axis_repeatability(errors),
-        "fitted": np.linalg.norm(left_by_frames(barycentre, command), axis=-1),
+        "fitted": np.linalg.norm(residual_after_fit(barycentre, command), axis=-1),
         "expected": expected,
         "deviation": deviation,
         "limit": expected_repeatability(covariance)[0],
-        "from_any_side": iso.pose_repeatability(either),
+        "random_approach": iso.pose_repeatability(either),
         "shown": shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
         "distance": np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)]),
     }
@@ -346,6 +346,6 @@ def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
     found = np.empty((len(PATH_FIGURES), points, robots))
     for k in range(points):
-        found[:, k] = at_plane(_errors(matrix, k, first + k, seed, robots, cycles, instrument), along)
+        found[:, k] = path_figures(_errors(matrix, k, first + k, seed, robots, cycles, instrument), along)
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
     return profile, found.max(axis=1)

@@ -11,19 +11,19 @@ from lostmotion.reporting.page import contents
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.analyses.iso9283.compared import Compared
-    from lostmotion.analyses.iso9283.measured import Measured
-    from lostmotion.analyses.iso9283.predicted import Predicted
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.analyses.iso9283.warm_up import Drift
     from lostmotion.reporting.sheet import Sheet
 
 
-def write_iso(
+def write_iso_report(
     sheet: Sheet,
-    predicted: Predicted | None,
+    predicted: PredictedRobots | None,
     drifted: Drift | None,
-    measured: Measured | None,
-    compared: list[Compared],
+    measured: MeasuredRobot | None,
+    compared: list[ComparedFigure],
     out: str | Path,
     *,
     force: bool = False,

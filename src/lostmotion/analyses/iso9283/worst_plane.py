@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.confidence import FEWEST, LEVEL, NOTHING, generator, rounder, unbiased
-from lostmotion.analyses.iso9283.expected import expected_repeatability
+from lostmotion.analyses.iso9283.confidence import LEVEL, MIN_VISITS, UNKNOWN, generator, shrunk_covariance, unbiased_square
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.error_model.intervals import Estimate
 
 if TYPE_CHECKING:
@@ -41,19 +41,19 @@ def largest_mean(vectors: Floats, level: float = LEVEL) -> Estimate:
     how much. NaN for fewer than two cycles and for what is not finite.
     """
     count = vectors.shape[1]
-    if count < FEWEST or not np.isfinite(vectors).all():
-        return NOTHING
+    if count < MIN_VISITS or not np.isfinite(vectors).all():
+        return UNKNOWN
     mean = vectors.mean(axis=1)
     centred = np.swapaxes(vectors - mean[:, None], 0, 1)
     moving = (centred**2).sum(axis=(0, 2)) > 0
     still = float(np.linalg.norm(mean[~moving], axis=1).max(initial=0.0))
     if not moving.any():
         return Estimate(still, still, still)
-    found = _largest_length(mean[moving], *_as_tests_show(centred[:, moving]), (1 - level) / 2)
+    found = _largest_length_interval(mean[moving], *_sampling_distribution(centred[:, moving]), (1 - level) / 2)
     return Estimate(*(max(each, still) for each in (found.value, found.low, found.high)))
 
 
-def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
+def _sampling_distribution(centred: Floats) -> tuple[Floats, Floats, Floats]:
     """Tell how averages scatter of tests like this (cycle, plane, k).
 
     Gives deviations (plane,), a root (root, plane, k) of their covariance, and what tests make of it (draw, plane, k).
@@ -64,13 +64,13 @@ def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
     alike = centred / scatter[:, None]
     shared = np.ones(1)  # two cycles show all planes alike, and tell no more
     root = alike / math.sqrt(count - 1)
-    if count > FEWEST:
-        spread, chance, common = _spreads(_within(centred)[None])
+    if count > MIN_VISITS:
+        spread, chance, common = _log_deviations(_within(centred)[None])
         # How much planes scatter, all of them tell at least; what they have in common tells as little as one, and each alone where it differs.
-        kept = _kept(spread, chance, _really_apart(spread, chance))[0]
+        kept = _kept_share(spread, chance, _true_share(spread, chance))[0]
         shared, own = np.maximum(common, 1 / planes), kept * chance[0] * 2 * (count - 1)
         # A log deviation reads low by its variance: Student's law makes up for planes alone, not for those drawn together.
-        scatter, root = np.exp(_drawn_together(spread, chance)[0] + chance[0] * (1 - kept)), _root(alike)
+        scatter, root = np.exp(_shrunk(spread, chance)[0] + chance[0] * (1 - kept)), _root(alike)
     deviation = scatter / math.sqrt(count)
     root = root.reshape(-1, planes, size) * deviation[:, None]
     rng = generator("largest mean")
@@ -81,7 +81,7 @@ def _as_tests_show(centred: Floats) -> tuple[Floats, Floats, Floats]:
     return deviation, root, moved
 
 
-def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats, tail: float) -> Estimate:
+def _largest_length_interval(mean: Floats, deviation: Floats, root: Floats, moved: Floats, tail: float) -> Estimate:
     """Return the largest of the true lengths, of averages (plane, k) that scatter so, and its interval with a share `tail` beyond either limit."""
     length = np.linalg.norm(mean, axis=1)
     found, worst = float(length.max()), int(length.argmax())
@@ -93,7 +93,7 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
     chance = np.trace(between) / max(len(mean) - 1, 1)
     # What chance adds to the variance scatters by this share; half of it holds the level in all cases (benchmarks/path_intervals.py).
     scatters = math.sqrt(2 * float((between**2).sum())) / max(float(np.trace(between)), np.finfo(float).tiny)
-    surely = float(_really_apart(length[None], np.array([chance * (1 + scatters / 2)]))[0])
+    surely = float(_true_share(length[None], np.array([chance * (1 + scatters / 2)]))[0])
     true = max(float(length.var()) * len(mean) / max(len(mean) - 1, 1) - chance, 0.0)
     middle = np.average(length, weights=1 / (true + variance))
     on_the_whole = middle + np.sqrt(true / (true + variance)) * (length - middle)
@@ -116,23 +116,23 @@ def _largest_length(mean: Floats, deviation: Floats, root: Floats, moved: Floats
         there[plane] = limit
         return as_far(there, limit)
 
-    low = 0.0 if drawn_back(0.0) > tail else _crossing(drawn_back, tail, 0.0, found)
+    low = 0.0 if drawn_back(0.0) > tail else _bisect(drawn_back, tail, 0.0, found)
     high = found + math.sqrt(variance.max())
     while drawn_out(high) < 1 - tail:
         high = 2 * high
-    high = _crossing(drawn_out, 1 - tail, low, high)
+    high = _bisect(drawn_out, 1 - tail, low, high)
     return Estimate(min(max(float(on_the_whole.max()), low), high), low, high)
 
 
-def _really_apart(values: Floats, chance: Floats) -> Floats:
+def _true_share(values: Floats, chance: Floats) -> Floats:
     """Which share (set,) of what values (set, plane) differ by is more than chance, which makes them differ by this variance (set,)?"""
-    if values.shape[1] < FEWEST:
+    if values.shape[1] < MIN_VISITS:
         return np.ones(len(values))
     seen = values.var(axis=1, ddof=1)
     return np.asarray(np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0))
 
 
-def _crossing(share: Callable[[float], float], at: float, low: float, high: float) -> float:
+def _bisect(share: Callable[[float], float], at: float, low: float, high: float) -> float:
     """Find where a rising share passes this one."""
     for _ in range(_HALVED):
         middle = (low + high) / 2
@@ -151,34 +151,34 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> Estimate:
     may lie above the interval. NaN for fewer than three cycles, no scatter, and what is not finite.
     """
     count = vectors.shape[1]
-    if count <= FEWEST or not np.isfinite(vectors).all():
-        return NOTHING
+    if count <= MIN_VISITS or not np.isfinite(vectors).all():
+        return UNKNOWN
     centred = np.swapaxes(vectors - vectors.mean(axis=1, keepdims=True), 0, 1)
     centred = centred[:, (centred**2).sum(axis=(0, 2)) > 0]
     if not centred.size:
-        return NOTHING
+        return UNKNOWN
     centred = _within(centred)
     alike = centred / np.sqrt((centred**2).sum(axis=(0, 2)) / (count - 1))[:, None]
-    many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_many(alike))
-    spread, chance, _ = _spreads(centred[None])
-    thought = _drawn_together(spread, chance)[0] + many
+    many = np.full(centred.shape[1], math.log(3.0)) if vectors.shape[2] == 1 else np.log(_limit_repeatability(alike))
+    spread, chance, _ = _log_deviations(centred[None])
+    thought = _shrunk(spread, chance)[0] + many
     estimate, worst = float(thought.max()), int(thought.argmax())
-    root = root_of_tests(alike)
-    of_chance, chances = made_up(root, count)
+    root = covariance_root(alike)
+    of_chance, chances = simulated_tests(root, count)
     # That planes are apart must not be missed: what chance makes them differ by is taken half a deviation short.
     between = of_chance.var(axis=1)
     surplus = between.std() / max(between.mean(), np.finfo(float).tiny) / 2
-    apart = _really_apart(spread, chance * (1 - surplus))
+    apart = _true_share(spread, chance * (1 - surplus))
     mean = spread.mean()
-    drawn_apart = mean + _kept(spread, chance, np.sqrt(apart))[0] * (spread[0] - mean) + many
+    drawn_apart = mean + _kept_share(spread, chance, np.sqrt(apart))[0] * (spread[0] - mean) + many
     squares = (np.einsum("rpi,rj->pij", root, root[:, worst]) ** 2).sum(axis=(1, 2))
     in_common = squares / np.sqrt(squares[worst] * (np.einsum("rpi,rpj->pij", root, root) ** 2).sum(axis=(1, 2)))
     follows = 1 - apart[0] * (1 - in_common)
-    near = thought + math.sqrt(float(_really_apart(spread, chance)[0] * chance[0])) / 2
+    near = thought + math.sqrt(float(_true_share(spread, chance)[0] * chance[0])) / 2
 
     def as_large(there: Floats) -> float:
         """How often would a test show as large a one, were the scatters these? Logarithms."""
-        return float(((_drawn_together(of_chance + there - many, chances) + many).max(axis=1) >= estimate).mean())
+        return float(((_shrunk(of_chance + there - many, chances) + many).max(axis=1) >= estimate).mean())
 
     def drawn_back(limit: float) -> float:
         return as_large(np.minimum(near, limit))
@@ -191,8 +191,8 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> Estimate:
         low -= 1
     while drawn_out(high) < 1 - tail:
         high += 1
-    low = _crossing(drawn_back, tail, low, high)
-    high = _crossing(drawn_out, 1 - tail, low, high)
+    low = _bisect(drawn_back, tail, low, high)
+    high = _bisect(drawn_out, 1 - tail, low, high)
     return Estimate(*(math.exp(each) for each in (min(max(estimate, low), high), low, high)))
 
 
@@ -204,13 +204,13 @@ def _within(centred: Floats) -> Floats:
     return np.asarray(centred @ axes[:, values > _FLAT * values[-1]])
 
 
-def root_of_tests(alike: Floats) -> Floats:
+def covariance_root(alike: Floats) -> Floats:
     """Give a root (root, plane, k) of the covariance that made-up tests scatter with, of planes (cycle, plane, k)."""
-    _, _, common = _spreads(alike[None])
+    _, _, common = _log_deviations(alike[None])
     return _root(alike, telling=1 / max(float(common[0]), 1 / alike.shape[1])).reshape(-1, *alike.shape[1:])
 
 
-def made_up(root: Floats, count: int) -> tuple[Floats, Floats]:
+def simulated_tests(root: Floats, count: int) -> tuple[Floats, Floats]:
     """Make up tests of so many cycles that scatter by a root (root, plane, k) of the covariance.
 
     Gives log deviations (draw, plane), and the variance (draw,) that chance makes of them.
@@ -219,7 +219,7 @@ def made_up(root: Floats, count: int) -> tuple[Floats, Floats]:
     rng, found = generator("largest scatter"), []
     for _ in range(0, _DRAWN, _BATCH):
         sets = (rng.standard_normal((_BATCH, count, len(root))) @ flat).reshape(_BATCH, count, *root.shape[1:])
-        found.append(_spreads(sets - sets.mean(axis=1, keepdims=True)))
+        found.append(_log_deviations(sets - sets.mean(axis=1, keepdims=True)))
     spreads, chances, _ = zip(*found, strict=True)
     return np.concatenate(spreads), np.concatenate(chances)
 
@@ -245,21 +245,21 @@ def _root(alike: Floats, telling: float = 1.0) -> Floats:
     np.fill_diagonal(share, 1.0)
     covariance *= share[:, None, :, None]
     each = np.arange(planes)
-    covariance[each, :, each] = rounder(covariance[each, :, each], count, telling)
+    covariance[each, :, each] = shrunk_covariance(covariance[each, :, each], count, telling)
     values, vectors = np.linalg.eigh(covariance.reshape(planes * size, -1))
     root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
     trace = (root.reshape(-1, planes, size) ** 2).sum(axis=(0, 2))
     return np.asarray(root / np.repeat(np.sqrt(trace), size))
 
 
-def _many(alike: Floats) -> Floats:
+def _limit_repeatability(alike: Floats) -> Floats:
     """Give mean + 3 s of many distances for planes (cycle, plane, k) of trace one, made rounder by what samples are too unequal."""
     count, _, size = alike.shape
-    covariance = rounder(np.einsum("npi,npj->pij", alike, alike) / (count - 1), count)
+    covariance = shrunk_covariance(np.einsum("npi,npj->pij", alike, alike) / (count - 1), count)
     return expected_repeatability(np.pad(covariance, ((0, 0), (0, 3 - size), (0, 3 - size))))[0]
 
 
-def _spreads(sets: Floats) -> tuple[Floats, Floats, Floats]:
+def _log_deviations(sets: Floats) -> tuple[Floats, Floats, Floats]:
     """Give log deviations (set, plane) of centred sets (set, cycle, plane, k), the variance (set,) that chance makes of them, and what is in common.
 
     A log deviation has the variance tr C^2 / (tr C)^2 / (2 (n - 1)), two planes' the covariance |C_12|^2 / (tr C_1 tr C_2) / (2 (n - 1)): what all
@@ -271,7 +271,7 @@ def _spreads(sets: Floats) -> tuple[Floats, Floats, Floats]:
     alike = sets / np.sqrt(trace)[:, None, :, None]
     covariance = np.einsum("dnpi,dnpj->dpij", alike, alike) / (count - 1)
     own = (covariance**2).sum(axis=(2, 3))
-    single = np.clip(unbiased(own, count), 1 / size, 1.0).mean(axis=1)
+    single = np.clip(unbiased_square(own, count), 1 / size, 1.0).mean(axis=1)
     flat = alike.reshape(*alike.shape[:2], -1)
     across = flat @ np.swapaxes(flat, 1, 2) if flat.shape[1] < flat.shape[2] else np.swapaxes(flat, 1, 2) @ flat
     seen = (across**2).sum(axis=(1, 2)) / (alike.shape[2] * (count - 1)) ** 2
@@ -279,13 +279,13 @@ def _spreads(sets: Floats) -> tuple[Floats, Floats, Floats]:
     return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1)), common
 
 
-def _drawn_together(spread: Floats, chance: Floats) -> Floats:
+def _shrunk(spread: Floats, chance: Floats) -> Floats:
     """Draw log deviations (set, plane) towards their average, as far as what they differ by is chance (set,)."""
     mean = spread.mean(axis=1, keepdims=True)
-    return np.asarray(mean + _kept(spread, chance, _really_apart(spread, chance)) * (spread - mean))
+    return np.asarray(mean + _kept_share(spread, chance, _true_share(spread, chance)) * (spread - mean))
 
 
-def _kept(spread: Floats, chance: Floats, share: Floats) -> Floats:
+def _kept_share(spread: Floats, chance: Floats, share: Floats) -> Floats:
     """Which part of its distance from the average does each log deviation (set, plane) keep, where planes on the whole keep this share (set,)?
 
     None is drawn further than by the deviation that chance makes, or a single bad place would be taken for chance (B. Efron and C. Morris, Limiting

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.tables.labels import under
+from lostmotion.analyses.iso9283.tables.labels import load_label
 from lostmotion.analyses.iso9283.tables.measured import SHOWN
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, framed, label, named, styled
 from lostmotion.reporting.sheet import length
@@ -15,14 +15,14 @@ from lostmotion.reporting.sheet import length
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.analyses.iso9283.compared import Compared
-    from lostmotion.analyses.iso9283.measured import Measured, MeasuredLoad
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
 
 _SMALLEST: Final = 1e-10
 _COLOURS: Final = (BLUE, ORANGE, GREEN, RED)
 
 
-def side_by_side(compared: list[Compared]) -> go.Figure:
+def side_by_side(compared: list[ComparedFigure]) -> go.Figure:
     """Does the measured robot lie among those predicted? Lengths: from what 5 % to what 95 % of robots stay below, the measured value over it."""
     import plotly.graph_objects as go
 
@@ -76,7 +76,7 @@ def side_by_side(compared: list[Compared]) -> go.Figure:
     figure = framed("Predicted and measured", bars, ticks, points, height=170 + 26 * len(shown))
     figure.update_xaxes(title_text="µm, logarithmic", type="log", dtick=1)
     loads = {each.load for each in shown}
-    figure.update_yaxes(**named([under(f"{each.name}, {label(each.pose)}", each.load, loads) for each in shown]))
+    figure.update_yaxes(**named([load_label(f"{each.name}, {label(each.pose)}", each.load, loads) for each in shown]))
     figure.update_layout(legend=LEGEND, margin_t=96)
     return figure
 
@@ -105,7 +105,7 @@ def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> go.F
     return figure
 
 
-def measured_path(found: Measured) -> go.Figure:
+def measured_path(found: MeasuredRobot) -> go.Figure:
     """How do measured AT and RT run along each path, under each load? A point for each plane."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
@@ -116,7 +116,7 @@ def measured_path(found: Measured) -> go.Figure:
     for row, word in enumerate(("AT", "RT"), 1):
         unit = length(max(float(path.profile[row - 1].max()) for _, path in drawn)).unit
         for k, (load, path) in enumerate(drawn):
-            name = under(f"measured{f', {label(path.name)}' if several else ''}", load.load, found.loads)
+            name = load_label(f"measured{f', {label(path.name)}' if several else ''}", load.load, found.loads)
             trace = go.Scatter(
                 x=path.places * 1e3,
                 y=path.profile[row - 1] * PER_UNIT[unit],

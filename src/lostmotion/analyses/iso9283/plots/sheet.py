@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.compared import over_robots
+from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.plots.measured import measured_accuracy, measured_path, side_by_side
-from lostmotion.analyses.iso9283.tables.labels import under
+from lostmotion.analyses.iso9283.tables.labels import load_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, styled
@@ -19,9 +19,9 @@ from lostmotion.reporting.sheet import length
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.analyses.iso9283.compared import Compared
-    from lostmotion.analyses.iso9283.measured import Measured
-    from lostmotion.analyses.iso9283.predicted import Predicted
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.analyses.iso9283.warm_up import Drift
     from lostmotion.spatial import Floats
 
@@ -34,7 +34,7 @@ _PANELS: Final = 5
 _SMALLEST: Final = 1e-10
 
 
-def iso_plots(predicted: Predicted | None, drifted: Drift | None, measured: Measured | None, compared: list[Compared]) -> list[Plot]:
+def iso_plots(predicted: PredictedRobots | None, drifted: Drift | None, measured: MeasuredRobot | None, compared: list[ComparedFigure]) -> list[Plot]:
     """Which plots does a sheet have? In reading order."""
     drawn: list[Plot] = []
     if predicted is not None:
@@ -65,7 +65,7 @@ def iso_plots(predicted: Predicted | None, drifted: Drift | None, measured: Meas
     return drawn
 
 
-def _measured(measured: Measured) -> list[Plot]:
+def _measured(measured: MeasuredRobot) -> list[Plot]:
     """Draw what a measured robot shows, all its loads in one plot where that can be read."""
     drawn = []
     several = list(dict.fromkeys(pose.name for load in measured.loads for pose in load.poses if pose.visits > 1))[:_PANELS]
@@ -75,13 +75,13 @@ def _measured(measured: Measured) -> list[Plot]:
             for load in measured.loads
             if set(several) <= {pose.name for pose in load.poses}
         ]
-        names = [under("measured", load.load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
+        names = [load_label("measured", load.load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
         if about:
             drawn.append(Plot("measured-visits", "measured-repeatability", visits(about, several, names), "Measured visits about their barycentres."))
     for load in measured.loads:
         if load.fit is not None:
             key = "measured-accuracy" if load is measured.loads[0] else f"measured-accuracy-{100 * load.load:g}"
-            title = under("Measured AP_p", load.load, measured.loads)
+            title = load_label("Measured AP_p", load.load, measured.loads)
             drawn.append(Plot(key, key, measured_accuracy(load, title), "AP_p of all poses, as it is and with best-fit frames."))
     if any(load.paths for load in measured.loads):
         drawn.append(
@@ -92,7 +92,7 @@ def _measured(measured: Measured) -> list[Plot]:
     return drawn
 
 
-def cube(found: Predicted) -> go.Figure:
+def cube(found: PredictedRobots) -> go.Figure:
     """Where does the test cube stand in the workspace? Cube, its plane, five poses, the path and the tool's reach, mm."""
     import plotly.graph_objects as go
 
@@ -132,7 +132,7 @@ def cube(found: Predicted) -> go.Figure:
     return figure
 
 
-def accuracy(found: Predicted) -> go.Figure:
+def accuracy(found: PredictedRobots) -> go.Figure:
     """How large is AP_p that 95 % of robots stay below, at each pose and load, as it is and with best-fit frames?"""
     import plotly.graph_objects as go
 
@@ -202,7 +202,7 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> go.Figure:
     return figure
 
 
-def path(found: Predicted) -> go.Figure:
+def path(found: PredictedRobots) -> go.Figure:
     """How do AT and RT run along the line? Mean over robots and what 95 % of them stay below, at each point."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
@@ -218,7 +218,7 @@ def path(found: Predicted) -> go.Figure:
                 (profile[:, 0], "mean", colours[0], "solid"),
                 (profile[:, 1], "95 % of robots below", colours[1], "dot"),
             ):
-                text = under(name, sheet.load, found.loads)
+                text = load_label(name, sheet.load, found.loads)
                 trace = go.Scatter(
                     x=along,
                     y=values * PER_UNIT[unit],

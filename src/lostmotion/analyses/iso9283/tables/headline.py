@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.iso9283.compared import over_robots
-from lostmotion.analyses.iso9283.tables.labels import of, of_scatter
+from lostmotion.analyses.iso9283.comparison import over_robots
+from lostmotion.analyses.iso9283.tables.labels import estimate_figure, scatter_figure
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, repeats_bounded
 from lostmotion.reporting.sheet import Card, Figure
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.predicted import Predicted
+    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.error_model.provenance import States
     from lostmotion.spatial import Floats
 
 
-def predicted_verdict(found: Predicted, known: States, either_known: States) -> str:
+def predicted_verdict(found: PredictedRobots, known: States, either_known: States) -> str:
     """Return the headline: what 95 % of the arms built repeat within, and how far their averages lie off, as bounds where values are such.
 
     `known` holds the makers' limits that count where joints arrive as in the standard's cycle, `either_known` where they arrive from either side.
     Where nothing that is described varies from one side, the figure from either side comes first: a zero is no prediction.
     """
     sheet = found.loads[0]
-    one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.from_any_side)
-    accurate, fitted = (of(over_robots(values.max(axis=0)).high) for values in (sheet.accuracy, sheet.fitted))
+    one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.random_approach)
+    accurate, fitted = (estimate_figure(over_robots(values.max(axis=0)).high) for values in (sheet.accuracy, sheet.fitted))
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
     worst = "at the worst of the five poses, 100 % of the payload"
     if not one.words:
@@ -46,15 +46,15 @@ def predicted_verdict(found: Predicted, known: States, either_known: States) -> 
     return " ".join([text, *caveats(known)])
 
 
-def predicted_cards(found: Predicted, known: States, either_known: States) -> tuple[Card, ...]:
+def predicted_cards(found: PredictedRobots, known: States, either_known: States) -> tuple[Card, ...]:
     """Return the figures that are asked for first, arguments as for `predicted_verdict`; the repeatability that is a number stands first."""
     sheet = found.loads[0]
     one = Card("RP_l, 95 % of arms", str(_worst_scatter(sheet.repeatability)), "worst of five poses, one side")
-    either = Card("RP_l, from either side", str(_worst_scatter(sheet.from_any_side)), "95 % of arms, worst pose")
+    either = Card("RP_l, from either side", str(_worst_scatter(sheet.random_approach)), "95 % of arms, worst pose")
     repeats = (*bounded_cards([one], known, ("RP_l",)), *bounded_cards([either], either_known, ("RP_l",)))
     others = [
-        Card("AP_p, 95 % of arms", str(of(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses, as it is"),
-        Card("AP_p, best-fit frames", str(of(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
+        Card("AP_p, 95 % of arms", str(estimate_figure(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses, as it is"),
+        Card("AP_p, best-fit frames", str(estimate_figure(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
         Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
     ]
     accuracy = bounded_cards(others, known, ("AP_p",))
@@ -64,7 +64,7 @@ def predicted_cards(found: Predicted, known: States, either_known: States) -> tu
 
 def _worst_scatter(values: Floats) -> Figure:
     """Return what 95 % of robots stay below at their worst pose, of values (pose, robot) in m."""
-    return of_scatter(over_robots(values.max(axis=0)).high)
+    return scatter_figure(over_robots(values.max(axis=0)).high)
 
 
 def _interval(figure: Figure) -> str:

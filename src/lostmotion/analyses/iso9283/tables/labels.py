@@ -18,7 +18,7 @@ _SMALL_ANGLE: Final = 0.1
 NO_SCATTER: Final = 1e-13
 
 
-def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
+def estimate_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
     """Give an estimate as a length (m) or an angle (rad, shown in arcmin or arcsec)."""
     if math.isnan(estimate.value):
         return Figure(math.nan, "1")
@@ -28,11 +28,15 @@ def of(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
-def of_scatter(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
-    """Give a repeatability as `of` does; words in place of a number where nothing that is described varies from visit to visit."""
-    return Figure(math.nan, "1", samples=samples, words="none described") if estimate.value < NO_SCATTER else of(estimate, samples, angle=angle)
+def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
+    """Give a repeatability as `estimate_figure` does; words in place of a number where nothing that is described varies from visit to visit."""
+    return (
+        Figure(math.nan, "1", samples=samples, words="none described")
+        if estimate.value < NO_SCATTER
+        else estimate_figure(estimate, samples, angle=angle)
+    )
 
 
-def under(label: str, load: float, loads: Collection[object]) -> str:
+def load_label(label: str, load: float, loads: Collection[object]) -> str:
     """Give a label with its share of the payload, where figures stand under several; no space, at which a narrow screen would fold it."""
     return f"{label}, {100 * load:g}%" if len(loads) > 1 else label

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.compared import held_otherwise, over_robots, tells_tool
+from lostmotion.analyses.iso9283.comparison import determines_tool_frame, different_orientations, over_robots
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
-from lostmotion.analyses.iso9283.tables.labels import of, under
+from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.errors import shown
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.compared import Compared
-    from lostmotion.analyses.iso9283.measured import Measured, MeasuredLoad, MeasuredPose
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.analyses.iso9283.measured_paths import MeasuredPath
-    from lostmotion.analyses.iso9283.predicted import Predicted
+    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.analyses.iso9283.visits import Visits
 
 _MOST_POSES: Final = 12
@@ -34,7 +34,7 @@ PARTS: Final = ("AP_x", "AP_y", "AP_z", "AP_a", "AP_b", "AP_c")
 SHOWN: Final = ("AP_p", "AP_p fitted", "RP_l", "RP_a", "RP_b", "RP_c", "vAP_p", "AD_p", "RD", *PATH_FIGURES)
 
 
-def visited(found: Measured) -> str:
+def visited(found: MeasuredRobot) -> str:
     """Say how many visits and readings were measured."""
     along = sum(map(bool, found.visits.path))
     visits = len(found.visits.path) - along
@@ -42,20 +42,20 @@ def visited(found: Measured) -> str:
     return "; ".join([*counted, *([f"{along} readings along paths"] if along else [])])
 
 
-def measured_verdict(found: Measured, compared: list[Compared]) -> str:
+def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> str:
     """What does the measured robot show, and does it look like those predicted?"""
     said = []
     for load in found.loads:
         parts = []
         if load.pooled is not None:
             raw, fitted = load.pooled
-            parts.append(f"AP_p {of(raw[0])} on the average over {len(load.poses)} poses as it is, {of(fitted[0])} with best-fit frames")
+            parts.append(f"AP_p {estimate_figure(raw[0])}, mean over {len(load.poses)} poses, {estimate_figure(fitted[0])} with best-fit frames")
         repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
         if repeat:
-            parts.append(f"RP_l up to {of(max(repeat, key=lambda each: each.value))}")
+            parts.append(f"RP_l up to {estimate_figure(max(repeat, key=lambda each: each.value))}")
         parts += [f"AT_p {length(path.figures[0])} and RT_p {length(path.figures[1])} along {path.name}" for path in load.paths]
         if parts:
-            said.append(f"{under('Measured', load.load, found.loads)}: {', '.join(parts)}.")
+            said.append(f"{load_label('Measured', load.load, found.loads)}: {', '.join(parts)}.")
     text = " ".join(said) or "Measured: no command and no pose visited twice, so neither accuracy nor repeatability can be told."
     shown = [each for each in compared if each.name in SHOWN]
     if shown:
@@ -76,7 +76,7 @@ def duplicates_note(visits: Visits) -> str:
     return f"{note}. If they are separate visits that read the same, number them in a column 'cycle'"
 
 
-def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
+def doubts(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
     """Say which measured accuracies are so bad that another frame, or other commands than the robot's, are likelier than the arm."""
     out = []
     for load in found.loads:
@@ -89,13 +89,13 @@ def doubts(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
             if value > min(_FAR, _DOUBTED * usual):
                 against = "" if sheet is None else f", where 95 % of the robots predicted stay below {length(usual)}"
                 out.append(
-                    f"{under(f'measured {name} is {length(value)}', load.load, found.loads)}{against}: are the commanded positions those that "
+                    f"{load_label(f'measured {name} is {length(value)}', load.load, found.loads)}{against}: are the commanded positions those that "
                     "the robot was sent to, and in the frame and the units of the readings?"
                 )
     return tuple(out)
 
 
-def left_out(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
+def left_out(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
     """Say what was measured and is not judged, or not compared with robots predicted, and why."""
     out = []
     visits = found.visits
@@ -104,7 +104,7 @@ def left_out(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
         out.append("orientations were measured, their commands are not stated (ac, bc, cc, or --tool-rpy): RP_a,b,c are told, AP_a,b,c are not")
     if predicted is None:
         return tuple(out)
-    otherwise = {name: None for load in found.loads for name in held_otherwise(predicted, load)}
+    otherwise = {name: None for load in found.loads for name in different_orientations(predicted, load)}
     if otherwise:
         why = "" if predicted.cube.rotation is not None else ": with fewer than six joints its orientation comes as it comes"
         out.append(
@@ -112,23 +112,23 @@ def left_out(found: Measured, predicted: Predicted | None) -> tuple[str, ...]:
         )
     if predicted.cube.rotation is None and any(math.isfinite(path.figures[k]) for load in found.loads for path in load.paths for k in _TURNS):
         out.append("AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the tool's orientation along a path comes as it comes")
-    if any(tells_tool(load) for load in found.loads):
+    if any(determines_tool_frame(load) for load in found.loads):
         out.append("AP_p with best-fit frames is not compared: the measured poses tell a tool frame too, robots predicted are fitted by a base alone")
     return tuple(out)
 
 
-def measured_cards(found: Measured, compared: list[Compared]) -> list[Card]:
+def measured_cards(found: MeasuredRobot, compared: list[ComparedFigure]) -> list[Card]:
     """Give the measured figures that are asked for first: those under the heaviest load."""
     out = []
     load = found.loads[0]
     quiet = f", {100 * load.load:g} % load" if len(found.loads) > 1 else ""
     repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
     if repeat:
-        out.append(Card("RP_l measured", str(of(max(repeat, key=lambda each: each.value))), f"worst pose{quiet}"))
+        out.append(Card("RP_l measured", str(estimate_figure(max(repeat, key=lambda each: each.value))), f"worst pose{quiet}"))
     if load.pooled is not None:
         out += [
-            Card("AP_p measured", str(of(load.pooled[0][0])), f"mean of {len(load.poses)} poses, as it is{quiet}"),
-            Card("AP_p, best-fit frames", str(of(load.pooled[1][0])), f"measured, mean over poses{quiet}"),
+            Card("AP_p measured", str(estimate_figure(load.pooled[0][0])), f"mean of {len(load.poses)} poses, as it is{quiet}"),
+            Card("AP_p, best-fit frames", str(estimate_figure(load.pooled[1][0])), f"measured, mean over poses{quiet}"),
         ]
     out += [
         Card(f"{word} measured", str(length(float(load.paths[0].figures[k]))), f"{load.paths[0].name}{quiet}")
@@ -141,13 +141,13 @@ def measured_cards(found: Measured, compared: list[Compared]) -> list[Card]:
     return out
 
 
-def measured_sections(found: Measured) -> list[Section]:
+def measured_sections(found: MeasuredRobot) -> list[Section]:
     """Give the sheet of the measured robot, each figure under its loads."""
     out = [section for load in found.loads for section in _pooled(found, load)]
     if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
         out += [*_poses(found), _axes(found)]
     rows = [
-        Row(under(f"{name}, P2-P4", load.load, found.loads), (of(load.distance[k], "cycles with both"),))
+        Row(load_label(f"{name}, P2-P4", load.load, found.loads), (estimate_figure(load.distance[k], "cycles with both"),))
         for k, name in enumerate(("AD_p", "RD"))
         for load in found.loads
         if load.distance is not None and _known(load.distance[k])
@@ -161,12 +161,12 @@ def _known(value: Estimate) -> bool:
     return math.isfinite(value.value)
 
 
-def _pooled(found: Measured, load: MeasuredLoad) -> list[Section]:
+def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     if load.pooled is None or load.fit is None:
         return []
     counted = f"{len(load.poses)} poses"
     rows = [
-        Row(name, (of(raw, counted), of(fitted, counted)))
+        Row(name, (estimate_figure(raw, counted), estimate_figure(fitted, counted)))
         for name, raw, fitted in zip(("mean", "standard deviation", "95 % of poses below", "largest"), *load.pooled, strict=True)
     ]
     fit = load.fit
@@ -176,26 +176,26 @@ def _pooled(found: Measured, load: MeasuredLoad) -> list[Section]:
     note = f"best-fit base: shift ({shift}) mm, turn {turn:.4f}°{tool}; {fit.told} numbers told by the poses. "
     note += "Intervals by drawing poses again" if math.isfinite(load.pooled[0][0].low) else "Too few poses for intervals over them"
     key = "measured-accuracy" if load is found.loads[0] else f"measured-accuracy-{100 * load.load:g}"
-    return [Section(key, under("Measured: AP_p over all poses", load.load, found.loads), ("as it is", "best-fit frames"), tuple(rows), note)]
+    return [Section(key, load_label("Measured: AP_p over all poses", load.load, found.loads), ("as it is", "best-fit frames"), tuple(rows), note)]
 
 
-def _in_order(found: Measured) -> list[tuple[MeasuredLoad, MeasuredPose]]:
+def _in_order(found: MeasuredRobot) -> list[tuple[MeasuredLoad, MeasuredPose]]:
     """Give the poses that are shown, each under all its loads."""
     names = list(dict.fromkeys(pose.name for load in found.loads for pose in load.poses))[:_MOST_POSES]
     return [(load, pose) for name in names for load in found.loads for pose in load.poses if pose.name == name]
 
 
-def _poses(found: Measured) -> list[Section]:
+def _poses(found: MeasuredRobot) -> list[Section]:
     """Give a table for each characteristic: side by side they are wider than a terminal."""
     shown = _in_order(found)
     count, all_poses = len({pose.name for _, pose in shown}), len({pose.name for load in found.loads for pose in load.poses})
     first = "" if count == all_poses else f"the first {count} of {all_poses} poses"
 
     def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
-        return under(pose.name, load.load, found.loads)
+        return load_label(pose.name, load.load, found.loads)
 
     accurate = tuple(
-        Row(label(load, pose), (of(pose.accuracy, f"{pose.visits} visits"), of(Estimate(pose.fitted, math.nan, math.nan))))
+        Row(label(load, pose), (estimate_figure(pose.accuracy, f"{pose.visits} visits"), estimate_figure(Estimate(pose.fitted, math.nan, math.nan))))
         for load, pose in shown
         if _known(pose.accuracy)
     )
@@ -203,7 +203,10 @@ def _poses(found: Measured) -> list[Section]:
     with_instrument = found.visits.instrument > 0
     repeats = []
     for load, pose in shown:
-        figures = of(pose.repeatability, f"{pose.visits} visits"), *((of(pose.without_instrument),) if with_instrument else ())
+        figures = (
+            estimate_figure(pose.repeatability, f"{pose.visits} visits"),
+            *((estimate_figure(pose.without_instrument),) if with_instrument else ()),
+        )
         repeats.append(Row(label(load, pose), figures))
     note = (f"{first}; " if first else "") + (
         "the interval of RP_l is of what many visits would show, of which a sample shows a little less; normal scatter"
@@ -213,22 +216,22 @@ def _poses(found: Measured) -> list[Section]:
         note += f". The instrument alone would show an RP_l of {length(floor)}; it is taken off in squares, zero where no more is left"
     columns = ("RP_l", *(("less instrument",) if with_instrument else ()))
     out.append(Section("measured-repeatability", "Measured: RP_l", columns, tuple(repeats), note))
-    sides = tuple(Row(label(load, pose), (of(pose.multi_directional),)) for load, pose in shown if _known(pose.multi_directional))
+    sides = tuple(Row(label(load, pose), (estimate_figure(pose.multi_directional),)) for load, pose in shown if _known(pose.multi_directional))
     return [*out, *([Section("measured-sides", "Measured: vAP_p, from three sides", ("vAP_p",), sides, first)] if sides else [])]
 
 
-def _axes(found: Measured) -> Section:
+def _axes(found: MeasuredRobot) -> Section:
     rows = []
     for load, pose in _in_order(found):
         for letter, average, scatter in zip(_LETTERS, pose.axes, pose.scatter, strict=True):
             if _known(scatter):
                 angle = letter in "abc"
-                label = under(f"{pose.name}-{letter}", load.load, found.loads)
-                rows.append(Row(label, (of(average, angle=angle), of(scatter, angle=angle))))
+                label = load_label(f"{pose.name}-{letter}", load.load, found.loads)
+                rows.append(Row(label, (estimate_figure(average, angle=angle), estimate_figure(scatter, angle=angle))))
     return Section("measured-axes", "Measured: by axis", ("AP", "± 3 s"), tuple(rows), "intervals by Student's law and by chi-square")
 
 
-def _paths(found: Measured) -> list[Section]:
+def _paths(found: MeasuredRobot) -> list[Section]:
     rows = []
     paths = [path for load in found.loads for path in load.paths]
     for name in dict.fromkeys(path.name for path in paths):
@@ -236,9 +239,9 @@ def _paths(found: Measured) -> list[Section]:
             for load in found.loads:
                 for path in (path for path in load.paths if path.name == name and math.isfinite(path.figures[k])):
                     counted = f"{path.cycles} cycles x {len(path.places)} {'places' if path.shared else 'planes'}"
-                    label = under(f"{word}, {name}", load.load, found.loads)
+                    label = load_label(f"{word}, {name}", load.load, found.loads)
                     value = Estimate(float(path.figures[k]), math.nan, math.nan)
-                    shown = (of(each, counted, angle=word[-1] in "abc") for each in (value, path.many[k]))
+                    shown = (estimate_figure(each, counted, angle=word[-1] in "abc") for each in (value, path.many[k]))
                     rows.append(Row(label, (*shown, Figure(float(path.worst[k]) * 1e3, "mm"))))
     if not rows:
         return []
@@ -251,7 +254,7 @@ def _paths(found: Measured) -> list[Section]:
         note += f". The instrument alone would show an RT_p of about {length(max(path.floor for path in paths))}"
     read = tuple(
         Row(
-            under(path.name, load.load, found.loads),
+            load_label(path.name, load.load, found.loads),
             (
                 Figure(path.readings, ""),
                 Figure(float(path.places[0]) * 1e3, "mm"),
@@ -294,7 +297,7 @@ def _where_read(paths: list[MeasuredPath]) -> str:
     return ". ".join(said)
 
 
-def _data(found: Measured) -> Section:
+def _data(found: MeasuredRobot) -> Section:
     visits = found.visits
     along = sum(map(bool, visits.path))
     rows = [Row("visits", (Figure(len(visits.path) - along, ""),), visits.source)]
@@ -313,7 +316,7 @@ def _data(found: Measured) -> Section:
     return Section("measured-data", "Measured: the data", ("value",), tuple(rows), note)
 
 
-def compared_section(compared: list[Compared]) -> list[Section]:
+def compared_section(compared: list[ComparedFigure]) -> list[Section]:
     """Give predicted and measured side by side, load by load: characteristics, and the parts of AP along and about the axes."""
     columns = ("5 % below", "95 % below", "measured")
     loads = sorted({each.load for each in compared}, reverse=True)
@@ -326,13 +329,13 @@ def compared_section(compared: list[Compared]) -> list[Section]:
                 f"over robots built, at {100 * load:g} % of the payload, visited and run as often, read with the instrument stated. High: above what "
                 f"95 % of them stay below; low: below what 5 % do; all else, {_within(rows)}, lies within. Of a robot like them one in ten does not"
             )
-            out.append(Section(f"compared{key}", under("Predicted and measured", load, loads), columns, rows, note))
+            out.append(Section(f"compared{key}", load_label("Predicted and measured", load, loads), columns, rows, note))
         if parts:
             note = (
                 "AP_x, AP_y, AP_z along, AP_a, AP_b, AP_c about the base's axes, as it is: what the measured base or tool frame is off counts in "
                 f"full. Signed, and judged so; {_within(parts)} lie within"
             )
-            out.append(Section(f"compared-axes{key}", under("Predicted and measured: AP by axis", load, loads), columns, parts, note))
+            out.append(Section(f"compared-axes{key}", load_label("Predicted and measured: AP by axis", load, loads), columns, parts, note))
     return out
 
 
@@ -340,18 +343,18 @@ def _within(rows: tuple[Row, ...]) -> str:
     return f"{sum(not row.note for row in rows)} of {len(rows)}"
 
 
-def _side_by_side(compared: list[Compared], names: tuple[str, ...]) -> tuple[Row, ...]:
+def _side_by_side(compared: list[ComparedFigure], names: tuple[str, ...]) -> tuple[Row, ...]:
     """Give a row for each of these figures, with a word where the measured robot lies outside."""
     rows = []
     for each in (each for name in names for each in compared if each.name == name):
-        low, high, value = (of(figure, angle=each.angle) for figure in (each.predicted.low, each.predicted.high, each.measured))
+        low, high, value = (estimate_figure(figure, angle=each.angle) for figure in (each.predicted.low, each.predicted.high, each.measured))
         plain = (Figure(figure.value, figure.unit) for figure in (low, high))
         word = "" if each.within else "high" if each.measured.value > each.predicted.high.value else "low"
         rows.append(Row(f"{each.name}, {each.pose}", (*plain, value), word))
     return tuple(rows)
 
 
-def measured_facts(found: Measured, compared: list[Compared]) -> dict[str, Any]:
+def measured_facts(found: MeasuredRobot, compared: list[ComparedFigure]) -> dict[str, Any]:
     """Give what result.json tells of the measurement besides."""
     visits = found.visits
     return {

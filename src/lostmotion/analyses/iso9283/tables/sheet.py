@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.compared import over_robots
+from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
-from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER, of, of_scatter, under
+from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER, estimate_figure, load_label, scatter_figure
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.first_order import checked, failure, judged
@@ -22,9 +22,9 @@ from lostmotion.reporting.warnings import arm_warnings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.iso9283.compared import Compared
-    from lostmotion.analyses.iso9283.measured import Measured
-    from lostmotion.analyses.iso9283.predicted import LoadSheet, Predicted
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.analyses.iso9283.predicted import LoadSheet, PredictedRobots
     from lostmotion.analyses.iso9283.warm_up import Drift
     from lostmotion.reporting.sheet import Card
     from lostmotion.spatial import Floats
@@ -74,7 +74,11 @@ _WORDS: Final = (
 
 
 def iso_sheet(
-    predicted: Predicted | None, drifted: Drift | None, measured: Measured | None, compared: list[Compared], notes: tuple[str, ...] = ()
+    predicted: PredictedRobots | None,
+    drifted: Drift | None,
+    measured: MeasuredRobot | None,
+    compared: list[ComparedFigure],
+    notes: tuple[str, ...] = (),
 ) -> Sheet:
     """What is there to say by ISO 9283 of an arm, predicted, measured or both?"""
     from lostmotion.analyses.iso9283.tables.headline import predicted_cards, predicted_verdict
@@ -138,7 +142,7 @@ def iso_sheet(
     return said if predicted is None or measured is not None else checked(said, predicted.check, predicted.check.length)
 
 
-def _predicted(found: Predicted, drifted: Drift | None) -> list[Section]:
+def _predicted(found: PredictedRobots, drifted: Drift | None) -> list[Section]:
     return [
         _cube(found),
         _poses(found),
@@ -155,7 +159,7 @@ def _predicted(found: Predicted, drifted: Drift | None) -> list[Section]:
     ]
 
 
-def _counted(found: Predicted) -> str:
+def _counted(found: PredictedRobots) -> str:
     return f"{found.robots} robots x {found.cycles} visits"
 
 
@@ -163,14 +167,14 @@ def _percent(load: float) -> str:
     return f"{100 * load:.0f} % of the payload"
 
 
-def _cube(found: Predicted) -> Section:
+def _cube(found: PredictedRobots) -> Section:
     cube = found.cube
     steps = "" if math.isnan(cube.resolution) else f"grown in steps down to {cube.resolution * 1e3:.0f} mm"
     rows = [Row("side", (length(cube.side, stated=True),), steps)]
     rows += [Row(f"centre {axis}", (_place(cube.centre[k]),)) for k, axis in enumerate("xyz")]
     rows.append(Row("points reached", (Figure(cube.checked, ""),), "poses, corners and a grid, by inverse kinematics within the joint limits"))
     held = "the tool is held alike all over" if cube.rotation is not None else "fewer than six joints: the tool's orientation comes as it comes"
-    how = "as given" if cube.found_by == "given" else f"the largest found: {cube.found_by}; another start may find one larger by some per cent"
+    how = "as given" if cube.method == "given" else f"the largest found: {cube.method}; another start may find one larger by some per cent"
     return Section(
         "cube", "Test cube", ("value",), tuple(rows), f"{how}; {held}. Edges along the base's axes; no obstacle or self-collision is looked at"
     )
@@ -181,7 +185,7 @@ def _place(value: float) -> Figure:
     return Figure(round(1e3 * float(value), 5) + 0.0, "mm", stated=True)
 
 
-def _poses(found: Predicted) -> Section:
+def _poses(found: PredictedRobots) -> Section:
     rows = []
     for k, name in enumerate(NAMES):
         joints = ", ".join(
@@ -197,14 +201,16 @@ def _poses(found: Predicted) -> Section:
     return Section("poses", "The five poses", ("x", "y", "z"), tuple(rows), note)
 
 
-def _rows(values: Floats, counted: str, shown: Callable[..., Figure] = of) -> tuple[Row, ...]:
+def _rows(values: Floats, counted: str, shown: Callable[..., Figure] = estimate_figure) -> tuple[Row, ...]:
     """Give a row for each pose of values (pose, robot), and one for the worst of them in each robot."""
     spreads = [(name, over_robots(values[k])) for k, name in enumerate(NAMES)]
     spreads.append(("worst", over_robots(values.max(axis=0))))
     return tuple(Row(name, (shown(spread.mean, counted), shown(spread.high, counted))) for name, spread in spreads)
 
 
-def _both_loads(found: Predicted, values: tuple[Floats, ...], shown: Callable[..., Figure] = of) -> tuple[tuple[str, ...], tuple[Row, ...]]:
+def _both_loads(
+    found: PredictedRobots, values: tuple[Floats, ...], shown: Callable[..., Figure] = estimate_figure
+) -> tuple[tuple[str, ...], tuple[Row, ...]]:
     """Give the columns and rows of values (pose, robot) that are told for each load beside the other, what 95 % of robots stay below."""
     counted = _counted(found)
     columns = tuple(f"{100 * sheet.load:.0f} % load, {_MOST}" for sheet in found.loads)
@@ -213,18 +219,18 @@ def _both_loads(found: Predicted, values: tuple[Floats, ...], shown: Callable[..
     return columns, tuple(rows)
 
 
-def _accuracy(found: Predicted, sheet: LoadSheet) -> Section:
+def _accuracy(found: PredictedRobots, sheet: LoadSheet) -> Section:
     title = f"AP_p, {_percent(sheet.load)}"
     return Section(f"ap{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.accuracy, _counted(found)), "as it is: frames as commanded")
 
 
-def _fitted(found: Predicted) -> Section:
+def _fitted(found: PredictedRobots) -> Section:
     columns, rows = _both_loads(found, tuple(sheet.fitted for sheet in found.loads))
     note = "what is left once each robot's base frame fits its five barycentres best: six numbers to fifteen. The tool is held alike, or as it comes"
     return Section("fitted", "AP_p with best-fit frames", columns, rows, note)
 
 
-def _repeatability(found: Predicted, sheet: LoadSheet) -> Section:
+def _repeatability(found: PredictedRobots, sheet: LoadSheet) -> Section:
     note = (
         "from one side, as the standard's cycle makes every joint arrive; what scatters from visit to visit is what the parts state "
         "(encoder, bearings, sides of play that nothing holds). Wear, warmth, control and the floor come on top"
@@ -235,20 +241,20 @@ def _repeatability(found: Predicted, sheet: LoadSheet) -> Section:
             f"visits, which read low, and {_each(sheet.limit)} with more and more visits"
         )
     title = f"RP_l, {_percent(sheet.load)}"
-    return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.repeatability, _counted(found), of_scatter), note)
+    return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _MOST), _rows(sheet.repeatability, _counted(found), scatter_figure), note)
 
 
 def _each(values: Floats) -> str:
     return ", ".join(str(length(float(x))) for x in values)
 
 
-def _either_side(found: Predicted) -> Section:
-    columns, rows = _both_loads(found, tuple(sheet.from_any_side for sheet in found.loads), of_scatter)
+def _either_side(found: PredictedRobots) -> Section:
+    columns, rows = _both_loads(found, tuple(sheet.random_approach for sheet in found.loads), scatter_figure)
     note = "not the standard's cycle: joints arrive from either side at random, and play that no load holds closed shows in full"
     return Section("either", "RP_l from either side", columns, rows, note)
 
 
-def _by_axis(found: Predicted) -> list[Section]:
+def _by_axis(found: PredictedRobots) -> list[Section]:
     sheet, counted = found.loads[0], _counted(found)
     accurate, repeats = [], []
     for k, name in enumerate(NAMES):
@@ -256,10 +262,10 @@ def _by_axis(found: Predicted) -> list[Section]:
             angle = axis >= 3  # noqa: PLR2004 - shifts come first here
             average = (sheet.turn if angle else sheet.barycentre)[k, :, axis % 3]
             figures = over_robots(average, signed=True).mean, over_robots(np.abs(average)).high
-            accurate.append(Row(f"{letter}-{name}", tuple(of(each, counted, angle=angle) for each in figures)))
+            accurate.append(Row(f"{letter}-{name}", tuple(estimate_figure(each, counted, angle=angle) for each in figures)))
             if angle:
                 spread = over_robots(sheet.scatter[k, :, axis % 3])
-                repeats.append(Row(f"{letter}-{name}", tuple(of_scatter(each, counted, angle=True) for each in (spread.mean, spread.high))))
+                repeats.append(Row(f"{letter}-{name}", tuple(scatter_figure(each, counted, angle=True) for each in (spread.mean, spread.high))))
     note = "signed mean; the 95 % are of the size"
     return [
         Section("axes", "AP by axis", (_MEAN, _MOST), tuple(accurate), f"AP_x, AP_y, AP_z, AP_a, AP_b, AP_c: {note}"),
@@ -267,13 +273,15 @@ def _by_axis(found: Predicted) -> list[Section]:
     ]
 
 
-def _sides(found: Predicted) -> Section:
+def _sides(found: PredictedRobots) -> Section:
     counted = f"{_counted(found)} from each side"
     rows = []
     for row, k in enumerate(FROM_THREE_SIDES):
         for sheet in found.loads:
             spread = over_robots(sheet.multi_directional[row])
-            rows.append(Row(under(NAMES[k], sheet.load, found.loads), (of(spread.mean, counted), of(spread.high, counted))))
+            rows.append(
+                Row(load_label(NAMES[k], sheet.load, found.loads), (estimate_figure(spread.mean, counted), estimate_figure(spread.high, counted)))
+            )
     note = (
         "approached along the base's x, y and z from a tenth of the cube's side away; joints that stand still then rest as in the cycle. "
         "Play of a joint that arrives from the same side all three times does not show: vAP_p is small then, whatever the play"
@@ -281,21 +289,21 @@ def _sides(found: Predicted) -> Section:
     return Section("vap", "vAP_p, from three sides", (_MEAN, _MOST), tuple(rows), note)
 
 
-def _distance(found: Predicted) -> Section:
+def _distance(found: PredictedRobots) -> Section:
     counted = _counted(found)
     ends = f"{NAMES[DISTANCE[0]]}-{NAMES[DISTANCE[1]]}"
     rows = []
     for k, name in enumerate(("AD_p", "RD")):
         for sheet in found.loads:
             values = sheet.distance[k]
-            shown = of if name == "AD_p" else of_scatter
+            shown = estimate_figure if name == "AD_p" else scatter_figure
             figures = shown(over_robots(values, signed=name == "AD_p").mean, counted), shown(over_robots(np.abs(values)).high, counted)
-            rows.append(Row(under(f"{name}, {ends}", sheet.load, found.loads), figures))
+            rows.append(Row(load_label(f"{name}, {ends}", sheet.load, found.loads), figures))
     note = "AD_p is signed, above zero too far; its 95 % are of the size. RD is ± 3 s"
     return Section("distance", "Distance AD_p, RD", (_MEAN, _MOST), tuple(rows), note)
 
 
-def _path(found: Predicted) -> Section:
+def _path(found: PredictedRobots) -> Section:
     counted = f"{found.robots} robots x {found.path_cycles} cycles x {found.path_points} points"
     ends = "-".join(NAMES[k] for k in found.path_ends)
     a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
@@ -303,9 +311,9 @@ def _path(found: Predicted) -> Section:
     for k, word in enumerate(PATH_FIGURES):
         for sheet in found.loads:
             spread = over_robots(sheet.path[k])
-            shown = of_scatter if word.startswith("RT") else of
+            shown = scatter_figure if word.startswith("RT") else estimate_figure
             figures = tuple(shown(each, counted, angle=word[-1] in "abc") for each in (spread.mean, spread.high))
-            rows.append(Row(under(word, sheet.load, found.loads), figures))
+            rows.append(Row(load_label(word, sheet.load, found.loads), figures))
     worst = float(found.loads[0].path_profile[0, :, 0].argmax()) / (found.path_points - 1) * float(np.linalg.norm(b - a))
     note = (
         "straight line, in the planes across it, each at the worst of its points; AT_a, AT_b, AT_c by size. AT is largest on the average "
@@ -314,12 +322,12 @@ def _path(found: Predicted) -> Section:
     return Section("path", f"Path AT_p, RT_p, {ends}", (_MEAN, _MOST), tuple(rows), note)
 
 
-def _drift(found: Predicted, drifted: Drift) -> Section:
+def _drift(found: PredictedRobots, drifted: Drift) -> Section:
     warm, spread = drifted.warm_up, over_robots(drifted.largest)
     hours = drifted.time[-1] / 3600
     counted = f"{found.robots} robots, {hours:.0f} h"
     rows = (
-        Row("dAP_p, P1", (of(spread.mean, counted), of(spread.high, counted))),
+        Row("dAP_p, P1", (estimate_figure(spread.mean, counted), estimate_figure(spread.high, counted))),
         Row("way, P1", (length(float(np.linalg.norm(drifted.shift[-1]))),) * 2),
     )
     note = (
@@ -330,14 +338,14 @@ def _drift(found: Predicted, drifted: Drift) -> Section:
     return Section("drift", "Drift dAP_p", (_MEAN, _MOST), rows, note)
 
 
-def _check(found: Predicted) -> Section:
+def _check(found: PredictedRobots) -> Section:
     check = found.check
     rows = (Row("largest difference", (length(check.largest, samples=f"{check.samples} visits"),)), Row("mean difference", (length(check.mean),)))
     note = f"errors are small and are added up; a sample of them composed exactly: {judged(check, check.length)}"
     return Section("check", "First order against exact", ("value",), rows, note)
 
 
-def _remarks(found: Predicted) -> list[str]:
+def _remarks(found: PredictedRobots) -> list[str]:
     out = []
     if found.robots < _FEW:
         out.append(f"{found.robots} robots are few: what 95 % of them stay below is told by the largest one or two")
@@ -349,7 +357,7 @@ def _remarks(found: Predicted) -> list[str]:
             "from one side nothing that is described varies from visit to visit, so no repeatability is predicted there; a real arm adds friction, "
             "control and warmth"
         )
-    elif sheet.repeatability.max() < 0.1 * sheet.from_any_side.max():
+    elif sheet.repeatability.max() < 0.1 * sheet.random_approach.max():
         out.append(
             "RP_l from one side is small because the parts state little that changes from visit to visit; a real arm adds friction, control "
             "and warmth: see 'from either side' for what its play can do"
@@ -357,7 +365,7 @@ def _remarks(found: Predicted) -> list[str]:
     return out
 
 
-def _facts(found: Predicted) -> dict[str, Any]:
+def _facts(found: PredictedRobots) -> dict[str, Any]:
     cube = found.cube
     return {
         "arm": found.arm.name,
@@ -370,7 +378,7 @@ def _facts(found: Predicted) -> dict[str, Any]:
             "tool_rotation": None if cube.rotation is None else cube.rotation.tolist(),
             "poses_m": {name: cube.poses[k, :3, 3].tolist() for k, name in enumerate(NAMES)},
             "q": {name: cube.q[k].tolist() for k, name in enumerate(NAMES)},
-            "found_by": cube.found_by,
+            "found_by": cube.method,
         },
         "approach": {name: found.approach[k].tolist() for k, name in enumerate(NAMES)},
     }

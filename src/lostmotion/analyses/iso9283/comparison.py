@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.confidence import student_interval
-from lostmotion.analyses.iso9283.cube import INWARD, NAMES, five_points, held_alike, out_of_reach
-from lostmotion.analyses.iso9283.measured_paths import FEWEST_STATED, path_ends
+from lostmotion.analyses.iso9283.cube import INWARD, NAMES, five_points, orientation_clause, out_of_reach
+from lostmotion.analyses.iso9283.measured_paths import MIN_COMMANDS, path_ends
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.error_model.intervals import Estimate, of_length, robots_quantile
 from lostmotion.errors import InputError, Problem, shown
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.measured import Measured, MeasuredLoad
-    from lostmotion.analyses.iso9283.predicted import LoadSheet, Predicted
+    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
+    from lostmotion.analyses.iso9283.predicted import LoadSheet, PredictedRobots
     from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -50,7 +50,7 @@ def over_robots(values: Floats, *, signed: bool = False) -> OverRobots:
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedFigure:
     """One figure: its name, which pose or path, whether it is an angle (rad) or a length (m), the load, what robots show, what was measured."""
 
     name: str
@@ -66,13 +66,13 @@ class Compared:
         return self.predicted.low.value <= self.measured.value <= self.predicted.high.value
 
 
-def compare(predicted: Predicted, measured: Measured) -> list[Compared]:
+def compare(predicted: PredictedRobots, measured: MeasuredRobot) -> list[ComparedFigure]:
     """Which figures do both have, at the same poses, along the same path and under the same load? Empty where poses and loads are others.
 
     Orientations where the measured tool is held as the predicted one; along a path with six joints or more alone. AP_p with best-fit frames where
     the measured poses tell a base frame, as that of the robots predicted is, and no tool frame besides.
     """
-    found: list[Compared] = []
+    found: list[ComparedFigure] = []
     for there in measured.loads:
         for sheet in predicted.loads:
             if sheet.load == there.load:
@@ -80,7 +80,7 @@ def compare(predicted: Predicted, measured: Measured) -> list[Compared]:
     return [each for each in found if math.isfinite(each.measured.value)]
 
 
-def held_otherwise(predicted: Predicted, measured: MeasuredLoad) -> tuple[str, ...]:
+def different_orientations(predicted: PredictedRobots, measured: MeasuredLoad) -> tuple[str, ...]:
     """At which of P1 to P5 was an orientation measured, of a tool that is held in another one than the arm predicted holds it in?"""
     at = {pose.name: pose.rotation for pose in measured.poses}
     return tuple(name for name, held in zip(NAMES, predicted.cube.poses[:, :3, :3], strict=True) if name in at and _apart(at[name], held))
@@ -91,26 +91,26 @@ def _apart(one: Floats, other: Floats) -> bool:
     return float(np.linalg.norm(one - other)) > math.sqrt(2) * _HELD_THE_SAME
 
 
-def tells_tool(measured: MeasuredLoad) -> bool:
+def determines_tool_frame(measured: MeasuredLoad) -> bool:
     """Do the measured poses tell a tool frame besides the base frame that robots predicted are fitted with?"""
     return measured.fit is not None and measured.fit.told > _BASE
 
 
-def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) -> list[Compared]:
+def _at_poses(predicted: PredictedRobots, sheet: LoadSheet, measured: MeasuredLoad) -> list[ComparedFigure]:
     at = {pose.name: pose for pose in measured.poses}
     command = predicted.cube.poses[:, :3, 3]
     if not set(NAMES) <= set(at) or not all(np.linalg.norm(at[name].command - command[k]) <= SAME for k, name in enumerate(NAMES)):
         return []
-    found: list[Compared] = []
-    turned = held_otherwise(predicted, measured)
+    found: list[ComparedFigure] = []
+    turned = different_orientations(predicted, measured)
 
     def add(name: str, pose: str, values: Floats, value: Estimate, *, angle: bool = False, signed: bool = False) -> None:
-        found.append(Compared(name, pose, angle, sheet.load, over_robots(values, signed=signed), value))
+        found.append(ComparedFigure(name, pose, angle, sheet.load, over_robots(values, signed=signed), value))
 
     for k, name in enumerate(NAMES):
         pose = at[name]
         add("AP_p", name, sheet.accuracy[k], pose.accuracy)
-        add("AP_p fitted", name, sheet.fitted[k], Estimate(math.nan if tells_tool(measured) else pose.fitted, math.nan, math.nan))
+        add("AP_p fitted", name, sheet.fitted[k], Estimate(math.nan if determines_tool_frame(measured) else pose.fitted, math.nan, math.nan))
         add("RP_l", name, sheet.repeatability[k], pose.repeatability)
         average = np.concatenate([sheet.turn[k], sheet.barycentre[k]], axis=-1)
         for axis, letter in list(enumerate(_AXES))[_TURNS if name in turned else 0 :]:
@@ -126,12 +126,12 @@ def _at_poses(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) ->
     return found
 
 
-def _along_path(predicted: Predicted, sheet: LoadSheet, measured: MeasuredLoad) -> list[Compared]:
+def _along_path(predicted: PredictedRobots, sheet: LoadSheet, measured: MeasuredLoad) -> list[ComparedFigure]:
     """Compare the path that robots were sent along; whether its ends are those of the cube is seen by them."""
     ends = predicted.cube.poses[list(predicted.path_ends), :3, 3]
     name = "-".join(NAMES[k] for k in predicted.path_ends)
     return [
-        Compared(word, name, word[-1] in "abc", sheet.load, over_robots(values), Estimate(float(value), math.nan, math.nan))
+        ComparedFigure(word, name, word[-1] in "abc", sheet.load, over_robots(values), Estimate(float(value), math.nan, math.nan))
         for path in measured.paths
         if path.name == name and np.abs(path.ends - ends).max() <= SAME
         for word, values, value in zip(PATH_FIGURES, sheet.path, path.figures, strict=True)
@@ -155,7 +155,7 @@ def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None
     return points[0], side, rotation if np.isfinite(rotation).all() else None
 
 
-def refuse_commanded(arm: Arm, visits: Visits, centre: Floats, side: float, rotation: Floats | None) -> InputError:
+def unreachable_command(arm: Arm, visits: Visits, centre: Floats, side: float, rotation: Floats | None) -> InputError:
     """Say that P1 to P5 were commanded where this arm does not reach: a cube (m) that the measured file tells."""
     at = next((k for k, name in enumerate(visits.pose) if name in NAMES), 0)
     points = five_points(centre, side)
@@ -163,12 +163,12 @@ def refuse_commanded(arm: Arm, visits: Visits, centre: Floats, side: float, rota
     named = [f"{NAMES[k]} at ({', '.join(f'{x * 1e3:.0f}' for x in points[k])}) mm" for k in beyond]
     place = f"a cube of {side * 1e3:.0f} mm about ({', '.join(f'{x * 1e3:.0f}' for x in centre)}) mm"
     found = f"{', '.join(named)}, out of reach of {arm.name}" if named else f"on {place}, not all of which {arm.name} reaches"
-    expected = f"commands in the arm's base frame, on a cube all of which it reaches{held_alike(arm)}"
+    expected = f"commands in the arm's base frame, on a cube all of which it reaches{orientation_clause(arm)}"
     alone = f"lostmotion iso9283 --measured {visits.where[at][0]}, to judge the measured robot alone"
     return InputError([Problem(visits.where[at][0], "commanded positions of P1 to P5", found, expected, alone)])
 
 
-def stated_poses(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:
+def poses_of_cube(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:
     """Where were P1 to P5 of a stated cube (centre (3,) and side in m) commanded? Poses (4, 4) by name; the rotation NaN where none is stated."""
     out = {}
     for name, point in zip(NAMES, five_points(np.asarray(centre, dtype=float), side), strict=True):
@@ -177,7 +177,7 @@ def stated_poses(centre: Floats, side: float, rotation: Floats | None) -> dict[s
     return out
 
 
-def refuse_unstated(visits: Visits) -> None:
+def refuse_missing_commands(visits: Visits) -> None:
     """Raise InputError where the command of P1 to P5, or of a path, is nowhere stated: a cube found by a search is not where the robot was sent."""
     commanded = np.asarray(np.isfinite(visits.command).all(axis=1))
     lines = {path for path in dict.fromkeys(visits.path) if path and _no_line(visits, path, commanded)}
@@ -206,4 +206,4 @@ def refuse_unstated(visits: Visits) -> None:
 def _no_line(visits: Visits, path: str, commanded: np.ndarray) -> bool:
     """Tell whether neither a path's name nor its rows say which line was commanded."""
     rows = np.array([each == path for each in visits.path])
-    return path_ends(path, visits.known) is None and int(np.count_nonzero(rows & commanded)) < FEWEST_STATED
+    return path_ends(path, visits.known) is None and int(np.count_nonzero(rows & commanded)) < MIN_COMMANDS

@@ -55,8 +55,8 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
     for _ in range(_STEPS):
         stands = command if rotation is None else command + rotation @ tool
         moved = stands @ base[:3, :3].T + base[:3, 3]
-        matrix = _slopes(moved, moved.mean(axis=0), None if rotation is None else base[:3, :3] @ rotation, size)
-        step = _solver(matrix) @ (attained - moved).ravel()
+        matrix = _jacobian(moved, moved.mean(axis=0), None if rotation is None else base[:3, :3] @ rotation, size)
+        step = _pseudo_inverse(matrix) @ (attained - moved).ravel()
         turn = exp(np.concatenate([step[:3] / size, np.zeros(3)]))
         about = moved.mean(axis=0)
         turn[:3, 3] = about - turn[:3, :3] @ about + step[3:6]
@@ -70,20 +70,20 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
     raise DidNotConvergeError("the best-fit frames were not found: are attained and commanded positions in the same order and unit?")
 
 
-def left_by_frames(errors: Floats, command: Floats, rotation: Floats | None = None) -> Floats:
+def residual_after_fit(errors: Floats, command: Floats, rotation: Floats | None = None) -> Floats:
     """What is left of small errors (pose, ..., 3) at commanded positions (pose, 3), m, once base and tool frame fit best? To first order.
 
     For many robots at once; `best_fit` is exact. Source as there.
     """
     size = max(float(np.abs(command - command.mean(axis=0)).max()), float(np.finfo(float).tiny))
-    matrix = _slopes(command, command.mean(axis=0), rotation, size)
+    matrix = _jacobian(command, command.mean(axis=0), rotation, size)
     flat = np.moveaxis(np.asarray(errors, dtype=float), 0, -2).reshape(-1, matrix.shape[0])
-    left = flat - (flat @ _solver(matrix).T) @ matrix.T
+    left = flat - (flat @ _pseudo_inverse(matrix).T) @ matrix.T
     shape = np.moveaxis(np.empty(errors.shape), 0, -2).shape
     return np.moveaxis(left.reshape(shape), -2, 0)
 
 
-def _solver(matrix: Floats) -> Floats:
+def _pseudo_inverse(matrix: Floats) -> Floats:
     """Give the least-squares inverse of a tall matrix, by its few columns alone: steps that are repeated make up for the squared condition."""
     return np.asarray(np.linalg.pinv(matrix.T @ matrix, rcond=_UNTOLD, hermitian=True) @ matrix.T)
 
@@ -98,7 +98,7 @@ def _closed_form(attained: Floats, command: Floats) -> Floats:
     return out
 
 
-def _slopes(points: Floats, about: Floats, rotation: Floats | None, size: float) -> Floats:
+def _jacobian(points: Floats, about: Floats, rotation: Floats | None, size: float) -> Floats:
     """Give what small turns about a middle (times size), shifts and offsets of the tool do to the points: (3 pose, 6 or 9)."""
     blocks = [-skew(points - about) / size, np.broadcast_to(np.eye(3), (len(points), 3, 3))]
     if rotation is not None:

@@ -44,12 +44,12 @@ def expected_repeatability(covariance: Floats, visits: int | None = None) -> tup
     variances = np.maximum(np.linalg.eigvalsh(np.where(known[:, None, None], covariance, 0.0)), 0.0)
     total: Floats = variances.sum(axis=1)
     shares = np.where(total[:, None] > 0, variances / np.where(total > 0, total, 1.0)[:, None], 1 / _AXES)
-    mean, deviation = _of_shares(shares, visits)
+    mean, deviation = _standardised(shares, visits)
     size = np.where(known, np.sqrt(total), np.nan)
     return np.asarray(size * mean), np.asarray(size * deviation)
 
 
-def _of_shares(shares: Floats, visits: int | None) -> tuple[Floats, Floats]:
+def _standardised(shares: Floats, visits: int | None) -> tuple[Floats, Floats]:
     """Do so for variances along the principal axes (n, 3) that sum to one."""
     lengths = length_moments(shares)
     mean = lengths[1]
@@ -61,8 +61,8 @@ def _of_shares(shares: Floats, visits: int | None) -> tuple[Floats, Floats]:
         return shorter * mean, shorter * spread
     # A normal density times y_i^2 / variance_i is, of lengths, that of two more axes with this variance.
     wider = length_moments(np.concatenate([np.tile(shares[:, None], (1, _AXES, 1)), np.repeat(shares[:, :, None], 2, axis=2)], axis=2))
-    leaning = [one - other[:, None] for one, other in zip(wider, lengths, strict=True)]
-    above_mean, square = _orders(_about(lengths, mean, spread), _about(leaning, mean[:, None], spread[:, None]))
+    tilted = [one - other[:, None] for one, other in zip(wider, lengths, strict=True)]
+    above_mean, square = _series_coefficients(_central_moments(lengths, mean, spread), _central_moments(tilted, mean[:, None], spread[:, None]))
     powers = (1 / visits) ** np.arange(4)[:, None]
     return shorter * (mean + spread * (above_mean * powers).sum(axis=0)), shorter * spread * np.sqrt((square * powers).sum(axis=0))
 
@@ -91,19 +91,19 @@ def _square_moments(variances: Floats) -> list[Floats]:
     return moments[1:]
 
 
-def _about(raw: list[Floats], mean: Floats, spread: Floats) -> list[Floats]:
+def _central_moments(raw: list[Floats], mean: Floats, spread: Floats) -> list[Floats]:
     """Turn averages of l^p, p = 0, 1, ..., into those of ((l - mean) / spread)^p."""
     return [sum((comb(p, k) * raw[k] * (-mean) ** (p - k) for k in range(p + 1)), start=np.zeros_like(raw[0])) / spread**p for p in range(len(raw))]
 
 
-def _orders(central: list[Floats], leaning: list[Floats]) -> tuple[Floats, Floats]:
+def _series_coefficients(central: list[Floats], tilted: list[Floats]) -> tuple[Floats, Floats]:
     """Give mean and variance of RP_l, by powers of 1/n (4, ...), of standard lengths z: central moments (...), and how z^p leans to axes (..., axis).
 
     Over the lengths' spread and sqrt(1 - 1/n), the mean without that of the lengths.
     """
     g3, g4, g5, g6, g7, g8 = _cumulants(central)
     # z, w = z^2 - 1, and their products: what two visits, or three, have in common through the barycentre.
-    z, w, zw, ww = leaning[1], leaning[2], leaning[3] - leaning[1], leaning[4] - 2 * leaning[2]
+    z, w, zw, ww = tilted[1], tilted[2], tilted[3] - tilted[1], tilted[4] - 2 * tilted[2]
 
     def both(*what: Floats) -> Floats:
         return np.asarray(np.prod(np.broadcast_arrays(*what), axis=0).sum(axis=-1))
