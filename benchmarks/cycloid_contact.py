@@ -19,8 +19,9 @@ import time
 
 import numpy as np
 from scipy.optimize import root
+from scipy.special import lambertw
 
-from lostmotion.laws.contact import equivalent_modulus, force_at
+from lostmotion.laws.contact import equivalent_modulus, johnson_scale
 from lostmotion.laws.cycloid.contact import Flanks, Supports, loaded
 from lostmotion.laws.cycloid.geometry import Stage, contact_radius, normals, pin_angles
 
@@ -29,6 +30,13 @@ FLANKS = Flanks(0.015, equivalent_modulus(210e9, 0.3, 210e9, 0.3))
 SUPPORTS = Supports(3e8, math.inf, 0.05)
 TORQUES = np.concatenate([-np.geomspace(10, 800, 5), np.geomspace(10, 800, 5)])
 CRANKS = np.linspace(0, 2 * math.pi, 100, endpoint=False)
+
+
+def johnson_force(approach: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return the forces (N) of Johnson's law, delta = F/(pi E* b) ln(B/F), solved for F by Lambert's W."""
+    delta = np.maximum(approach, 0.0) * math.pi * FLANKS.modulus * FLANKS.width
+    share = delta / johnson_scale(FLANKS.width, radius, FLANKS.modulus)
+    return -delta / np.real(lambertw(-np.where(share > 0, share, 0.1), -1))
 
 
 def scipy_loop(gaps: np.ndarray, cases: np.ndarray) -> np.ndarray:
@@ -43,7 +51,7 @@ def scipy_loop(gaps: np.ndarray, cases: np.ndarray) -> np.ndarray:
 
         def left_over(u: np.ndarray, torque=torque, n=n, req=req, gap=gap, unit=unit, thrust=thrust) -> np.ndarray:
             x, y, turn = u * 1e-6
-            force = force_at("johnson", n[:, 0] * x + n[:, 1] * (y + turn) - gap, FLANKS.width, req, FLANKS.modulus)
+            force = johnson_force(n[:, 0] * x + n[:, 1] * (y + turn) - gap, req)
             across = force @ n[:, 1]
             return np.array([thrust - 3e8 * x - force @ n[:, 0], -3e8 * y - across, torque / pitch - across]) / unit
 

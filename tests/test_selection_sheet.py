@@ -13,7 +13,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
-from lostmotion.analyses.sizing.candidates import Worth, with_parts
+from lostmotion.analyses.sizing.candidates import Worth
 from lostmotion.analyses.sizing.command import Selection
 from lostmotion.analyses.sizing.plots.selection import aimed_plots
 from lostmotion.analyses.sizing.request import read_asked
@@ -24,6 +24,7 @@ from lostmotion.io.own_reducers import read_reducers
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.sheet import find_row
+from tests.analyses.chosen_parts import with_parts
 
 ROOT = Path(__file__).parents[1]
 Z_ARM = ROOT / "examples" / "z-arm.toml"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.candidates import Candidate, Slot, Worth, finer, link_slot, with_parts
+from lostmotion.analyses.sizing.candidates import Candidate, Slot, Worth, finer, link_slot
 from lostmotion.analyses.sizing.error_cache import Ledger, error_at, mean_square, share_within
 from lostmotion.analyses.sizing.lightest import Limits
 from lostmotion.analyses.sizing.search import LEVEL, Rules, Search
@@ -26,6 +26,7 @@ from lostmotion.parts.family import TubeFamily
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.section import Tube
 from lostmotion.units import Toleranced
+from tests.analyses.chosen_parts import with_parts
 
 ARCMIN = math.pi / 10800
 Reducer = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]

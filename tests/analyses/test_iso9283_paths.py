@@ -13,7 +13,7 @@ from scipy.special import polygamma
 import lostmotion
 from lostmotion.analyses.iso9283.confidence import scatter_interval, shrunk_covariance, student_interval
 from lostmotion.analyses.iso9283.measured import evaluate
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES, across_path, along_path, crossings
+from lostmotion.analyses.iso9283.paths import PATH_FIGURES, across_path, crossings, path_figures
 from lostmotion.analyses.iso9283.visits import Visits
 from lostmotion.analyses.iso9283.worst_plane import covariance_root, largest_mean, largest_scatter, simulated_tests
 from lostmotion.error_model.intervals import Estimate
@@ -224,7 +224,7 @@ def test_planes_and_definitions_by_hand():
     errors = np.zeros((2, 2, 6))
     errors[0, :, 3:], errors[1, :, 3:] = [[9.0, 1, 0], [7, 3, 0]], [[0, 0, 1], [0, 0, 1]]
     errors[1, :, 0] = 1.0, -3.0
-    found = dict(zip(PATH_FIGURES, along_path(errors, np.array([2.0, 0, 0])), strict=True))
+    found = dict(zip(PATH_FIGURES, path_figures(errors, np.array([2.0, 0, 0])).max(axis=-1), strict=True))
     assert found["AT_p"] == pytest.approx(2)
     assert found["RT_p"] == pytest.approx(1)
     assert found["AT_a"] == pytest.approx(1)

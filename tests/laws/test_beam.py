@@ -17,11 +17,11 @@ from lostmotion.laws.beam import (
     box_section,
     give_per_length,
     i_section,
+    prism,
     rectangle_section,
     round_section,
     side_by_side,
     tip_compliance,
-    tip_under_own_weight,
 )
 
 E, G = 70e9, 26.3e9
@@ -29,6 +29,12 @@ E, G = 70e9, 26.3e9
 SECTION = SectionValues(area=5.4e-4, i_y=2.2e-7, i_z=0.9e-7, torsion=1.7e-7, shear_y=0.42, shear_z=0.53)
 RIGID_IN_SHEAR = SectionValues(area=5.4e-4, i_y=2.2e-7, i_z=0.9e-7, torsion=1.7e-7, shear_y=math.inf, shear_z=math.inf)
 LENGTH = 0.4
+
+
+def tip_under_uniform_load(length: float, section: SectionValues) -> np.ndarray:
+    """Return the tip's twist per load per length along the axes (6, 3)."""
+    beam = prism(length, [give_per_length(E, G, section)])
+    return beam.tip_under_spread(0.0, length)[0][:, 3:] * length
 
 
 def test_a_tip_force_bends_by_the_cube_of_the_length():
@@ -62,7 +68,7 @@ def test_a_torque_twists_and_a_pull_stretches():
 
 def test_a_beam_sags_by_the_fourth_power_under_its_own_weight():
     """A load w spread along the beam moves its tip by w l^4/(8 E I) and turns it by w l^3/(6 E I)."""
-    c = tip_under_own_weight(LENGTH, E, G, RIGID_IN_SHEAR)
+    c = tip_under_uniform_load(LENGTH, RIGID_IN_SHEAR)
     down = c @ [0, 0, -30.0]
     side = c @ [0, 30.0, 0]
     assert down[5] == pytest.approx(-30 * LENGTH**4 / (8 * E * 2.2e-7), rel=1e-12)
@@ -73,7 +79,7 @@ def test_a_beam_sags_by_the_fourth_power_under_its_own_weight():
 
 def test_a_hanging_beam_stretches_under_its_own_weight():
     """A beam that hangs lengthens by w l^2/(2 E A), half of what its whole weight at the tip would do."""
-    stretch = (tip_under_own_weight(LENGTH, E, G, SECTION) @ [30.0, 0, 0])[3]
+    stretch = (tip_under_uniform_load(LENGTH, SECTION) @ [30.0, 0, 0])[3]
     assert stretch == pytest.approx(30 * LENGTH**2 / (2 * E * 5.4e-4), rel=1e-12)
     assert stretch == pytest.approx((tip_compliance(LENGTH, E, G, SECTION) @ [0, 0, 0, 30.0 * LENGTH, 0, 0])[3] / 2, rel=1e-12)
 
@@ -103,7 +109,7 @@ def test_a_stubby_beam_follows_timoshenko(length: float):
     """Under any tip wrench and spread load, stubby or slender, the tip goes where the unit-load integral (bending, shear, torsion, pull) says."""
     rng = np.random.default_rng(4)
     wrench, spread = rng.normal(size=6) * 100, rng.normal(size=3) * 50
-    ours = tip_compliance(length, E, G, SECTION) @ wrench + tip_under_own_weight(length, E, G, SECTION) @ spread
+    ours = tip_compliance(length, E, G, SECTION) @ wrench + tip_under_uniform_load(length, SECTION) @ spread
     np.testing.assert_allclose(ours, by_unit_loads(wrench, spread, length), rtol=1e-9)
 
 
@@ -119,7 +125,7 @@ def test_the_beam_equation_itself_gives_the_same_tip():
         return [turn + shear / (0.53 * G * 5.4e-4), bending / (E * 2.2e-7)]
 
     end = solve_ivp(slopes, (0, LENGTH), [0.0, 0.0], rtol=1e-12, atol=1e-16).y[:, -1]
-    ours = tip_compliance(LENGTH, E, G, SECTION) @ [0, moment, 0, 0, 0, force] + tip_under_own_weight(LENGTH, E, G, SECTION) @ [0, 0, load]
+    ours = tip_compliance(LENGTH, E, G, SECTION) @ [0, moment, 0, 0, 0, force] + tip_under_uniform_load(LENGTH, SECTION) @ [0, 0, load]
     assert ours[5] == pytest.approx(end[0], rel=1e-9)
     assert -ours[1] == pytest.approx(end[1], rel=1e-9)
 
@@ -156,7 +162,7 @@ def test_two_beams_in_line_are_one(length: float, share: float):
 def test_a_beam_without_length_does_not_bend():
     """A beam of length zero is rigid."""
     assert not tip_compliance(0.0, E, G, SECTION).any()
-    assert not tip_under_own_weight(0.0, E, G, SECTION).any()
+    assert not tip_under_uniform_load(0.0, SECTION).any()
 
 
 def test_round_sections_are_those_of_the_tables():

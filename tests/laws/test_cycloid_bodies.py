@@ -11,10 +11,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from lostmotion.laws.annulus import ELLIPTIC, Annulus, flexibility, spectrum
-from lostmotion.laws.contact import approach
 from lostmotion.laws.cycloid.bodies import _rim, disc_body, disc_flexibility, ring_body, ring_flexibility
 from lostmotion.laws.cycloid.contact import Flanks, loaded
 from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, normals, pin_angles
+from tests.laws.closed_forms import approach
 
 YOUNG, NU, WIDTH = 210e9, 0.3, 0.012
 SHEAR = YOUNG / (2 + 2 * NU)

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.contact import Flanks, mesh_stiffness, output_pin_stiffness
+from lostmotion.laws.cycloid.contact import Flanks, output_pin_stiffness
 from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, crank_lever, crank_play, loaded_disc, members, nominal_gaps, pitch_of_crank
 from lostmotion.laws.cycloid.geometry import Modification, Stage, normals, pin_angles
 from lostmotion.laws.rolling.radial import roller_stiffness
+from tests.laws.closed_forms import mesh_stiffness
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 STAGE = Stage(0.064, 0.003, 0.0013, 40)

@@ -16,11 +16,11 @@ from lostmotion.laws.rolling.radial import (
     ROLLER_EXPONENT,
     ball_stiffness,
     element_angles,
-    radial_loads,
     radial_shift,
     roller_stiffness,
 )
 from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
+from tests.laws.closed_forms import element_loads
 
 UM = 1e-6
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
@@ -70,7 +70,7 @@ def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
     k, angles = ball_stiffness(12.7e-3, 65e-3), element_angles(9)
     alone = radial_shift(load, clearance, k, BALL_EXPONENT, angles)
     np.testing.assert_allclose(found.stand[0], [alone, 0, 0, 0, 0], rtol=1e-8, atol=1e-15)
-    np.testing.assert_allclose(found.loads[0][0], radial_loads(alone, clearance, k, BALL_EXPONENT, angles), rtol=1e-7, atol=1e-6)
+    np.testing.assert_allclose(found.loads[0][0], element_loads(alone, clearance, k, BALL_EXPONENT, angles), rtol=1e-7, atol=1e-6)
     plain = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, crowned=False)
     found = settle((Seat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
     alone = radial_shift(load, clearance, roller_stiffness(10e-3), ROLLER_EXPONENT, element_angles(16))

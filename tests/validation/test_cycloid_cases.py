@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.contact import Flanks, largest_force, loaded
-from lostmotion.laws.cycloid.geometry import Modification, Stage, play, rv_ratio, undercut_limit, valley_radius
+from lostmotion.laws.cycloid.contact import Flanks, loaded
+from lostmotion.laws.cycloid.geometry import Modification, Stage, play, undercut_limit, valley_radius
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from tests.laws.closed_forms import largest_force
 
 ARCMIN = math.pi / 10800
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
@@ -31,8 +33,10 @@ def test_play_of_the_forty_pin_stage():
 
 def test_ratios_of_published_reducers():
     """Planetary 9/27 with 40 lobes makes 121; the RV-80E, 10/38 with 40 pins of a possible geometry, 153."""
-    assert rv_ratio(9, 27, 40) == 121
-    assert rv_ratio(10, 38, RV_80E.pins) == 153
+    for sun, planet, ratio in ((9, 27, 121), (10, 38, 153)):
+        first = {"kind": "planetary", "sun_teeth": sun, "planet_teeth": planet, "module": 0.001}
+        stage = {"ring_radius": RV_80E.ring_radius, "pin_radius": RV_80E.pin_radius, "eccentricity": RV_80E.eccentricity, "pins": RV_80E.pins}
+        assert CycloidalGearbox.model_validate({**stage, "rated_torque": 784.0, "width": 0.012, "first_stage": first}).ratio == pytest.approx(ratio)
 
 
 def test_load_of_the_integral_lobe_reducer():

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from lostmotion.laws.contact import force_at
 from lostmotion.laws.cycloid.bodies import disc_body, disc_flexibility, ring_body, ring_flexibility
 from lostmotion.laws.cycloid.contact import Flanks, loaded
 from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
+from tests.laws.closed_forms import contact_force
 
 ARCMIN = math.pi / 10800
 STAGE = Stage(0.05, 0.003, 0.0012, 20, "lobe arcs")
@@ -76,7 +76,7 @@ def together(torque: float, crank: float, *, ring: bool, gap: float) -> tuple[fl
         bodies = bodies + ring_flexibility(STAGE, OUTER, WIDTH, YOUNG, NU, crank)
 
     def forces(approach: np.ndarray) -> np.ndarray:
-        return np.asarray(force_at("johnson", approach * 1e-6, WIDTH, radius, modulus))
+        return np.asarray(contact_force("johnson", approach * 1e-6, WIDTH, radius, modulus))
 
     def wrong(unknown: np.ndarray) -> np.ndarray:
         pushed = forces(unknown[:-1])

@@ -288,11 +288,3 @@ def tip_compliance(length: float, young: float, shear_modulus: float, section: S
     l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J), l/(E A). Length 0 gives zero. Symmetric and positive (reciprocity).
     """
     return np.asarray(prism(length, [give_per_length(young, shear_modulus, section)]).compliance_at(length)[0])
-
-
-def tip_under_own_weight(length: float, young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """How does the tip move under a uniform load? Matrix (6, 3): twist = C w, w the load per length (N/m) in beam axes.
-
-    Slope w l^3/(6 E I), deflection w l^4/(8 E I) + w l^2/(2 k G A), stretch w l^2/(2 E A).
-    """
-    return np.asarray(prism(length, [give_per_length(young, shear_modulus, section)]).tip_under_spread(0.0, length)[0][:, 3:] * length)

@@ -18,8 +18,6 @@ import numpy as np
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-ApproachLaw = Literal["johnson", "palmgren"]
-
 PALMGREN_EXPONENT: Final = 0.9
 # 3.84e-5 mm per N^0.9 mm^-0.8, in metres and newtons
 _PALMGREN: Final = 3.84e-5 * 1e-3 * 1e3**-0.8
@@ -40,17 +38,6 @@ def equivalent_modulus(young: float, nu: float, other_young: float, other_nu: fl
     return 1 / soft
 
 
-def equivalent_radius(radius: Floats, other: Floats) -> Floats:
-    """Which radius Req (m) has the contact of two cylinders (any shapes that broadcast)? 1/Req = 1/R1 + 1/R2; hollow radii are negative.
-
-    Raises ValueError where a hollow body is no wider than what lies in it: that is no line contact.
-    """
-    together = 1 / np.asarray(radius, dtype=float) + 1 / np.asarray(other, dtype=float)
-    if not (together > 0).all():
-        raise ValueError("the hollow body's radius must be larger than that of the body which lies in it")
-    return np.asarray(1 / together)
-
-
 def half_width(load: Floats, radius: Floats, modulus: float) -> Floats:
     """How wide is half the contact, a (m), under a load per width p (N/m)? a = sqrt(4 p Req/(pi E*)); zero without load. Johnson (4.43)."""
     return np.asarray(np.sqrt(4 * np.asarray(load) * radius / (math.pi * modulus)))
@@ -62,56 +49,19 @@ def peak_pressure(load: Floats, radius: Floats, modulus: float) -> Floats:
 
 
 def johnson_scale(width: float, radius: Floats, modulus: float) -> Floats:
-    """Which force B (N) sets Johnson's law, delta = F/(pi E* b) ln(B/F)? B = 4 pi E* b Req/exp(1)."""
+    """Return the force B (N) in Johnson's law of approach, delta = F/(pi E* b) ln(B/F): B = 4 pi E* b Req/exp(1).
+
+    Each body is counted down to about 1.5 Req. Valid for any material, up to a/Req = 0.89, where ln(B/F) = 2.
+    """
     return np.asarray(4 * math.pi * modulus * width * np.asarray(radius) / math.e)
 
 
 def palmgren_factor(width: float) -> float:
-    """Which factor A sets Palmgren's law, delta = A F^0.9? 3.84e-5/b^0.8 in N and mm, here in N and m."""
+    """Return the factor A in Palmgren's law of approach, delta = A F^0.9: 3.84e-5/b^0.8 in N and mm, here in N and m.
+
+    Measured on steel rollers on raceways; radius and modulus do not enter.
+    """
     return float(_PALMGREN * width**-0.8)
-
-
-def approach(law: ApproachLaw, force: Floats, width: float, radius: Floats, modulus: float) -> Floats:
-    """How far (m) do two cylinders approach under forces (any shape, N, zero or more) over the width b (m)?
-
-    "johnson": p/(pi E*) [ln(4 pi E* Req/p) - 1], each body counted down to about 1.5 Req, any material; a/Req up to 0.89 (NaN beyond).
-    "palmgren": 3.84e-5 F^0.9/b^0.8 in N and mm; measured on steel rollers on raceways, radius and modulus do not enter. Raises ValueError for a
-    negative force or an unknown law.
-    """
-    force = np.asarray(force, dtype=float)
-    if (force < 0).any():
-        raise ValueError("a contact pushes only: its force must not be negative")
-    if _known(law) == "palmgren":
-        return np.asarray(palmgren_factor(width) * force**PALMGREN_EXPONENT)
-    scale = johnson_scale(width, radius, modulus)
-    logarithm = np.log(scale / np.where(force > 0, force, scale))
-    valid = (logarithm >= LEAST_LOGARITHM) | (force == 0)
-    return np.where(valid, force * logarithm / (math.pi * modulus * width), np.nan)
-
-
-def force_at(law: ApproachLaw, approach_: Floats, width: float, radius: Floats, modulus: float) -> Floats:
-    """Which force (N) makes two cylinders approach by so much (any shape, m)? The inverse of `approach`; none where they stand apart (below 0)."""
-    from scipy.special import lambertw
-
-    delta = np.maximum(np.asarray(approach_, dtype=float), 0.0)
-    if _known(law) == "palmgren":
-        return np.asarray((delta / palmgren_factor(width)) ** (1 / PALMGREN_EXPONENT))
-    soft, scale = 1 / (math.pi * modulus * width), johnson_scale(width, radius, modulus)
-    share = np.minimum(delta / (soft * scale), LEAST_LOGARITHM * math.exp(-LEAST_LOGARITHM) * (1 + 1e-9))
-    logarithm = -np.real(lambertw(-np.where(share > 0, share, 1e-3), -1))
-    valid = delta / (soft * scale) <= LEAST_LOGARITHM * math.exp(-LEAST_LOGARITHM) * (1 + 1e-9)
-    return np.where(valid, delta / (soft * logarithm), np.nan)
-
-
-def depth_approach(load: Floats, depth: Floats, radius: Floats, modulus: float, young: float, nu: float) -> Floats:
-    """How far (m) is one body's surface pressed towards its own point at a depth d (m) under the contact, by a load p (N/m)?
-
-    p (1 - nu^2)/(pi E) [2 ln(2 d/a) - nu/(1 - nu)], plane strain, d well above the half-width a. Johnson (5.56), the term to add to a finite-element
-    model of the rest of the body. Zero without load.
-    """
-    load = np.asarray(load, dtype=float)
-    wide = half_width(np.where(load > 0, load, 1.0), radius, modulus)
-    return np.asarray(load * (1 - nu**2) / (math.pi * young) * (2 * np.log(2 * np.asarray(depth) / wide) - nu / (1 - nu)))
 
 
 def round_bar_compliance(span: float, diameter: float, young: float, nu: float, ends: Literal["supported", "clamped"] = "supported") -> float:
@@ -133,9 +83,3 @@ def lobe_compliance(height: float, root: float, width: float, young: float, nu: 
     """
     shear = 10 * (1 + nu) / (12 + 11 * nu) * young / (2 + 2 * nu) * root * width
     return height**3 / (3 * young * width * root**3 / 12) + height / shear
-
-
-def _known(law: str) -> str:
-    if law not in {"johnson", "palmgren"}:
-        raise ValueError(f"no law of approach is called {law!r}: take 'johnson' or 'palmgren'")
-    return law

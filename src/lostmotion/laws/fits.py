@@ -1,8 +1,8 @@
 """From a bearing's clearance as delivered, through its fits and its warmth, to the clearance with which it works.
 
 Clearances are radial internal clearances in the standards' sense: the full free way across the bearing, on the diameter. Interference is on the
-diameter too. Below zero a clearance is preload. Sources: ISO 5753-1 (clearance), ISO 286 (fits); shares and smoothing as bearing
-makers' handbooks give them; rings after Lamé (e.g. S. Timoshenko, Strength of Materials II, thick cylinders).
+diameter too. Below zero a clearance is preload. Sources: ISO 5753-1 (clearance), ISO 286 (fits); shares and smoothing from bearing
+makers' handbooks.
 """
 
 from __future__ import annotations
@@ -25,31 +25,6 @@ STEEL_EXPANSION: Final = 12.5e-6
 CUSTOMARY_SHARE: Final = 0.8
 
 
-@dataclass(frozen=True, slots=True)
-class Body:
-    """A round body around or inside a joint's axis: two diameters (m), `inner` zero for a solid one, `outer` infinite for a very thick one."""
-
-    inner: float
-    outer: float
-    young: float = 208e9
-    poisson: float = 0.3
-
-    def __post_init__(self) -> None:
-        """Refuse a body without wall."""
-        if not 0 <= self.inner < self.outer:
-            raise ValueError("a body needs an inner diameter of zero or more, and an outer one beyond it")
-
-    def give_outside(self) -> float:
-        """Answer by how much of its outer diameter it shrinks per outer pressure (1/Pa)."""
-        ratio = (self.inner / self.outer) ** 2
-        return ((1 + ratio) / (1 - ratio) - self.poisson) / self.young
-
-    def give_inside(self) -> float:
-        """Answer by how much of its inner diameter it widens per inner pressure (1/Pa)."""
-        ratio = (self.inner / self.outer) ** 2
-        return ((1 + ratio) / (1 - ratio) + self.poisson) / self.young
-
-
 def interference(inside: Limits, outside: Limits) -> Limits:
     """Between which limits (m) lies the interference of a body with these deviations (m, lower and upper) in a bore with those?
 
@@ -68,30 +43,6 @@ def effective_interference(measured: Floats | float, diameter: Floats | float, f
     if (size <= 0).any():
         raise ValueError("a seat needs a diameter above zero")
     return np.asarray(np.maximum(measured, 0.0) * size / (size + _PEAKS[finish]))
-
-
-def share_of_inner_ring(ring: Body, shaft: Body) -> float:
-    """By which share of its interference on a shaft does an inner ring's raceway grow, after Lamé?
-
-    `ring` from its bore to its raceway; `shaft` with its own bore, its outer diameter that of the ring's bore. On a solid shaft of its own material:
-    bore over raceway. Elastic, rings long against their wall, the raceway taken as a cylinder. Raises ValueError where the two do not meet.
-    """
-    if not np.isclose(shaft.outer, ring.inner, rtol=1e-3):
-        raise ValueError("the shaft's outer diameter is not that of the ring's bore")
-    widening = 2 * ring.inner**2 / (ring.young * (ring.outer**2 - ring.inner**2)) * ring.outer
-    return float(widening / (ring.inner * (ring.give_inside() + shaft.give_outside())))
-
-
-def share_of_outer_ring(ring: Body, housing: Body) -> float:
-    """By which share of its interference in a housing does an outer ring's raceway shrink, after Lamé?
-
-    `ring` from its raceway to its outside; `housing` from there to its own outside, infinite for a solid frame. In an endless housing of its own
-    material: raceway over outside. Validity and errors as for the inner ring.
-    """
-    if not np.isclose(housing.inner, ring.outer, rtol=1e-3):
-        raise ValueError("the housing's bore is not the ring's outer diameter")
-    shrinking = 2 * ring.outer**2 / (ring.young * (ring.outer**2 - ring.inner**2)) * ring.inner
-    return float(shrinking / (ring.outer * (ring.give_outside() + housing.give_inside())))
 
 
 def mounted_clearance(

@@ -46,11 +46,6 @@ def path_figures(errors: Floats, along: Floats) -> Floats:
     return np.stack([*lengths, *(np.moveaxis(each, -1, 0)[k] for each in turns for k in range(_DIRECTION))])
 
 
-def along_path(errors: Floats, along: Floats) -> Floats:
-    """What does the path say whose planes hold errors (plane, ..., cycle, 6)? `PATH_FIGURES` (8, ...) at the worst plane for each."""
-    return np.asarray(np.stack([path_figures(each, along) for each in errors]).max(axis=0))
-
-
 def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
     """Return which readings of each cycle stand at places that all cycles share, in the order of the path; None where they share too few.
 

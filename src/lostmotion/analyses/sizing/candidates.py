@@ -14,7 +14,6 @@ from lostmotion.parts.family import rounded, said
 from lostmotion.parts.section import Sized
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.family import Family
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.material import Material
@@ -97,14 +96,6 @@ class Worth:
     def of(self, mass: float, price: float) -> float:
         """Give the cost; what counts for nothing need not be known."""
         return (self.mass * mass if self.mass else 0.0) + (self.price * price if self.price else 0.0)
-
-
-def with_parts(arm: Arm, slots: tuple[Slot, ...], chosen: tuple[Candidate, ...]) -> Arm:
-    """Which arm is this one with these parts chosen, slot by slot?"""
-    joints = {joint.name: joint for joint in arm.joints}
-    for slot, candidate in zip(slots, chosen, strict=True):
-        joints[slot.joint] = slot.put(joints[slot.joint], candidate)
-    return arm.model_copy(update={"joints": tuple(joints.values())})
 
 
 def link_slot(joint: Joint, choice: Family | tuple[Plain, ...], material: Material | None, step: float, per_kg: float = 0.0) -> Slot:

@@ -91,7 +91,6 @@ class Loaded:
     """What came out, with axes (torque, crank, draw, ...). Cases that did not converge hold NaN and `converged` False: never a plausible number."""
 
     rotation: Floats  # rad, of the output against its unloaded, gapless place, in the torque's direction
-    displacement: Floats  # (..., 2) m, of the disc along and across the line of centres
     forces: Floats  # (..., N) N, per pin or lobe
     pressures: Floats  # (..., N) Pa, the peak in each contact
     bearing_force: Floats  # N, on the eccentric
@@ -185,7 +184,6 @@ def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: 
         pressures = peak_pressure(forces / flanks.width, radius[None, :, None, :], flanks.modulus)
     return Loaded(
         rotation=out[..., kernel.ROTATION] + torque[:, None, None] / output,
-        displacement=out[..., kernel.ALONG : kernel.ACROSS + 1],
         forces=forces,
         pressures=pressures,
         bearing_force=out[..., kernel.BEARING],
@@ -196,35 +194,9 @@ def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: 
     )
 
 
-def largest_force(stage: Stage, torque: float) -> float:
-    """How large (N) is the largest lobe force with equal springs and no gaps? F_max = 4 T/(e z N), F_i = F_max l_i/(e z); ripples as sum(l^2)."""
-    return 4 * torque / (stage.planet_pitch_radius * stage.pins)
-
-
-def mesh_stiffness(stage: Stage, contact: float, discs: int = 1) -> float:
-    """How stiff (N m/rad) is the mesh of discs with equal contacts of k_c (N/m), no gaps, rigid bearings? n_d k_c (e z)^2 N/4."""
-    return discs * contact * stage.planet_pitch_radius**2 * stage.pins / 4
-
-
-def eccentric_stiffness(stage: Stage, bearings: float) -> float:
-    """How stiff (N m/rad) does the output feel all eccentric bearings of k_r (N/m) together? k_r (e z)^2."""
-    return bearings * stage.planet_pitch_radius**2
-
-
 def output_pin_stiffness(pin: float, radius: float, count: int) -> float:
     """How stiff (N m/rad) are n_w output pins of k_w (N/m) on the radius Rw (m), half of them loaded? k_w Rw^2 n_w/4; largest force 4 T/(Rw n_w)."""
     return pin * radius**2 * count / 4
-
-
-def transmission_error(rotation: Floats) -> tuple[Floats, Floats]:
-    """How far does the output run ahead of an even ratio over a turn of the crank, and in which harmonics?
-
-    `rotation` (torque, crank, draw) in rad at equally spaced crank angles over one turn. Gives the error, mean taken out and as seen at the output
-    that lags where the disc gives way: (torque, crank, draw); and the amplitudes (torque, harmonic, draw) of 0, 1, 2, ... per turn of the crank.
-    """
-    error = rotation.mean(axis=1, keepdims=True) - rotation
-    amplitudes = np.abs(np.fft.rfft(error, axis=1)) * 2 / rotation.shape[1]
-    return error, amplitudes
 
 
 def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: Loaded, friction: Friction) -> Floats:

@@ -16,8 +16,8 @@ from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
 
 LINEAR, LOGARITHMIC, POWER = range(3)
 # Columns of the answers per case.
-ROTATION, ALONG, ACROSS, SOFTNESS, BEARING, RESIDUAL, LOADED = range(7)
-COLUMNS: Final = 7
+ROTATION, SOFTNESS, BEARING, RESIDUAL, LOADED = range(5)
+COLUMNS: Final = 5
 TOLERANCE: Final = 1e-9  # of the torque
 _GOAL: Final = 1e-12
 _STALLED: Final = 1e-10  # no better than the step before: rounding, and good enough
@@ -205,8 +205,6 @@ def solve_cases(
         soft_v = (kxx + kxv * thrust * radius) / (kxx * kvv - kxv * kxv) + 1.0 / k if np.isfinite(k) else 1.0 / kvv
         y = -pull / k
         out[case, ROTATION] = side * (v - y) / radius
-        out[case, ALONG] = x
-        out[case, ACROSS] = side * y
         out[case, SOFTNESS] = soft_v / (radius * radius)
         out[case, BEARING] = np.sqrt((fx - push) ** 2 + fv * fv)
         out[case, RESIDUAL] = error

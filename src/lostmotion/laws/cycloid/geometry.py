@@ -97,17 +97,6 @@ class Modification:
     turn: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Sensitivities:
-    """By which angle (rad per m) does the output turn for each error, at the pin with the longest arm (for `pin_circle`, `pin_shift`: there too)?"""
-
-    flank_gap: float  # both directions together: 2/(e z)
-    eccentric_clearance: float  # diametral clearance of the crank bearing, both directions together: 1/(e z)
-    pin_radius: float  # on one side: 1/(e z)
-    pin_circle: float  # on one side: sqrt(1 - K1^2)/(e z)
-    pin_shift: float  # tangential place of the pin: K1/(e z)
-
-
 def _not_numbers(stage: Stage) -> list[str]:
     wrong = [
         f"the {name} is {value!r} m, but must be a positive length"
@@ -298,32 +287,6 @@ def play(stage: Stage, made: Modification) -> float:
     return 2 * deepest / stage.planet_pitch_radius + 2 * made.turn * _wheel_share(stage)
 
 
-def sensitivities(stage: Stage) -> Sensitivities:
-    """What does a metre of each error do at the output, ring fixed and planet out? First order; the driving pin where cos theta = K1."""
-    per_metre = 1 / stage.planet_pitch_radius
-    k1 = stage.shortening
-    return Sensitivities(2 * per_metre, per_metre, per_metre, math.sqrt(1 - k1**2) * per_metre, k1 * per_metre)
-
-
-def output_pin_play(clearance: float, radius: float) -> float:
-    """Which angle (rad) does a diametral clearance (m) between output pins and holes on radius Rw (m) give? Gw/Rw."""
-    return clearance / radius
-
-
-def planetary_play(play_along_circle: float, planet_radius: float, pins: int) -> float:
-    """Which angle (rad) at the output does the circumferential play j (m) of a planetary first stage give, planets' radius r2? j/(r2 N)."""
-    return play_along_circle / (planet_radius * pins)
-
-
-def averaged_error(stage: Stage, theta: Floats, gap: Floats) -> Floats:
-    """By which angle (rad) do gaps (..., N) let the planet turn when all driving flanks, those with l > 0, carry load? sum(l g)/sum(l^2).
-
-    Holds while wind-up is larger than the gaps' differences. Independent gaps of standard deviation s give 2 s/(e z sqrt N).
-    """
-    arm = np.maximum(arms(stage, theta), 0.0)
-    return np.asarray((arm * gap).sum(axis=-1) / (arm**2).sum(axis=-1))
-
-
 def first_contact_error(stage: Stage, theta: Floats, gap: Floats, least: float = 1e-9) -> Floats:
     """By which angle (rad) does the planet turn, its centre held, until a flank with l > 0 touches? min(g/l): unloaded, the extreme decides.
 
@@ -338,8 +301,3 @@ def ratio(stage: Stage, fixed: Literal["ring", "carrier"] = "ring") -> int:
     """How many turns of the crank make one of the output? Ring fixed: -z; carrier fixed, ring out: +N. Planet pins: -N and N + 1."""
     planet, ring = (stage.pins, stage.lobes) if stage.twin else (stage.lobes, stage.pins)
     return -planet if fixed == "ring" else ring
-
-
-def rv_ratio(sun: int, planet: int, pins: int) -> float:
-    """How many turns of the sun make one of the carrier in a planetary + cycloid (RV) train with the ring fixed? 1 + (z2/z1) N."""
-    return 1 + planet / sun * pins

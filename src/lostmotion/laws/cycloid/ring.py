@@ -45,12 +45,6 @@ def once_round(pitch: Floats, times: int) -> Floats:
     return np.stack([whole.real, whole.imag], axis=-1)
 
 
-def arc_share(stage: Stage) -> float:
-    """Over which share of the pitch, 0..1, is an envelope ring the pin's arc?"""
-    x, y = _second_branch(stage, np.array([_junction(stage)]))[0]
-    return math.atan2(y, x) * stage.pins / math.pi
-
-
 def _arc_side(stage: Stage, points: int, root: float) -> Floats:
     r, rr = stage.ring_radius, stage.pin_radius
     behind = math.sqrt(r**2 - rr**2)
@@ -88,25 +82,3 @@ def _envelope_side(stage: Stage, points: int) -> Floats:
     turn = np.linspace(0, math.atan2(cut[0, 1], stage.ring_radius - cut[0, 0]), points // 3 + 1)[:-1]
     arc = np.stack([stage.ring_radius - stage.pin_radius * np.cos(turn), stage.pin_radius * np.sin(turn)], axis=-1)
     return np.concatenate([arc, cut])
-
-
-def cycloid_pair(lobes: int, rolling_radius: float, per_arc: int = 100) -> tuple[Floats, Floats]:
-    """How do a disc and a ring run whose teeth are epicycloids outside and hypocycloids inside, all of one rolling circle q?
-
-    Closed outlines (2 n per_arc, 2) and (2 (n + 1) per_arc, 2) in m, each about its own centre, beginning with an epicycloid at angle 0. Base radii
-    2 n q and 2 (n + 1) q, centre distance 2 q. Raises ValueError for fewer than two lobes.
-    """
-    if lobes < 2:  # noqa: PLR2004 - one lobe has no tooth to follow
-        raise ValueError(f"a cycloid pair needs two lobes or more, not {lobes}")
-    return _composite(lobes, rolling_radius, per_arc), _composite(lobes + 1, rolling_radius, per_arc)
-
-
-def _composite(teeth: int, q: float, per_arc: int) -> Floats:
-    base = 2 * teeth * q
-    roll = np.linspace(0, 2 * math.pi, per_arc, endpoint=False)
-    a = roll * q / base
-    outer = (base + q) * np.exp(1j * a) - q * np.exp(1j * (a + roll))
-    inner = (base - q) * np.exp(1j * a) + q * np.exp(1j * (a - roll))
-    tooth = np.concatenate([outer, inner * np.exp(1j * math.pi / teeth)])
-    whole = (np.exp(2j * math.pi / teeth * np.arange(teeth))[:, None] * tooth).ravel()
-    return np.stack([whole.real, whole.imag], axis=-1)

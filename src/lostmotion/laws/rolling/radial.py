@@ -136,19 +136,6 @@ def element_angles(count: int, first: float = 0.0) -> Floats:
     return first + 2 * math.pi * np.arange(count) / count
 
 
-def radial_loads(shift: Floats | float, clearance: Floats | float, stiffness: float, exponent: float, angles: Floats) -> Floats:
-    """Which load (..., element; N) does each element carry where the inner ring stands `shift` (m, any shape) off the middle?
-
-    `clearance` G (m, diametral; below zero: preload) fits the shape of `shift`; elements at `angles` (rad) from the shift.
-    """
-    cosine = np.cos(angles)
-    return _element_loads(np.asarray(shift)[..., None] * cosine - np.asarray(clearance)[..., None] / 2, stiffness, exponent)
-
-
-def _element_loads(approach: Floats, stiffness: float, exponent: float) -> Floats:
-    return np.asarray(stiffness * np.maximum(approach, 0.0) ** exponent)
-
-
 def radial_shift(load: Floats | float, clearance: Floats | float, stiffness: float, exponent: float, angles: Floats) -> Floats:
     """How far (m, shape of load and clearance together) does a radial load (N, zero or more) push the inner ring, from the middle of its clearance?
 
@@ -190,30 +177,3 @@ def radial_shift(load: Floats | float, clearance: Floats | float, stiffness: flo
         newton = beyond - over / np.where(slope > 0, slope, 1.0)
         beyond = np.where((slope > 0) & (newton > low) & (newton < high), newton, (low + high) / 2)
     raise DidNotConvergeError(f"no radial shift of the bearing balances its load ({np.count_nonzero(~settled)} of {settled.size} cases)")
-
-
-def radial_stiffness(load: Floats | float, clearance: Floats | float, stiffness: float, exponent: float, angles: Floats) -> Floats:
-    """How stiff (N/m) is the bearing against a little more of this radial load? Zero within the clearance; arguments and errors as `radial_shift`."""
-    cosine = np.cos(angles)
-    approach = radial_shift(load, clearance, stiffness, exponent, angles)[..., None] * cosine - np.asarray(clearance)[..., None] / 2
-    tangent = exponent * stiffness * np.maximum(approach, 0.0) ** (exponent - 1) * (approach > 0)
-    return np.asarray(tangent @ cosine**2)
-
-
-def pair_reactions(force: Floats | float, moment: Floats | float, span: float) -> tuple[Floats, Floats]:
-    """Which radial loads (N, signed, along the force) do two bearings carry, `span` apart, under a force midway and a moment in its plane (N m)?
-
-    First the one behind, then the one ahead: force/2 -+ moment/span; a positive moment pushes the one ahead the force's way.
-    """
-    half = np.asarray(force, dtype=float) / 2
-    couple = np.asarray(moment, dtype=float) / span
-    return np.asarray(half - couple), np.asarray(half + couple)
-
-
-def pair_pose(shift_behind: Floats | float, shift_ahead: Floats | float, span: float) -> tuple[Floats, Floats]:
-    """By how much do two spaced bearings let the axis shift midway (m) and tilt (rad), if these are their own shifts (m, signed)?
-
-    Shifted to opposite edges of a clearance G the axis tilts by G/span: 60 µm over 50 mm are 4.1'.
-    """
-    behind, ahead = np.asarray(shift_behind, dtype=float), np.asarray(shift_ahead, dtype=float)
-    return np.asarray((behind + ahead) / 2), np.asarray((ahead - behind) / span)

@@ -80,10 +80,6 @@ class Behaviour:
         """Give the whole wind-up (level,), rad, on average over gearboxes."""
         return np.asarray(sum(self.wind_up.values()))
 
-    def wind_up_at(self, torque: float) -> float:
-        """By which angle (rad) does the gearbox wind up under a torque (N m) of either sign, on average over gearboxes, play not counted?"""
-        return float(along_curve(np.asarray(torque), self.torque, self.total))
-
     @property
     def loop(self) -> Loop:
         """Return the loop that friction leaves on the spring of the whole gearbox."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import LIGHT
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
-from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius
+from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, length
 
@@ -139,6 +139,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
     working = np.linspace(0, math.pi, 2001)[1:-1]
     longest = pressure_angles(stage, np.array(math.acos(stage.shortening)))
     sharpest = smallest_convex_radius(stage)
+    valley = valley_radius(stage) + stage.pin_radius
     between = 2 * (stage.ring_radius * math.sin(math.pi / stage.pins) - stage.pin_radius)
     no_convex = "the flank is nowhere convex towards the pins: no pin undercuts it"
 
@@ -159,6 +160,11 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
             "smallest convex radius of the flank",
             of_length(sharpest) if math.isfinite(sharpest) else Figure(math.inf, "mm", samples=_DRAWING),
             "so much larger a pin would undercut it" if math.isfinite(sharpest) else no_convex,
+        ),
+        (
+            "radius of the flank's valley",
+            of_length(valley) if math.isfinite(valley) else Figure(math.inf, "mm", samples=_DRAWING),
+            "a cutter that mills the profile must be smaller, before relief" if math.isfinite(valley) else "the flank is nowhere hollow",
         ),
         ("room between neighbouring pins", of_length(between), ""),
         ("smallest pressure angle", of_angle(float(pressure_angles(stage, working).min())), ""),
