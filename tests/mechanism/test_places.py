@@ -9,8 +9,10 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.carry import carry
+from lostmotion.mechanism.inverse import bring, tool_and_jacobian
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
@@ -150,16 +152,31 @@ def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(se
         np.testing.assert_allclose(carry(arm.tree, at, k)[0] @ small, expected, atol=1e-13)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
+    """A joint between base and tool moves the tool by its carry matrix; a joint on a branch does not, and inverse kinematics leaves it alone."""
+    rng = np.random.default_rng(seed)
+    arm = random_tree(rng)
+    q = rng.uniform(-1, 1, (3, len(arm.moving)))
+    at = frames(arm, q)
+    tool, levers = tool_and_jacobian(arm, q)
+    np.testing.assert_allclose(tool, at[-1], atol=1e-13)
+    for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
+        np.testing.assert_allclose(levers[:, :, k], carry(arm.tree, at, place) @ joint.twist, atol=1e-13)
+        assert levers[:, :, k].any() == (k in arm.tree.drives)
+    beside = [k for k in range(len(arm.moving)) if k not in arm.tree.drives]
+    start = np.clip(q + 0.1 * rng.uniform(-1, 1, q.shape), *arm.limits.T)
+    np.testing.assert_array_equal(bring(arm, tool, start, turned=False)[0][:, beside], start[:, beside])
+
+
 def lifter(**counterweight: object) -> Arm:
     """Give an arm of three turning joints with a counterweight of 27 kg behind the elbow; the wrist stands on the forearm's tip."""
-    gearbox = {"ratio": 100, "stiffness": 1e5, "backlash": "1 arcmin"}
     common = {"limits": (-3, 3), "axis": "-y", "lumped": {"angle": 1e-4}}
     joints = [
         RevoluteJoint(name="shoulder", link={"length": 0.5, "mass": 4.0}, **common),
         RevoluteJoint(name="elbow", link={"length": 0.4, "mass": 3.0}, **common),
         RevoluteJoint(name="wrist", link={"length": 0.1, "mass": 1.0}, **common),
     ]
-    del gearbox
     if counterweight:
         arm_behind = {"tip": {"xyz": (-0.3, 0.0, 0.1)}, "length_tolerance": 1e-4, "mass": 27.0, "centre_of_mass": (-0.3, 0.02, 0.1)}
         joints[2:2] = [RevoluteJoint(name="weight", after="elbow", link=arm_behind, **common)]
@@ -218,3 +235,13 @@ def test_an_arm_that_names_a_place_it_does_not_have_is_refused():
     with pytest.raises(ValidationError, match="no joint moves"):
         Arm(name="still", joints=[{"name": "A", **joint}], tool={"after": "base"})
     assert math.isclose(Arm(name="last", joints=[{"name": "A", **joint}], tool={"after": "A"}).tree.way[-1], 4)
+
+
+def test_a_branch_without_errors_is_not_missing_from_a_prediction():
+    """A finger that nothing describes leaves the prediction complete, since no error of it could move the tool; a bare wrist does not."""
+    finger = {"name": "finger", "type": "prismatic", "after": "shoulder.tip", "limits": (0, 0.04)}
+    arm = lifter()
+    with_finger = Arm(name="hand", joints=[*arm.joints, finger], tool={"after": "wrist.tip"})
+    bare = {"name": "bare", "type": "prismatic", "limits": (0, 0.04)}
+    assert states(with_finger).ideal_joints == ()
+    assert states(Arm(name="hand", joints=[*arm.joints, bare])).ideal_joints == ("bare",)

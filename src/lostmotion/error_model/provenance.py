@@ -94,8 +94,8 @@ class AssumedValue:
 class States:
     """What is known of an arm.
 
-    joints   of every moving joint, in order
-    fixed    of fixed joints whose link or mounting is described
+    joints   of every joint that moves the tool, in order
+    fixed    of fixed joints between base and tool whose link or mounting is described
     base     the state of the base's tilt and mount
     assumed  every value that is assumed; a value that several joints share counts once, under the first of them
     limits   maker's upper limits that count at the poses of a study (`studies.limits.with_limits`), the largest contributor first
@@ -128,9 +128,10 @@ def states(arm: Arm) -> States:
 
     A kind is "ideal" where nothing describes it, "assumed" where any value behind it is assumed (by the file, a catalogue's upper limit, a
     typical material), else "stated". A value of zero that was stated on purpose is stated. A default never describes a kind; where one is used
-    beside stated values it is listed among the assumed ones.
+    beside stated values it is listed among the assumed ones. Joints on a branch do not count: their errors do not move the tool.
     """
-    found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in arm.joints]
+    on_way = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.way]
+    found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in on_way]
     return States(
         joints=tuple(each for joint, each in found if not isinstance(joint, FixedJoint)),
         fixed=tuple(each for joint, each in found if isinstance(joint, FixedJoint) and not each.ideal),
