@@ -49,7 +49,7 @@ def commands() -> Iterator[tuple[str, list[str]]]:
             ["iso9283", str(EXAMPLES / ARMS[0]), "--measured", str(EXAMPLES / "measured" / measured), "--instrument", "5 µm"],
         )
     yield "size-z-arm", ["size", str(EXAMPLES / ARMS[0])]
-    yield "choose-z-arm", ["size", str(EXAMPLES / ARMS[0]), "--sizing", str(EXAMPLES / "sizing" / "z-arm-target.toml")]
+    yield "choose-z-arm", ["size", str(EXAMPLES / ARMS[0]), "--by", str(EXAMPLES / "sizing" / "z-arm-target.toml")]
     for part in sorted((EXAMPLES / "gearbox").glob("*.toml")):
         yield f"gear-{part.stem}", ["gear", str(part)]
     for part in sorted((EXAMPLES / "bearing").glob("*.toml")):
