@@ -45,7 +45,7 @@ def test_torques_on_the_sheet_are_those_of_the_arm(found):
     sheet = statics_sheet(found)
     for k, node in enumerate(found.joint_loads):
         standing, tilted, anyhow = find_row(sheet.sections, "torques", node.joint).figures
-        assert standing.value == pytest.approx(joint_torques(found.arm, found.poses.q[node.standing.index])[0, k], abs=1e-9)
+        assert standing.value == pytest.approx(joint_torques(found.arm, found.poses.q[node.nominal.index])[0, k], abs=1e-9)
         assert abs(standing.value) <= tilted.value * (1 + 1e-9) + 1e-9
         assert tilted.value <= anyhow.value * (1 + 1e-9) + 1e-9
     for row in next(section for section in sheet.sections if section.key == "causes").rows:
@@ -60,9 +60,9 @@ def test_suitable_reducers_are_rated_for_the_torque(found):
     rated = [figures_of(row)["rated torque"] for row in gearboxes()]
     section = next(section for section in sheet.sections if section.key == "reducers")
     for node, row in zip(found.joint_loads, section.rows, strict=True):
-        enough = sum(torque >= abs(node.needed.value) for torque in rated)
+        enough = sum(torque >= abs(node.required.value) for torque in rated)
         assert row.note.startswith(f"{enough} in the catalogue")
-        assert row.figures[0].value == abs(node.tilted.value)
+        assert row.figures[0].value == abs(node.within_tilt.value)
     assert f"{sum(math.isnan(torque) for torque in rated)} rows without a rated torque are excluded" in section.note
 
 
@@ -100,7 +100,7 @@ def test_plots_show_the_figures_of_the_survey(found):
     drawn = {plot.key: plot for plot in statics_plots(found)}
     assert {plot.section for plot in drawn.values()} <= {section.key for section in sheet.sections}
     held = np.sum([bar.x for bar in drawn["causes"].figure.data], axis=0)
-    np.testing.assert_allclose(held, [abs(node.needed.value) for node in found.joint_loads], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(held, [abs(node.required.value) for node in found.joint_loads], rtol=1e-9, atol=1e-9)
     ring = drawn["compliance-xoz"].figure.data[1]
     np.testing.assert_allclose([ring.x[0], ring.y[0]], 1e3 * found.tool_positions[found.softest_pose, [0, 2]], atol=0.06)
     surface = drawn["ellipsoid"].figure.data[0]

@@ -8,7 +8,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.iso9283.cube import CORNERS, cube_from_arguments, five_points
 from lostmotion.analyses.iso9283.largest_cube import largest_cube
-from lostmotion.mechanism.inverse import bring
+from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.serial import frames
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -62,7 +62,7 @@ def test_a_cube_is_reached_all_over():
     assert cube.corners[:, 2].min() >= -1e-9
     wanted = np.tile(np.eye(4), (300, 1, 1))
     wanted[:, :3, 3] = cube.centre + cube.side * np.random.default_rng(1).uniform(-0.5, 0.5, (300, 3))
-    assert bring(arm, wanted, np.tile(cube.q[0], (300, 1)), turned=False)[1].mean() > 0.99
+    assert inverse_kinematics(arm, wanted, np.tile(cube.q[0], (300, 1)), turned=False)[1].mean() > 0.99
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.mechanism.inverse import CLOSE, apart, bring, jacobian, tool_and_jacobian
+from lostmotion.mechanism.inverse import REACHED, inverse_kinematics, jacobian, pose_difference, tool_and_jacobian
 from lostmotion.mechanism.serial import frames
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -25,7 +25,7 @@ def test_the_jacobian_is_the_slope_of_the_frames(six):
     found, step = jacobian(six, q), 1e-6
     for k in range(q.shape[1]):
         moved = np.eye(q.shape[1])[k] * step
-        slope = apart(frames(six, q - moved)[-1], frames(six, q + moved)[-1]) / (2 * step)
+        slope = pose_difference(frames(six, q - moved)[-1], frames(six, q + moved)[-1]) / (2 * step)
         assert found[:, :, k] == pytest.approx(slope, abs=1e-8)
 
 
@@ -52,7 +52,7 @@ def test_the_compiled_chain_ends_at_the_last_frame():
         found, levers = tool_and_jacobian(arm, q)
         assert np.abs(found - frames(arm, q)[-1]).max() < 1e-14
         slope = np.stack(
-            [apart(*(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))) / 2e-6 for k in range(q.shape[1])], axis=-1
+            [pose_difference(*(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))) / 2e-6 for k in range(q.shape[1])], axis=-1
         )
         assert levers == pytest.approx(slope, abs=1e-8)
 
@@ -63,10 +63,10 @@ def test_what_is_said_to_be_reached_is_reached(six, turned):
     q = sample_poses(six, 400, "uniform", 4).q
     wanted = frames(six, q)[-1]
     start = q + np.random.default_rng(0).normal(0, 0.1, q.shape)
-    found, reached = bring(six, wanted, start, turned=turned)
+    found, reached = inverse_kinematics(six, wanted, start, turned=turned)
     assert reached.mean() > 0.99
-    miss = apart(frames(six, found)[-1], wanted)[:, slice(0 if turned else 3, 6)]
-    assert np.abs(miss[reached]).max() < CLOSE
+    miss = pose_difference(frames(six, found)[-1], wanted)[:, slice(0 if turned else 3, 6)]
+    assert np.abs(miss[reached]).max() < REACHED
     low, high = six.limits.T
     assert (found >= low).all()
     assert (found <= high).all()
@@ -76,7 +76,7 @@ def test_out_of_reach_is_said(six):
     """A point two metres away is not reached, and not said to be."""
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = 2.0, 0.0, 0.3
-    assert not bring(six, wanted, six.limits.mean(axis=1)[None], turned=False)[1].any()
+    assert not inverse_kinematics(six, wanted, six.limits.mean(axis=1)[None], turned=False)[1].any()
 
 
 def test_a_joint_on_its_limit_lets_the_others_go_on():
@@ -86,6 +86,6 @@ def test_a_joint_on_its_limit_lets_the_others_go_on():
     arm = lostmotion.Arm.model_validate({"name": "slides", "joints": joints})
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = 0.5, 0.1, 0.2
-    q, reached = bring(arm, wanted, np.array([[0.3, 0.0, 0.0, 0.0]]), turned=False)
+    q, reached = inverse_kinematics(arm, wanted, np.array([[0.3, 0.0, 0.0, 0.0]]), turned=False)
     assert reached.all()
     assert q[0, 0] + q[0, 3] == pytest.approx(0.5, abs=1e-9)

@@ -12,7 +12,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.inverse import bring, tool_and_jacobian
+from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
@@ -166,7 +166,7 @@ def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
         assert levers[:, :, k].any() == (k in arm.tree.drives)
     beside = [k for k in range(len(arm.moving)) if k not in arm.tree.drives]
     start = np.clip(q + 0.1 * rng.uniform(-1, 1, q.shape), *arm.limits.T)
-    np.testing.assert_array_equal(bring(arm, tool, start, turned=False)[0][:, beside], start[:, beside])
+    np.testing.assert_array_equal(inverse_kinematics(arm, tool, start, turned=False)[0][:, beside], start[:, beside])
 
 
 def lifter(**counterweight: object) -> Arm:

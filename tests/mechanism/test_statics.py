@@ -10,7 +10,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.statics.survey import survey
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.holding_torques import static_moments
+from lostmotion.mechanism.holding_torques import static_loads
 from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, alone, bending
 from lostmotion.mechanism.serial import frames, joint_torques, terms, worst_torques_over_tilts, wrenches
 from lostmotion.parts.base import Base
@@ -47,10 +47,10 @@ def test_every_worst_case_can_be_stood_on():
         arm = elastic_arm(rng, 5)
         q = rng.uniform(-1, 1, (40, 5))
         within = worst_torques_over_tilts(arm, q, within=0.3), worst_torques_over_tilts(arm, q)
-        for k, node in enumerate(static_moments(arm, q, 0.3)):
-            assert node.tilted is not None
-            assert abs(node.standing.value) == pytest.approx(np.abs(joint_torques(arm, q)[:, k]).max(), rel=1e-12)
-            for asked, worst in zip((node.tilted, node.anyhow), within, strict=True):
+        for k, node in enumerate(static_loads(arm, q, 0.3)):
+            assert node.within_tilt is not None
+            assert abs(node.nominal.value) == pytest.approx(np.abs(joint_torques(arm, q)[:, k]).max(), rel=1e-12)
+            for asked, worst in zip((node.within_tilt, node.any_tilt), within, strict=True):
                 assert abs(asked.value) == pytest.approx(worst[:, k].max(), rel=1e-9)
                 assert joint_torques(arm, q[asked.index], gravity=asked.gravity)[0, k] == pytest.approx(asked.value, rel=1e-9)
                 assert sum(asked.by_cause.values()) == pytest.approx(asked.value, rel=1e-12)
@@ -59,7 +59,7 @@ def test_every_worst_case_can_be_stood_on():
                 roll, pitch = math.atan2(-y, -z), math.asin(np.clip(x, -1, 1))  # what base leans so that it sees this gravity
                 leaning = arm.model_copy(update={"base": Base(roll=Toleranced(roll), pitch=Toleranced(pitch))})
                 assert joint_torques(leaning, q[asked.index])[0, k] == pytest.approx(asked.value, rel=1e-9, abs=1e-9)
-            assert node.tilted.tilt <= 0.3 + 1e-12
+            assert node.within_tilt.tilt <= 0.3 + 1e-12
 
 
 def test_bearings_carry_what_no_tilt_exceeds():
@@ -69,7 +69,7 @@ def test_bearings_carry_what_no_tilt_exceeds():
     arm = arm.model_copy(update={"payload": arm.payload.model_copy(update={"force": (0.0, 0.0, 0.0)})})
     q = rng.uniform(-1, 1, (5, 3))
     tilts = arm.gravity * directions_within(rng, math.pi, 400)
-    for joint, node in zip(arm.moving, static_moments(arm, q), strict=True):
+    for joint, node in zip(arm.moving, static_loads(arm, q), strict=True):
         place = arm.places.index(joint.name)
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
 
@@ -78,10 +78,10 @@ def test_bearings_carry_what_no_tilt_exceeds():
 
         assert node.moment == pytest.approx(sizes(wrenches(arm, q)[place]).max(), rel=1e-12)
         assert node.force == pytest.approx(np.linalg.norm(wrenches(arm, q)[place, :, 3:], axis=1).max(), rel=1e-12)
-        at_worst = q[[node.moment_anyhow_index]]
+        at_worst = q[[node.moment_any_tilt_index]]
         seen = max(sizes(wrenches(arm, at_worst, gravity=down)[place])[0] for down in tilts)
-        assert seen <= node.moment_anyhow * (1 + 1e-12)
-        assert seen == pytest.approx(node.moment_anyhow, rel=3e-2)
+        assert seen <= node.moment_any_tilt * (1 + 1e-12)
+        assert seen == pytest.approx(node.moment_any_tilt, rel=3e-2)
 
 
 def test_causes_add_up_to_the_whole():
@@ -189,4 +189,4 @@ def test_a_rigid_arm_is_surveyed_too():
     assert not found.max_compliance.any()
     assert found.parts == ()
     assert found.payload_deflection is None
-    assert found.joint_loads[0].anyhow.value != 0
+    assert found.joint_loads[0].any_tilt.value != 0

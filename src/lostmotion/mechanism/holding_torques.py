@@ -1,4 +1,4 @@
-"""What must every joint carry still, and whose weight is it? As the base stands, within a tilt of the base, and whichever way it is tilted."""
+"""Static loads of the joints: holding torques of the drives by cause, and loads of the bearings, over poses and tilts of the base."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.load_causes import alone
-from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts, wrenches
+from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
@@ -17,16 +18,16 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _CHUNK: Final = 4096
-# Of two tilts that ask the same, whatever rounding says, the smaller one is told.
+# Torques within this ratio count as equal; the smaller tilt is reported.
 _EQUAL: Final = 1 + 1e-9
 
 
 @dataclass(frozen=True)
 class HoldingTorque:
-    """The holding torque (N m; force in N on a sliding joint) of one joint.
+    """The largest holding torque (N m; force in N on a sliding joint) of one joint.
 
-    worst_index is the pose that asks most of it as the base stands, worst the signed torque there; over_tilts is the largest over all poses and all
-    tilts of the base, at over_tilts_index.
+    worst, worst_index            the signed torque of the largest size with the base at its nominal tilt, and the index of its pose
+    over_tilts, over_tilts_index  the largest size over all poses and all tilts of the base, and the index of its pose
     """
 
     joint: str
@@ -38,23 +39,26 @@ class HoldingTorque:
 
 
 def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
-    """What must each drive hold at these poses? All torques (pose, joint), and the worst of each joint."""
+    """Return the holding torques at these poses (pose, joint), N m or N, with the base at its nominal tilt, and the largest of each joint."""
     parts = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
-    level = np.concatenate([joint_torques(arm, part) for part in parts])
+    nominal = np.concatenate([joint_torques(arm, part) for part in parts])
     tilted = np.concatenate([worst_torques_over_tilts(arm, part) for part in parts])
     out = []
     for k, joint in enumerate(arm.moving):
-        at, tilted_at = int(np.abs(level[:, k]).argmax()), int(tilted[:, k].argmax())
+        at, tilted_at = int(np.abs(nominal[:, k]).argmax()), int(tilted[:, k].argmax())
         unit = "N m" if isinstance(joint, RevoluteJoint) else "N"
-        out.append(HoldingTorque(joint.name, unit, float(level[at, k]), at, float(tilted[tilted_at, k]), tilted_at))
-    return level, out
+        out.append(HoldingTorque(joint.name, unit, float(nominal[at, k]), at, float(tilted[tilted_at, k]), tilted_at))
+    return nominal, out
 
 
 @dataclass(frozen=True)
-class Asked:
-    """The most that is asked of a drive: value (N m, or N of a sliding joint; signed), at which pose, under which gravity (3,) in the base's axes.
+class DriveLoad:
+    """The largest load of a drive.
 
-    by_cause  of each cause its part; they add up to the value
+    value     signed, N m (N on a sliding joint)
+    index     of the pose
+    gravity   (3,) m/s^2 in the base's axes
+    by_cause  contributions, which add up to the value
     """
 
     value: float
@@ -64,64 +68,65 @@ class Asked:
 
     @property
     def tilt(self) -> float:
-        """Give by how much the base leans then, rad: the angle of gravity against the base's own downward axis."""
+        """Return the tilt of the base, rad: the angle between gravity and the base's own downward axis."""
         return math.atan2(math.hypot(self.gravity[0], self.gravity[1]), -self.gravity[2])
 
 
 @dataclass(frozen=True)
-class Node:
-    """What one moving joint carries at worst over the poses.
+class JointLoad:
+    """The largest loads of one moving joint over the poses.
 
-    standing, tilted, anyhow  of its drive: as the base stands, with the base tilted from level by no more than the angle asked for (None where none
-                              was), tilted any way
-    moment, force             on its bearing as the base stands, N m and N: the moment across the axis (all of it on a sliding joint), and the poses
-    moment_anyhow             tilted any way; where a process force acts too, no more than this
+    nominal, within_tilt, any_tilt  load of its drive with the base at its nominal tilt, tilted by no more than a stated angle (None without one), and
+                                    tilted in any direction
+    moment, force                   load of its bearing at the nominal tilt, N m and N: the moment across the axis (the whole moment on a sliding
+                                    joint) and the force, each with the index of its pose
+    moment_any_tilt                 moment over all tilts; an upper bound where a process force acts too
     """
 
     joint: str
     unit: str
-    standing: Asked
-    tilted: Asked | None
-    anyhow: Asked
+    nominal: DriveLoad
+    within_tilt: DriveLoad | None
+    any_tilt: DriveLoad
     moment: float
     moment_index: int
-    moment_anyhow: float
-    moment_anyhow_index: int
+    moment_any_tilt: float
+    moment_any_tilt_index: int
     force: float
     force_index: int
 
     @property
-    def needed(self) -> Asked:
-        """Give what the drive must be rated for: the worst within the tilt asked for, or over all tilts where none was."""
-        return self.anyhow if self.tilted is None else self.tilted
+    def required(self) -> DriveLoad:
+        """Return the load that the drive must be rated for: within the stated tilt, or over all tilts without one."""
+        return self.any_tilt if self.within_tilt is None else self.within_tilt
 
 
-def static_moments(arm: Arm, q: Floats, tilt: float | None = None) -> list[Node]:
-    """What does every joint carry at these poses, q (pose, joint) in rad or m, at worst, and by whose weight?
+def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLoad]:
+    """Return the largest loads of every moving joint over these poses, q (pose, joint) in rad or m.
 
-    tilt (rad): by how much the base may lean from level, towards any side. Exact over tilts (see `worst_torques_over_tilts`); over poses the worst
-    of those given. Raises ValueError for q of another shape or not finite.
+    tilt (rad): largest tilt of the base from level, towards any side. Exact over tilts (see `worst_torques_over_tilts`), and the largest over the
+    given poses. Raises ValueError for q of another shape or not finite.
     """
     blocks = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
-    level = np.concatenate([joint_torques(arm, block) for block in blocks])
-    anyhow = np.concatenate([worst_torques_over_tilts(arm, block) for block in blocks])
-    leaning = None if tilt is None else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
+    nominal = np.concatenate([joint_torques(arm, block) for block in blocks])
+    any_tilt = np.concatenate([worst_torques_over_tilts(arm, block) for block in blocks])
+    within = None if tilt is None else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
     carried = np.concatenate([_on_bearings(arm, block) for block in blocks])
     causes = alone(arm)
     out = []
     for k, joint in enumerate(arm.moving):
-        moment, moment_anyhow, force = (int(each) for each in carried[:, k].argmax(axis=0))
+        moment, moment_any_tilt, force = (int(each) for each in carried[:, k].argmax(axis=0))
         out.append(
-            Node(
+            JointLoad(
                 joint.name,
                 "N m" if isinstance(joint, RevoluteJoint) else "N",
-                _asked(causes, q, k, int(np.abs(level[:, k]).argmax()), arm.gravity_in_base),
-                None if leaning is None or tilt is None else _worst_within(arm, causes, q, k, int(leaning[:, k].argmax()), tilt),
-                _worst_within(arm, causes, q, k, int(anyhow[:, k].argmax()), math.pi),
+                _drive_load(causes, q, k, int(np.abs(nominal[:, k]).argmax()), arm.gravity_in_base),
+                None if within is None or tilt is None else _worst_within(arm, causes, q, k, int(within[:, k].argmax()), tilt),
+                _worst_within(arm, causes, q, k, int(any_tilt[:, k].argmax()), math.pi),
                 float(carried[moment, k, 0]),
                 moment,
-                float(carried[moment_anyhow, k, 1]),
-                moment_anyhow,
+                float(carried[moment_any_tilt, k, 1]),
+                moment_any_tilt,
                 float(carried[force, k, 2]),
                 force,
             )
@@ -129,22 +134,22 @@ def static_moments(arm: Arm, q: Floats, tilt: float | None = None) -> list[Node]
     return out
 
 
-def _asked(causes: dict[str, Arm], q: Floats, joint: int, index: int, gravity: Floats) -> Asked:
+def _drive_load(causes: dict[str, Arm], q: Floats, joint: int, index: int, gravity: Floats) -> DriveLoad:
     by_cause = {name: float(joint_torques(one, q[index], gravity=gravity)[0, joint]) for name, one in causes.items()}
-    return Asked(sum(by_cause.values()), index, gravity, by_cause)
+    return DriveLoad(sum(by_cause.values()), index, gravity, by_cause)
 
 
-def _worst_within(arm: Arm, causes: dict[str, Arm], q: Floats, joint: int, index: int, tilt: float) -> Asked:
-    """Give what is asked under the worst direction of gravity within a tilt: nearest to the torque's own gradient, or to its opposite."""
+def _worst_within(arm: Arm, causes: dict[str, Arm], q: Floats, joint: int, index: int, tilt: float) -> DriveLoad:
+    """Return the load under the worst gravity within a tilt: the direction nearest to the torque's gradient or to its opposite."""
     process = joint_torques(arm, q[index], gravity=np.zeros(3))[0, joint]
     gradient = np.array([joint_torques(arm, q[index], gravity=axis)[0, joint] - process for axis in np.eye(3)])
-    both = [_asked(causes, q, joint, index, arm.gravity * _nearest(side * gradient, tilt)) for side in (1, -1)]
-    less, more = sorted(both, key=lambda asked: asked.tilt)
+    both = [_drive_load(causes, q, joint, index, arm.gravity * direction_within(side * gradient, tilt)) for side in (1, -1)]
+    less, more = sorted(both, key=lambda load: load.tilt)
     return more if abs(more.value) > abs(less.value) * _EQUAL else less
 
 
-def _nearest(wanted: Floats, tilt: float) -> Floats:
-    """Give the unit direction (3,) that is nearest to a wanted one among those no further than `tilt` from straight down."""
+def direction_within(wanted: Floats, tilt: float) -> Floats:
+    """Return the unit direction (3,) nearest to a wanted one among those within an angle (rad) of straight down."""
     level = math.hypot(wanted[0], wanted[1])
     away = min(math.atan2(level, -wanted[2]), tilt)
     side = wanted[:2] / level if level else np.array([1.0, 0.0])
@@ -152,13 +157,14 @@ def _nearest(wanted: Floats, tilt: float) -> Floats:
 
 
 def _on_bearings(arm: Arm, q: Floats) -> Floats:
-    """Give (pose, joint, 3): moment across the axis as the base stands and at most over all tilts (N m), and the force (N)."""
-    standing, process = wrenches(arm, q), wrenches(arm, q, gravity=np.zeros(3))
-    by_axis = [wrenches(arm, q, gravity=axis * arm.gravity) - process for axis in np.eye(3)]
+    """Return (pose, joint, 3): moment across the axis at the nominal tilt and at most over all tilts (N m), and the force (N)."""
+    at = frames(arm, q)
+    standing = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
+    by_axis, process = wrenches_by_axis(arm.tree, at, arm.payload)
     out = np.empty((len(q), len(arm.moving), 3))
     for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
-        gradient = np.stack([each[place, :, :3] @ across for each in by_axis], axis=1)
+        gradient = arm.gravity * np.stack([each[:, :3] @ across for each in by_axis[:, place]], axis=1)
         out[:, k, 0] = np.linalg.norm(standing[place, :, :3] @ across, axis=1)
         out[:, k, 1] = np.linalg.norm(gradient, 2, axis=(1, 2)) + np.linalg.norm(process[place, :, :3] @ across, axis=1)
         out[:, k, 2] = np.linalg.norm(standing[place, :, 3:], axis=1)

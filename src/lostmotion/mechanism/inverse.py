@@ -1,4 +1,4 @@
-"""Which joint values bring the tool to a pose? Inverse kinematics by damped Newton steps within the joint limits, for many poses at once."""
+"""Inverse kinematics by damped Newton steps within the joint limits, for many poses at once."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# A pose counts as reached within these of it, m and rad: far below anything that an arm can do.
-CLOSE: Final = 1e-9
-# Of a joint's step, rad; sliding joints by the same share of the arm's size.
+# A pose is reached within this distance (m) and rotation (rad), far below any accuracy of an arm.
+REACHED: Final = 1e-9
+# Longest step of a turning joint, rad; a sliding joint takes this share of the arm's size.
 _LONGEST_STEP: Final = 0.4
 _DAMPING: Final = 1e-4
 _BARELY: Final = 1e-9
 
 
 def jacobian(arm: Arm, q: Floats) -> Floats:
-    """How does the tool turn and its point move per motion of each joint? (pose, 6, joint) in the base's axes, rad or m per rad or m.
+    """Return the twist of the tool per motion of each joint (pose, 6, joint), about the tool point in the base's axes, rad or m per rad or m.
 
     Raises ValueError for q of another shape or not finite. Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
@@ -30,7 +30,7 @@ def jacobian(arm: Arm, q: Floats) -> Floats:
 
 
 def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
-    """Where is the tool, `frames(arm, q)[-1]` (pose, 4, 4) to rounding, and how does each joint move it, `jacobian(arm, q)`?"""
+    """Return the tool's pose (pose, 4, 4), which is `frames(arm, q)[-1]` to rounding, and `jacobian(arm, q)`."""
     values = as_poses(arm, q)
     fixed, step = [], np.eye(4)
     for place in (arm.tree.places[number] for number in arm.tree.way[1:]):
@@ -49,8 +49,8 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     return frame, out
 
 
-def apart(reached: Floats, wanted: Floats) -> Floats:
-    """Which small motion (..., 6) leads from poses to others (..., 4, 4)? Rotation vector (rad) and shift of the origin (m), base axes."""
+def pose_difference(reached: Floats, wanted: Floats) -> Floats:
+    """Return the motion (..., 6) that leads from poses to others (..., 4, 4): rotation vector (rad) and shift of the origin (m), base axes."""
     from scipy.spatial.transform import Rotation
 
     turned = wanted[..., :3, :3] @ np.swapaxes(reached[..., :3, :3], -1, -2)
@@ -59,12 +59,14 @@ def apart(reached: Floats, wanted: Floats) -> Floats:
     return np.concatenate([rotation, wanted[..., :3, 3] - reached[..., :3, 3]], axis=-1)
 
 
-def bring(arm: Arm, wanted: Floats, start: Floats, *, turned: bool, steps: int = 40) -> tuple[Floats, np.ndarray]:
-    """Which joint values, found from `start` (pose, joint), bring the tool to the poses wanted (pose, 4, 4)? q (pose, joint), and which were reached.
+def inverse_kinematics(arm: Arm, wanted: Floats, start: Floats, *, turned: bool, steps: int = 40) -> tuple[Floats, np.ndarray]:
+    """Return joint values (pose, joint) that bring the tool to the wanted poses (pose, 4, 4), and a mask of the poses that were reached.
 
-    turned  the tool's orientation counts; otherwise only its point, and the orientation comes as it comes
-    A pose counts as reached within `CLOSE` of it and the joint limits. No answer from one start is no proof that there is none. Joints that stand on
-    a limit and would go beyond stand still (P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402, the clamping there).
+    start   (pose, joint) joint values to start from, rad or m
+    turned  whether the orientation of the tool counts, or only the tool point
+
+    A pose is reached within `REACHED` and the joint limits; one that is not reached from one start may be reached from another. A joint on its limit
+    that would go beyond does not move (clamping of P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402). Joints on a branch keep their values.
     """
     low, high = arm.limits.T
     q = np.clip(as_poses(arm, start), low, high)
@@ -77,8 +79,8 @@ def bring(arm: Arm, wanted: Floats, start: Floats, *, turned: bool, steps: int =
     for _ in range(steps):
         here = q[active]
         at, push = tool_and_jacobian(arm, here)
-        miss = apart(at, wanted[active]) if turned else wanted[active, :3, 3] - at[:, :3, 3]
-        near = (np.abs(miss) < CLOSE).all(axis=1)
+        miss = pose_difference(at, wanted[active]) if turned else wanted[active, :3, 3] - at[:, :3, 3]
+        near = (np.abs(miss) < REACHED).all(axis=1)
         done[active[near]] = True
         active, miss = active[~near], miss[~near]
         if not len(active):
@@ -94,9 +96,9 @@ def bring(arm: Arm, wanted: Floats, start: Floats, *, turned: bool, steps: int =
 
 
 def _step(push: Floats, miss: Floats, size: float) -> Floats:
-    """Solve push @ move = miss with the least and damped motion (pose, joint)."""
+    """Solve push @ move = miss by damped least squares for the smallest motion (pose, joint)."""
     square = push @ np.swapaxes(push, 1, 2)
-    # Damped where far off, hardly at all near the answer: there it shall converge as Newton's steps do.
+    # Strong damping far from the solution, almost none near it, where Newton's steps converge.
     far = np.minimum((miss**2).sum(axis=1), (0.1 * size) ** 2)
     square += (_DAMPING * far + 1e-12 * size**2)[:, None, None] * np.eye(square.shape[1])
     return np.asarray((np.swapaxes(push, 1, 2) @ np.linalg.solve(square, miss[..., None]))[..., 0])

@@ -1,4 +1,4 @@
-"""The chain of joints compiled: where the tool is at many poses, and how each joint moves it. Inverse kinematics asks for little else."""
+"""Compiled forward kinematics: pose of the tool and its Jacobian at many poses, for inverse kinematics."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from lostmotion.compiled import compiled
 
 @compiled
 def tool_and_levers(q, fixed, turning, sliding, frame, levers):
-    """Put the tool's frame and every joint's unit motion of it, both in the base's axes, into `frame` (pose, 4, 4) and `levers` (pose, 6, joint).
+    """Write the tool's pose to `frame` (pose, 4, 4) and its twist per motion of each joint to `levers` (pose, 6, joint), both in the base's axes.
 
-    q (pose, joint) rad or m; fixed (joint + 1, 4, 4) the way from each moving joint to the next, the base before and the tool behind them;
+    q (pose, joint) rad or m; fixed (joint + 1, 4, 4) the pose of each moving joint seen from the one before, from the base to the tool;
     turning, sliding (joint, 3) unit axes in the joint's own frame, one of the two zero.
     """
     here, turned, step, place, about = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 3)), np.empty((q.shape[1], 3)), np.empty(3)
@@ -54,7 +54,7 @@ def tool_and_levers(q, fixed, turning, sliding, frame, levers):
 
 @compiled
 def _compose(here, turn, out):
-    """Turn a frame (3, 4) on by a rotation (3, 3) about its own origin."""
+    """Write a frame (3, 4) rotated (3, 3) about its own origin."""
     for i in range(3):
         for k in range(3):
             out[i, k] = here[i, 0] * turn[0, k] + here[i, 1] * turn[1, k] + here[i, 2] * turn[2, k]
@@ -63,7 +63,7 @@ def _compose(here, turn, out):
 
 @compiled
 def _go_on(here, pose, out):
-    """Go on from a frame (3, 4) by a pose (4, 4)."""
+    """Write the product of a frame (3, 4) and a pose (4, 4)."""
     for i in range(3):
         for k in range(4):
             out[i, k] = here[i, 0] * pose[0, k] + here[i, 1] * pose[1, k] + here[i, 2] * pose[2, k]

@@ -15,7 +15,7 @@ import numpy as np
 
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.inverse import bring
+from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.serial import frames, tool_points
 from lostmotion.spatial import pose_of
 
@@ -113,7 +113,7 @@ def cube_in_reach(arm: Arm, centre: Floats, side: float, rotation: Floats | None
     cloud = sample_poses(arm, SAMPLES).q
     near = np.argsort(np.linalg.norm(tool_points(arm, cloud) - centre, axis=1))[:STARTS]
     for held in candidate_rotations(arm, rotation):
-        q, reached = bring(arm, poses_at(np.tile(centre, (len(near), 1)), held), cloud[near], turned=held is not None)
+        q, reached = inverse_kinematics(arm, poses_at(np.tile(centre, (len(near), 1)), held), cloud[near], turned=held is not None)
         kept: list[Floats] = []
         for first in q[reached]:
             if any(np.abs(first - other).max() < SAME_CONFIGURATION for other in kept):
@@ -133,7 +133,7 @@ def out_of_reach(arm: Arm, points: Floats, rotation: Floats | None = None) -> np
     near = [np.argsort(np.linalg.norm(tools - point, axis=1))[:STARTS] for point in points]
     return np.array(
         [
-            not bring(arm, poses_at(np.tile(point, (len(starts), 1)), held), cloud[starts], turned=held is not None)[1].any()
+            not inverse_kinematics(arm, poses_at(np.tile(point, (len(starts), 1)), held), cloud[starts], turned=held is not None)[1].any()
             for point, starts in zip(points, near, strict=True)
         ]
     )
@@ -207,7 +207,7 @@ def spread(arm: Arm, origin: Floats, offsets: Floats, begun: Candidate, may: np.
         if not may.any():
             break
         wanted = poses_at((origin + share * offsets[may]).reshape(-1, 3), begun.held)
-        solved, reached = bring(arm, wanted, q[may].reshape(-1, q.shape[-1]), turned=begun.held is not None, steps=STEPS)
+        solved, reached = inverse_kinematics(arm, wanted, q[may].reshape(-1, q.shape[-1]), turned=begun.held is not None, steps=STEPS)
         q[may] = solved.reshape(-1, *q.shape[1:])
         may[may] = reached.reshape(-1, q.shape[1]).all(axis=1)
     return q, may

@@ -24,7 +24,7 @@ from lostmotion.analyses.iso9283.cube import (
 )
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.inverse import bring
+from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.serial import frames
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def _grown(arm: Arm, begun: Candidate, step: float, clearance: float, floor: flo
     """Move and grow a cube as long as its corners and the middles of edges and faces stay within reach: by steps, halved where no way helps."""
     line = np.linspace(-1.0, 1.0, 3)
     coarse = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
-    middle, reached = bring(arm, poses_at(begun.centre[None], begun.held), begun.start[None], turned=begun.held is not None)
+    middle, reached = inverse_kinematics(arm, poses_at(begun.centre[None], begun.held), begun.start[None], turned=begun.held is not None)
     if not reached.all():
         return Candidate(0.0, begun.centre, begun.start, begun.held)
     best = Candidate(begun.side, begun.centre, middle[0], begun.held)
@@ -192,7 +192,7 @@ def _floods(arm: Arm, grid: Floats, free: np.ndarray, held: Floats | None, cloud
         return
     picked = points[:: max(len(points) // STARTS, 1)]
     nearest = KDTree(tools[:, :3, 3]).query(picked)[1]
-    q, reached = bring(arm, poses_at(picked, held), cloud[nearest], turned=held is not None)
+    q, reached = inverse_kinematics(arm, poses_at(picked, held), cloud[nearest], turned=held is not None)
     seeds = [(tuple(np.argwhere((grid == point).all(axis=-1))[0]), values) for point, values in zip(picked[reached], q[reached], strict=True)]
     found: list[tuple[Floats, np.ndarray]] = []
     # From the middle of what was reached outward: what stands in the middle of a configuration's share leads farthest.
@@ -223,7 +223,7 @@ def _flood(arm: Arm, grid: Floats, free: np.ndarray, held: Floats | None, place:
         if not len(beside):
             break
         start = q[tuple(origin[wanted][first].T)]
-        solved, ok = bring(arm, poses_at(grid[tuple(beside.T)], held), start, turned=held is not None, steps=STEPS)
+        solved, ok = inverse_kinematics(arm, poses_at(grid[tuple(beside.T)], held), start, turned=held is not None, steps=STEPS)
         tries[tuple(beside.T)] += 1
         fresh = beside[ok]
         q[tuple(fresh.T)], reached[tuple(fresh.T)] = solved[ok], True

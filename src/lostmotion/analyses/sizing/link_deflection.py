@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
+from lostmotion.mechanism.holding_torques import direction_within
 from lostmotion.mechanism.serial import frames, wrenches
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ class LinkLoads:
         angles = np.linspace(0, 2 * math.pi, _COARSE * _FINE)
         towards = np.column_stack([np.cos(angles), np.sin(angles)])
         best = int(_support(fixed[None], size * slopes[None], towards[None], self.tilt).argmax())
-        return size * nearest_within(towards[best] @ slopes, self.tilt)
+        return size * direction_within(towards[best] @ slopes, self.tilt)
 
 
 def bending_under(link: ElasticLink, felt: Floats, measure: int) -> Floats:
@@ -145,11 +146,3 @@ def _support(fixed: Floats, by_gravity: Floats, towards: Floats, tilt: float) ->
     away = np.arctan2(np.hypot(wanted[..., 0], wanted[..., 1]), -wanted[..., 2])
     size = np.sqrt(np.einsum("pki,pki->pk", wanted, wanted))
     return np.asarray(np.einsum("pka,pa->pk", towards, fixed) + size * np.cos(np.maximum(away - tilt, 0.0)))
-
-
-def nearest_within(wanted: Floats, tilt: float) -> Floats:
-    """Which unit direction (3,) no further than `tilt` from straight down is nearest to this one?"""
-    level = math.hypot(wanted[0], wanted[1])
-    away = min(math.atan2(level, -wanted[2]), tilt)
-    side = wanted[:2] / level if level else np.array([1.0, 0.0])
-    return np.array([*(math.sin(away) * side), -math.cos(away)])

@@ -52,7 +52,7 @@ def causes(survey: Survey) -> go.Figure:
     for row, unit in enumerate(units, start=1):
         nodes = [node for node in survey.joint_loads if node.unit == unit]
         for cause in CAUSES:
-            loads = [node.needed for node in nodes]
+            loads = [node.required for node in nodes]
             values = [float(np.sign(load.value)) * load.by_cause.get(cause, 0.0) for load in loads]
             if not any(abs(value) > 1e-9 * max(abs(load.value) for load in loads) for value in values):
                 continue

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.elastostatics import Ellipsoid, compliances, deflection, ellipsoid
-from lostmotion.mechanism.holding_torques import Node, static_moments
+from lostmotion.mechanism.holding_torques import JointLoad, static_loads
 from lostmotion.mechanism.serial import frames
 from lostmotion.spatial import cross
 
@@ -44,7 +44,7 @@ class Survey:
     arm: Arm
     poses: Poses
     tilt: float | None
-    joint_loads: list[Node]
+    joint_loads: list[JointLoad]
     tool_positions: Floats
     max_compliance: Floats
     mean_compliance: Floats
@@ -61,7 +61,7 @@ class Survey:
 
 
 def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
-    """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as for `static_moments`."""
+    """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as for `static_loads`."""
     q = poses.q
     blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
     by_block = [compliances(arm, block) for block in blocks]
@@ -77,7 +77,7 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         arm,
         poses,
         tilt,
-        static_moments(arm, q, tilt),
+        static_loads(arm, q, tilt),
         np.concatenate([each.tool for each in by_block]),
         largest,
         mean,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.statics.survey import Survey
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.holding_torques import Asked, Node
+    from lostmotion.mechanism.holding_torques import DriveLoad, JointLoad
     from lostmotion.spatial import Floats
 
 _SHOWN: Final = 3
@@ -138,9 +138,9 @@ def _verdict(survey: Survey, known: States) -> str:
     turning = [node for node in survey.joint_loads if node.unit == "N m"]
     sentences = []
     if turning:
-        largest = max(turning, key=lambda node: abs(node.needed.value))
+        largest = max(turning, key=lambda node: abs(node.required.value))
         tilt = "at any tilt of the base" if survey.tilt is None else f"with the base tilted by up to {_degrees(survey.tilt)}"
-        sentences.append(f"Joint {largest.joint} has the largest holding torque: {Figure(abs(largest.needed.value), 'N m')} {tilt}.")
+        sentences.append(f"Joint {largest.joint} has the largest holding torque: {Figure(abs(largest.required.value), 'N m')} {tilt}.")
     if survey.parts:
         part = survey.parts[int(survey.softest_shares.argmax())].removeprefix("joints.")
         sentences.append(
@@ -154,12 +154,12 @@ def _verdict(survey: Survey, known: States) -> str:
 
 def _cards(survey: Survey) -> list[Card]:
     out = []
-    for node in sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.needed.value)))[::-1][:2]:
+    for node in sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.required.value)))[::-1][:2]:
         tilt = "any tilt" if survey.tilt is None else f"tilt up to {_degrees(survey.tilt)}"
         out.append(
             Card(
                 f"holding torque {node.joint}" if node.unit == "N m" else f"holding force {node.joint}",
-                str(Figure(abs(node.needed.value), node.unit)),
+                str(Figure(abs(node.required.value), node.unit)),
                 tilt,
             )
         )
@@ -175,17 +175,17 @@ def _cards(survey: Survey) -> list[Card]:
     return out
 
 
-def _cases(survey: Survey, node: Node) -> list[tuple[str, Asked]]:
-    tilted = [] if node.tilted is None or survey.tilt is None else [(f"tilt up to {_degrees(survey.tilt)}", node.tilted)]
-    return [("nominal base", node.standing), *tilted, ("any tilt", node.anyhow)]
+def _cases(survey: Survey, node: JointLoad) -> list[tuple[str, DriveLoad]]:
+    tilted = [] if node.within_tilt is None or survey.tilt is None else [(f"tilt up to {_degrees(survey.tilt)}", node.within_tilt)]
+    return [("nominal base", node.nominal), *tilted, ("any tilt", node.any_tilt)]
 
 
 def _torques(survey: Survey, counted: str) -> Section:
     rows = [
         Row(
             node.joint,
-            tuple(Figure(load.value if load is node.standing else abs(load.value), node.unit, samples=counted) for _, load in _cases(survey, node)),
-            _pose(survey, node.needed.index) if abs(node.needed.value) > _NOTHING else "",
+            tuple(Figure(load.value if load is node.nominal else abs(load.value), node.unit, samples=counted) for _, load in _cases(survey, node)),
+            _pose(survey, node.required.index) if abs(node.required.value) > _NOTHING else "",
         )
         for node in survey.joint_loads
     ]
@@ -199,7 +199,7 @@ def _torques(survey: Survey, counted: str) -> Section:
 
 
 def _causes(survey: Survey, counted: str) -> Section:
-    present = [cause for cause in CAUSES if any(cause in node.standing.by_cause for node in survey.joint_loads)]
+    present = [cause for cause in CAUSES if any(cause in node.nominal.by_cause for node in survey.joint_loads)]
     rows = []
     for node in survey.joint_loads:
         for name, load in _cases(survey, node):
@@ -207,7 +207,7 @@ def _causes(survey: Survey, counted: str) -> Section:
                 continue
             sign = math.copysign(1.0, load.value)
             figures = [Figure(sign * each, node.unit, samples=counted) for each in (load.value, *(load.by_cause[cause] for cause in present))]
-            tilt = "" if load is node.standing else f", tilt {_degrees(load.tilt)}"
+            tilt = "" if load is node.nominal else f", tilt {_degrees(load.tilt)}"
             rows.append(Row(f"{node.joint}, {name}", tuple(figures), f"pose {load.index}{tilt}"))
     note = "negative: this weight relieves the drive. Tilt: the smallest tilt of the base with this torque"
     return Section("causes", "Holding torque by cause", ("total", *present), tuple(rows), note)
@@ -217,7 +217,7 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
     rows, unrated = [], 0
     known = [*own, *gearboxes()]
     for joint, node in zip(survey.arm.moving, survey.joint_loads, strict=True):
-        required = abs(node.needed.value)
+        required = abs(node.required.value)
         stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
         rated = Figure(math.nan, "") if stated is None else Figure(float(stated), node.unit, stated=True)
         figures = (Figure(required, node.unit), rated)
@@ -248,10 +248,10 @@ def _bearings(survey: Survey, counted: str) -> Section:
             node.joint,
             (
                 Figure(_clean(node.moment), "N m", samples=counted),
-                Figure(node.moment_anyhow, "N m", samples=counted),
+                Figure(node.moment_any_tilt, "N m", samples=counted),
                 Figure(node.force, "N", samples=counted),
             ),
-            f"poses {node.moment_index}, {node.moment_anyhow_index}, {node.force_index}",
+            f"poses {node.moment_index}, {node.moment_any_tilt_index}, {node.force_index}",
         )
         for node in survey.joint_loads
     ]

@@ -14,7 +14,7 @@ import numpy as np
 from lostmotion.analyses.workspace_map.cells import Grid, amid, grid_over, near
 from lostmotion.error_model.poses import REPLICATES, sample_poses
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.inverse import bring, tool_and_jacobian
+from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
 from lostmotion.mechanism.serial import tool_points
 
 if TYPE_CHECKING:
@@ -347,7 +347,9 @@ def _bring(arm: Arm, start: Floats, wanted: Floats, pool: ThreadPoolExecutor) ->
     q, done = np.empty_like(start), np.zeros(len(start), bool)
     goal = np.tile(np.eye(4), (len(start), 1, 1))
     goal[:, :3, 3] = wanted
-    for here, (moved, arrived) in _in_batches(pool, len(start), lambda here: bring(arm, goal[here], start[here], turned=False, steps=_STEPS)):
+    for here, (moved, arrived) in _in_batches(
+        pool, len(start), lambda here: inverse_kinematics(arm, goal[here], start[here], turned=False, steps=_STEPS)
+    ):
         q[here], done[here] = moved, arrived
     return q, done
 
