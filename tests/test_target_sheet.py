@@ -1,4 +1,4 @@
-"""Targets from the command to the folder: what is asked, said, drawn, written and refused."""
+"""Targets from the command to the folder: arguments, tables, plots, files and messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import lostmotion
 from lostmotion.analyses.targets import metrics
 from lostmotion.analyses.targets.parameters import Item, Size
 from lostmotion.analyses.targets.plots import targets_plots
-from lostmotion.analyses.targets.tables.sizes import in_unit, sized
+from lostmotion.analyses.targets.tables.sizes import in_unit, size_at
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.serial import tool_points
@@ -32,23 +32,23 @@ def ran(*words, cwd):
     return subprocess.run([sys.executable, "-m", "lostmotion", "target", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
 
 
-@pytest.fixture(scope="module", params=["missed", "kept", "repeatability"])
+@pytest.fixture(scope="module", params=["not met", "met", "repeatability"])
 def asked(request):
-    """Ask for a target that is missed, one that is kept, and one for repeatability: by few samples, for what is told is the same."""
-    wanted = {"missed": {"error": "2 mm"}, "kept": {"error": "6 mm"}, "repeatability": {"repeatability": "3 mm"}}
+    """Return a target that is not met, one that is met, and one for repeatability, from few samples."""
+    wanted = {"not met": {"error": "2 mm"}, "met": {"error": "6 mm"}, "repeatability": {"repeatability": "3 mm"}}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(metrics, "_SAMPLES", 1 << 14)
         return lostmotion.target(lostmotion.read(ARM), **wanted[request.param], **QUICK)
 
 
-def test_every_item_is_told_once(asked):
-    """Each item stands in one table, by its allowed size, or as out of reach, or as free; plots belong to sections; the result is plain data."""
+def test_every_item_is_in_one_table(asked):
+    """Each item is in one table: with its allowed size, out of reach, or not limiting; plots belong to sections; the result is plain data."""
     sheet, found = asked.sheet, asked.found
     keys = [section.key for section in sheet.sections]
-    for each in found.single:
+    for each in found.allowances:
         if each.verdict == "sized":
             row = find_row(sheet.sections, "single", each.item.name)
-            assert row.figures[0].value == pytest.approx(sized(each.item, each.factor).value)
+            assert row.figures[0].value == pytest.approx(size_at(each.item, each.factor).value)
             assert row.figures[1].value > 0
         elif each.verdict == "none":
             assert "none" in keys
@@ -59,12 +59,12 @@ def test_every_item_is_told_once(asked):
     said = asked.result()
     assert "nan" not in json.dumps(said, allow_nan=False)
     assert len(said["items"]) == len(found.items)
-    assert ("kept" in sheet.verdict) == said["target"]["kept"] == (found.now.value <= found.target)
+    assert ("is met" in sheet.verdict) == said["target"]["kept"] == (found.current.value <= found.target)
     for name in ("equal_factor", "equal_effect"):
-        assert sum(each["mean_square_m2"] for each in said[name].values()) == pytest.approx(np.nansum(getattr(found, name).parts), rel=1e-9)
+        assert sum(each["mean_square_m2"] for each in said[name].values()) == pytest.approx(np.nansum(getattr(found, name).mean_squares), rel=1e-9)
 
 
-def test_yield_is_told_with_its_interval(asked):
+def test_yield_has_its_interval(asked):
     """The share of robots on the sheet is that of `production_yield`, for the same arm and counts."""
     first = asked.found.yields[0]
     other = lostmotion.production_yield(lostmotion.read(ARM), asked.found.target, judged=first.judged, **QUICK)
@@ -74,7 +74,7 @@ def test_yield_is_told_with_its_interval(asked):
     assert f"{first.within} of 60 robots" in rows[0].note
 
 
-def test_items_that_do_not_limit_a_target_have_words_for_a_size():
+def test_items_that_do_not_limit_a_target_are_named_so():
     """No encoder with a few counts per turn: the table says "not limiting", result.json null, and the allocated yield has its interval."""
     joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 1.0}}
     arm = lostmotion.Arm(name="one", joints=({**joint, "encoder": {"zero": 3e-4, "resolution": 1e-6, "ratio": 100.0}},))
@@ -95,39 +95,39 @@ def test_items_that_do_not_limit_a_target_have_words_for_a_size():
     assert "With the sizes of equal effect" in asked.sheet.verdict
 
 
-def test_a_study_can_be_asked_for_its_yield():
-    """Of a study the robots are its own; text and metres mean the same."""
+def test_the_yield_of_a_study_is_that_of_its_robots():
+    """The yield of a study counts its own robots; a target as text or in metres means the same."""
     study = lostmotion.study(lostmotion.read(ARM), 16, 60, 4, seed=3)
     found = lostmotion.production_yield(study, "2.5 mm", judged="repeatability")
     np.testing.assert_allclose(found.figures, np.sort(study.sampled.robot_means[:, :, 2].mean(axis=0)), rtol=1e-9)
     assert found.within == lostmotion.production_yield(study, 2.5e-3, judged="repeatability").within
-    assert "robots keep 2.5 mm (repeatability)" in repr(found)
+    assert "robots meet 2.5 mm (repeatability)" in repr(found)
 
 
-def test_sizes_are_told_in_their_own_units():
-    """Angles in arcmin, stiffness in N m/arcmin or N/µm, lengths as they suit; a stiffness's interval is turned over."""
+def test_sizes_have_practical_units():
+    """Angles in arcmin, stiffness in N m/arcmin or N/µm, lengths in µm or mm; the interval of a stiffness is inverted."""
     assert str(in_unit(Size(math.pi / 10800, "rad"), 2.0)) == "2.00 arcmin"
     assert str(in_unit(Size(49 * 10800 / math.pi, "N m/rad", divides=True), 2.0)) == "24.5 N m/arcmin"
     assert str(in_unit(Size(200e6, "N/m", divides=True), 0.5)) == "400 N/µm"
     factor = Estimate(2.0, 1.6, 2.5)
-    clearance = sized(Item("joints.A.bearing", "clearance", (0,), Size(60e-6, "m")), factor)
+    clearance = size_at(Item("joints.A.bearing", "clearance", (0,), Size(60e-6, "m")), factor)
     assert (clearance.value, clearance.low, clearance.high) == pytest.approx((0.12, 0.096, 0.15))
-    stiffness = sized(Item("joints.A.gearbox", "stiffness", (0,), Size(49 * 10800 / math.pi, "N m/rad", divides=True)), factor)
+    stiffness = size_at(Item("joints.A.gearbox", "stiffness", (0,), Size(49 * 10800 / math.pi, "N m/rad", divides=True)), factor)
     assert (stiffness.low, stiffness.high) == pytest.approx((49 / 2.5, 49 / 1.6))
-    link = sized(Item("joints.A.link", "stiffness", (0,)), factor)
+    link = size_at(Item("joints.A.link", "stiffness", (0,)), factor)
     assert (link.value, link.low, link.high) == pytest.approx((50, 40, 62.5))
     assert (clearance.unit, link.unit) == ("mm", "%")
 
 
-def test_an_arm_that_does_not_err_keeps_any_target():
-    """Where no error moves the tool there is nothing to size: every robot keeps the target, and the report is drawn; one pose will do."""
+def test_an_arm_without_error_meets_any_target():
+    """Where no error moves the tool there is no allocation: every robot meets the target, and the yield is plotted; one pose is enough."""
     joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "axis": "x", "link": {"length": 0.5, "direction": "x"}}
     arm = lostmotion.Arm(name="on its axis", joints=({**joint, "encoder": {"zero": 1e-3}},))
     found = lostmotion.target(arm, error="1 µm", poses=np.zeros((1, 1)), robots=30, visits=2)
-    assert found.found.now.value == 0
+    assert found.found.current.value == 0
     assert found.found.equal_factor is None
     assert found.found.yields[0].share == 1
-    assert "is kept" in found.sheet.verdict
+    assert "is met" in found.sheet.verdict
     assert "No single item" not in found.sheet.verdict
     assert [plot.key for plot in targets_plots(found.found)] == ["yield"]
 
@@ -154,8 +154,8 @@ def folder(tmp_path_factory):
     where = tmp_path_factory.mktemp("target")
     done = ran(ARM, "--error", "2 mm", *WORDS, cwd=where)
     assert done.returncode == 0, done.stderr
-    assert "One item at a time" in done.stdout
-    assert " ".join(done.stdout.split()).count("robots built keep it") == 1
+    assert "Allowance for one item at a time" in done.stdout
+    assert " ".join(done.stdout.split()).count("With the sizes of equal effect it is") == 1
     return where / "z-arm-lumped-target"
 
 

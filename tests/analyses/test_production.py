@@ -1,4 +1,4 @@
-"""Yield: the exact interval against the binomial law and synthetic productions, and robots judged by themselves against brute force."""
+"""Yield: the exact interval against the binomial law and synthetic productions, and figures of single robots against brute force."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from lostmotion.analyses.targets.yield_ import exact_share, production_of, robot_figures, robots_needed, walked
+from lostmotion.analyses.targets.yield_ import computed_blocks, exact_share, production_of, robot_figures, robots_needed
 from lostmotion.error_model.draws import robot_draws, visit_draws
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
@@ -96,7 +96,7 @@ def built():
 def test_each_robot_is_judged_by_itself(built):
     """Per-robot 95 % error, worst AP, mean and worst RP equal those of every single error, written out."""
     plan, errors = built
-    found = robot_figures(plan, walked(plan), 0.95)
+    found = robot_figures(plan, computed_blocks(plan), 0.95)
     sizes = np.linalg.norm(errors, axis=3).transpose(1, 0, 2).reshape(40, -1)
     # A histogram's bins are 0.3 % wide; between two samples any value is the quantile.
     ordered = np.sort(sizes, axis=1)

@@ -1,4 +1,4 @@
-"""Targets backwards: closed forms for single terms, exact sums for allocations, and arm files changed as told and studied anew."""
+"""Targets: closed forms for single terms, exact sums for allocations, and changed arm files in a new study."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scipy.special import ndtri
 
 import lostmotion
 from lostmotion.analyses.targets import metrics
-from lostmotion.analyses.targets.allocation import equal_effect, mean_square_form, parts_of
-from lostmotion.analyses.targets.metrics import BySamples, Missed
+from lostmotion.analyses.targets.allocation import contributions, equal_effect, mean_square_form
+from lostmotion.analyses.targets.metrics import ErrorMetric, Excess
 from lostmotion.analyses.targets.parameters import alike, items
 from lostmotion.analyses.targets.targets import _ranges, targets
 from lostmotion.error_model.budget import Tally
@@ -39,7 +39,7 @@ def one_joint(**parts):
 
 
 def all_factors(matrix, item, factor):
-    """Give a factor for each term: this one for the item's, one for all others."""
+    """Return the factor for each term: this one for the item's, one for all others."""
     out = np.ones(len(matrix.infos))
     out[list(item.columns)] = factor
     return out
@@ -47,7 +47,7 @@ def all_factors(matrix, item, factor):
 
 @pytest.mark.parametrize("name", [*ARMS, pytest.param("arm-from-drawings.toml", marks=pytest.mark.slow)])
 def test_every_term_belongs_to_one_item(name):
-    """Items share the terms out among them, and terms that draw together stay together."""
+    """The items partition the terms, and terms that share a draw belong to one item."""
     arm = read(EXAMPLES / name)
     matrix = screws(arm, sample_poses(arm, 8).q)
     found = items(arm, matrix.infos)
@@ -123,8 +123,8 @@ def test_a_single_term_has_a_closed_form():
     found = targets(arm, poses, "error", 5e-4, robots=400, visits=2)
     law = Normal()
     now = 3e-4 / law.bound * float(law.quantile(np.array([0.975]))[0])
-    (only,) = found.single
-    assert found.now_by_gauge.value == pytest.approx(now, rel=0.005)
+    (only,) = found.allowances
+    assert found.current_by_solver.value == pytest.approx(now, rel=0.005)
     assert only.factor.value == pytest.approx(5e-4 / now, rel=0.005)
     assert only.factor.low < 5e-4 / now < only.factor.high
     assert only.item.size.at(only.factor.value) == pytest.approx(3e-4 * 5e-4 / now, rel=0.005)
@@ -137,36 +137,36 @@ def test_a_flat_error_in_one_line_too():
     """One uniform error, +-resolution/2: 95 % of it lies within 0.95 of the half; flat laws need no normal sum."""
     arm = one_joint(encoder={"resolution": 4e-4, "ratio": 1.0})
     found = targets(arm, Poses(np.zeros((8, 1)), "given"), "error", 1e-4, robots=400, visits=2)
-    assert found.single[0].factor.value == pytest.approx(1e-4 / (0.95 * 2e-4), rel=0.005)
+    assert found.allowances[0].factor.value == pytest.approx(1e-4 / (0.95 * 2e-4), rel=0.005)
 
 
-def test_design_and_chance_go_their_own_ways():
-    """A sag down and a normal play across: where the sag alone passes the target no play is small enough, and the numbers are told."""
+def test_deterministic_and_random_errors_combine_geometrically():
+    """A deflection and a perpendicular normal error: where the deflection alone exceeds the target no zero error is small enough."""
     arm = one_joint(encoder={"zero": 3e-4}, bearing={"kind": "crossed roller", "moment_stiffness": 4e4})
     arm = arm.model_copy(update={"payload": lostmotion.Payload(mass=2.0)})
     sag = 2.0 * arm.gravity / 4e4
     poses = Poses(np.zeros((8, 1)), "given")
-    found = {each.item.cause: each for each in targets(arm, poses, "error", 0.9 * sag, robots=400, visits=2).single}
+    found = {each.item.cause: each for each in targets(arm, poses, "error", 0.9 * sag, robots=400, visits=2).allowances}
     assert found["zero"].verdict == "none"
     assert found["zero"].without.value == pytest.approx(sag, rel=1e-6)
     assert found["moment stiffness"].verdict == "sized"
     assert 0 < found["moment stiffness"].factor.value < 0.9
-    found = {each.item.cause: each for each in targets(arm, poses, "error", 1.2 * sag, robots=400, visits=2).single}
+    found = {each.item.cause: each for each in targets(arm, poses, "error", 1.2 * sag, robots=400, visits=2).allowances}
     # |(zero, sag)| <= target, the zero's share inside: its own quantile at the leg of the triangle.
     now = 3e-4 / Normal().bound * float(Normal().quantile(np.array([0.975]))[0])
     assert found["zero"].factor.value == pytest.approx(sag * math.sqrt(1.2**2 - 1) / now, rel=0.01)
 
 
-def test_ranges_say_where_an_item_cancels_others():
+def test_ranges_show_where_an_item_cancels_others():
     """A design term against another of half its size: only a range of factors meets the target, found even where it is narrow."""
 
     def missed(factor):
-        return Missed(abs(1.0 - 0.77 * factor) - 0.01, 0.0)
+        return Excess(abs(1.0 - 0.77 * factor) - 0.01, 0.0)
 
-    ((low, high),) = _ranges(missed, np.array([0.0, 0.5, 1.0, 2.0, 4.0]), search=True)
+    ((low, high),) = _ranges(missed, np.array([0.0, 0.5, 1.0, 2.0, 4.0]), refine=True)
     assert (low, high) == pytest.approx((0.99 / 0.77, 1.01 / 0.77), rel=1e-5)
-    assert _ranges(lambda _: Missed(-1.0, 0.0), np.array([0.0, 2.0]), search=False) == ((0.0, math.inf),)
-    assert _ranges(lambda _: Missed(1.0, 0.0), np.array([0.0, 2.0]), search=True) == ()
+    assert _ranges(lambda _: Excess(-1.0, 0.0), np.array([0.0, 2.0]), refine=False) == ((0.0, math.inf),)
+    assert _ranges(lambda _: Excess(1.0, 0.0), np.array([0.0, 2.0]), refine=True) == ()
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -183,7 +183,7 @@ def test_the_mean_square_is_a_form_in_the_factors(name):
         of_terms[list(item.columns)] = factor
     total = Tally.of(scaled(matrix, of_terms)).total / 64
     assert factors @ form @ factors == pytest.approx(total, rel=1e-9)
-    assert parts_of(form, factors).sum() == pytest.approx(total, rel=1e-9)
+    assert contributions(form, factors).sum() == pytest.approx(total, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -194,7 +194,7 @@ def test_equal_effects_are_equal_and_add_up(name):
     form = mean_square_form(matrix, items(arm, matrix.infos))
     factors = equal_effect(form)
     moves = np.isfinite(factors)
-    parts = parts_of(form, factors)
+    parts = contributions(form, factors)
     np.testing.assert_allclose(parts[moves], 1.0, rtol=1e-9)
     known = np.where(moves, factors, 1.0)
     assert parts.sum() == pytest.approx(known @ form @ known, rel=1e-9)
@@ -213,15 +213,15 @@ def test_samples_agree_with_sums_over_terms():
     arm = read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 128)
     matrix = screws(arm, poses.q)
-    gauge = BySamples(matrix, poses.replicates, 0.95, 1.4e-3, 1)
+    metric = ErrorMetric(matrix, poses.replicates, 0.95, 1.4e-3, 1)
     for item in items(arm, matrix.infos)[8:12]:
         factors = all_factors(matrix, item, 2.5)
         by_sums = pooled(of_screws(scaled(matrix, factors), (0.95,)), poses.replicates).quantiles[0].value
-        assert gauge.value(factors).value == pytest.approx(by_sums, rel=3e-3)
+        assert metric.value(factors).value == pytest.approx(by_sums, rel=3e-3)
 
 
 def edited(tmp_path, old, new, source="z-arm.toml", count=1):
-    """Give the example with one text in place of another."""
+    """Return the example with one text replaced."""
     text = (EXAMPLES / source).read_text(encoding="utf-8")
     assert text.count(old) == count
     path = tmp_path / "changed.toml"
@@ -231,7 +231,7 @@ def edited(tmp_path, old, new, source="z-arm.toml", count=1):
 
 @pytest.fixture(scope="module")
 def found_z():
-    """Solve for two targets of the paper's arm: one that is kept now, one that is missed."""
+    """Return two targets of the paper's arm: one that is met as stated, one that is not."""
     arm = read(EXAMPLES / "z-arm.toml")
     return {target: targets(arm, sample_poses(arm, 256), "error", target, robots=256, visits=4, threads=2) for target in (1.4e-3, 1.15e-3)}
 
@@ -250,8 +250,10 @@ def found_z():
 )
 @pytest.mark.parametrize("target", [1.4e-3, 1.15e-3])
 def test_the_changed_file_meets_the_target(tmp_path, found_z, cause, old, write, target):
-    """Write the allowed size, or next to none, into the file and study that with other poses and robots: the target, or what is left, comes out."""
-    each = next(one for one in found_z[target].kinds if one.item.cause == cause and one.item.kind in {"gearbox", "encoder", "bearing", "link"})
+    """An arm file with the allowed size meets the target with other poses and robots; with almost zero size it has the stated remaining error."""
+    each = next(
+        one for one in found_z[target].shared_allowances if one.item.cause == cause and one.item.kind in {"gearbox", "encoder", "bearing", "link"}
+    )
     arm = edited(tmp_path, old, write(1e-6 if each.verdict == "none" else each.factor.value), count=4 if cause == "length tolerance" else 1)
     sampled = run(arm, sample_poses(arm, 512, seed=7), 256, 4, 7, threads=2)
     now = pooled_quantile(sampled.group_hist, sampled.replicate_hist, 0.95)
@@ -266,40 +268,40 @@ def test_the_changed_file_meets_the_target(tmp_path, found_z, cause, old, write,
 
 
 @pytest.mark.slow
-def test_shrinking_and_growing_are_told_apart(found_z):
-    """A target that is kept lets sizes grow, one that is missed makes them shrink or is out of reach, and all of it is verified."""
-    for each in found_z[1.4e-3].single:
+def test_sizes_shrink_where_the_target_is_not_met_and_grow_where_it_is(found_z):
+    """Sizes may grow where the target is met, and must shrink or are out of reach where it is not; all are verified."""
+    for each in found_z[1.4e-3].allowances:
         assert each.verdict in {"any", "usual", "sized"}
         assert each.factor.value > 1
     missed = found_z[1.15e-3]
-    assert {each.verdict for each in missed.single} == {"sized", "none"}
-    for each in missed.single:
+    assert {each.verdict for each in missed.allowances} == {"sized", "none"}
+    for each in missed.allowances:
         if each.verdict == "sized":
             assert each.factor.value < 1
             assert each.verified.low < 1.15e-3 < each.verified.high
         else:
             assert each.without.value > 1.15e-3
-    assert sum(each.share for each in missed.single) == pytest.approx(1.0, rel=1e-9)
+    assert sum(each.share for each in missed.allowances) == pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["error", "repeatability"])
 def test_all_together_meet_the_target(kind):
-    """Both allocations meet the target by Monte Carlo; equal parts are equal to 1e-9 and add up to the mean square."""
+    """Both allocations meet the target by Monte Carlo; equal contributions are equal to 1e-9 and add up to the mean square."""
     arm = read(EXAMPLES / "paper/z-arm-lumped.toml")
     target = 2e-3
     found = targets(arm, sample_poses(arm, 64), kind, target, robots=200, visits=8, threads=2)
-    for joint in (found.equal_factor, found.equal_effect):
-        assert joint.verified.low < target < joint.verified.high
-        known = np.where(np.isfinite(joint.factors), joint.factors, 1.0)
-        assert joint.parts.sum() == pytest.approx(known @ found.form @ known, rel=1e-9)
+    for allocation in (found.equal_factor, found.equal_effect):
+        assert allocation.verified.low < target < allocation.verified.high
+        known = np.where(np.isfinite(allocation.factors), allocation.factors, 1.0)
+        assert allocation.mean_squares.sum() == pytest.approx(known @ found.form @ known, rel=1e-9)
     moves = np.isfinite(found.equal_effect.factors)
-    np.testing.assert_allclose(found.equal_effect.parts[moves], found.equal_effect.parts.sum() / moves.sum(), rtol=1e-9)
+    np.testing.assert_allclose(found.equal_effect.mean_squares[moves], found.equal_effect.mean_squares.sum() / moves.sum(), rtol=1e-9)
     assert np.nanstd(found.equal_factor.factors) < 1e-12
     assert found.yields[0].target == target
 
 
-def test_an_encoder_that_does_not_matter_has_no_absurd_resolution():
-    """Beside a zero of some arcminutes a motor encoder's counts hardly move the tool: both ways of sizing say so, and the rest goes to the zero.
+def test_an_encoder_that_does_not_limit_the_target_is_at_its_largest_usual_resolution():
+    """Beside a zero of some arcminutes a motor encoder's counts hardly move the tool: allowance and allocation report it.
 
     With the encoder at the coarsest usual count the zero alone meets the target, by the closed form of a normal and a much smaller flat error.
     """
@@ -308,9 +310,9 @@ def test_an_encoder_that_does_not_matter_has_no_absurd_resolution():
     found = targets(one_joint(encoder=stated), poses, "error", 5e-3, robots=400, visits=2)
     causes = [item.cause for item in found.items]
     counts, zero = causes.index("resolution"), causes.index("zero")
-    assert found.single[counts].verdict == "usual"
-    assert found.single[zero].verdict == "sized"
-    assert found.equal_effect.usual.tolist() == [cause == "resolution" for cause in causes]
+    assert found.allowances[counts].verdict == "usual"
+    assert found.allowances[zero].verdict == "sized"
+    assert found.equal_effect.not_limiting.tolist() == [cause == "resolution" for cause in causes]
     assert found.items[counts].size.at(found.equal_effect.factors[counts]) == pytest.approx(2 * math.pi / 100)
     flat = 2 * math.pi / 100 / 100 / 2  # half a count at the output, m at a lever of a metre
     law = Normal()
@@ -321,16 +323,16 @@ def test_an_encoder_that_does_not_matter_has_no_absurd_resolution():
     assert found.equal_effect.verified.low < 5e-3 < found.equal_effect.verified.high
 
 
-def test_sizes_that_all_are_usual_are_no_target():
-    """Where the coarsest usual sizes of all items together meet the target, every item stands at its own, and less than the target is promised."""
+def test_an_allocation_of_largest_usual_sizes_only_is_below_the_target():
+    """Where the largest usual sizes of all items together meet the target, every item has its own, and the figure is below the target."""
     found = targets(one_joint(encoder={"zero": 3e-4, "resolution": 1e-4}), Poses(np.zeros((8, 1)), "given"), "error", 0.5, robots=400, visits=2)
-    assert found.equal_effect.usual.all()
+    assert found.equal_effect.not_limiting.all()
     assert found.equal_effect.value.value < 0.5
-    assert {each.verdict for each in found.single} == {"usual"}
+    assert {each.verdict for each in found.allowances} == {"usual"}
 
 
-def test_the_allocated_yield_is_that_of_an_arm_made_so():
-    """Robots that keep the target with the sizes of equal effect are those of a file with these sizes, by the study with the same seed."""
+def test_the_allocated_yield_is_that_of_an_arm_with_these_sizes():
+    """The yield with the sizes of equal effect is that of an arm with these sizes in a study with the same seed."""
     stated = {"zero": 3e-4, "noise": 2e-4, "side": "output"}
     q = np.linspace(-1, 1, 16)[:, None]
     arm = one_joint(encoder=stated, lumped={"angle": 1e-4, "varies": "robot"})
@@ -357,10 +359,10 @@ def test_an_encoders_eccentricity_has_the_size_that_the_file_states():
 
 @pytest.mark.slow
 def test_a_target_for_repeatability(tmp_path):
-    """RP's allowed hysteresis, written into the sidecar, gives that RP in a study anew; parts that are alike at every visit may be of any size."""
+    """The hysteresis allowed for RP, written into the sidecar, has that RP in a new study."""
     arm = read(EXAMPLES / "ur5e.urdf")
     found = targets(arm, sample_poses(arm, 128), "repeatability", 80e-6, robots=400, visits=30, threads=2)
-    kinds = {f"{each.item.kind} {each.item.cause}": each for each in found.kinds}
+    kinds = {f"{each.item.kind} {each.item.cause}": each for each in found.shared_allowances}
     assert {name for name, each in kinds.items() if each.verdict == "sized"} == {"gearbox hysteresis", "encoder resolution"}
     loop = kinds["gearbox hysteresis"]
     assert loop.verified.low < 80e-6 < loop.verified.high
@@ -378,7 +380,7 @@ def test_the_same_bits_whatever_the_threads(monkeypatch):
     monkeypatch.setattr(metrics, "_SAMPLES", 1 << 14)
     arm = read(EXAMPLES / "paper/z-arm-lumped.toml")
     one, two = (targets(arm, sample_poses(arm, 16), "error", 2e-3, robots=64, visits=4, threads=threads) for threads in (1, 3))
-    assert [each.factor for each in one.single] == [each.factor for each in two.single]
+    assert [each.factor for each in one.allowances] == [each.factor for each in two.allowances]
     assert one.equal_effect.verified == two.equal_effect.verified
 
 

@@ -59,10 +59,10 @@ def test_joint_values_are_those_of_the_pose(run):
     np.testing.assert_allclose(lostmotion.frames(arm, q[None])[-1, 0], each.tool, atol=1e-15)
 
 
-def test_the_sheet_says_it(run):
-    """The sheet shows stored and replayed length, and says whether they are the same."""
+def test_the_sheet_compares_stored_and_replayed_error(run):
+    """The sheet has the stored and the recomputed magnitude, and whether they are identical."""
     sheet = lostmotion.replay(run.store.folder)[0].sheet
-    assert "the same to the last bit" in find_row(sheet.sections, "length", "its block computed again").note
+    assert find_row(sheet.sections, "length", "block recomputed").note == "identical"
     assert find_row(sheet.sections, "length", "stored").figures[0].value == pytest.approx(sheet.facts["error_m"] * 1e6)
     assert sum(row.figures[2].value for section in sheet.sections if section.key.startswith("terms_") for row in section.rows) == pytest.approx(100)
 

@@ -16,10 +16,10 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.budget import REMEDIES
 from lostmotion.analyses.sweep.plots import over_two, sweep_plots
-from lostmotion.analyses.sweep.tables.sweep import design_said, short_keys, short_labels
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.io.sweep import Axis, changes, designs
 from lostmotion.io.sweep_designs import read_design, read_sweep
+from lostmotion.runs.design_names import design_name, short_keys, short_labels
 from lostmotion.units import read_quantity
 from tests.runs.conftest import ARM, COUNTS, SWEEP, tree
 from tests.runs.conftest import lostmotion as ran
@@ -333,10 +333,10 @@ def test_designs_have_short_names_that_tell_them_apart(tmp_path):
         Axis(key="x.a b", values=(1, 2)),
     )
     order = SimpleNamespace(axes=axes, stated=lambda design: changes(axes, design))
-    names = [design_said(order, design) for design in range(designs(axes))]
+    names = [design_name(order.axes, design) for design in range(designs(axes))]
     assert len(set(names)) == designs(axes) == 48
     order.axes = axes = axes[:3]
-    assert design_said(order, 1) == "A length 0.3 m, B length 0.3 m"
+    assert design_name(order.axes, 1) == "A length 0.3 m, B length 0.3 m"
     assert short_keys([Axis(key=key, values=(1,)) for key in ("a.b.x", "b.a.x", "x", "c.x")]) == ["b x", "a x", "x", "c x"]
     assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 5 µm"))) == ["1 mm", "2 mm"]
     assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "1 mm"))) == ["1 mm ± 5 µm", "1 mm"]
@@ -397,8 +397,8 @@ def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
-def test_the_sheet_names_the_largest_contributors_and_says_what_can_be_done(swept):
-    """A column for each part, shares that add to all of it; calibration takes what is constant, as in the sheet of one arm."""
+def test_the_sheet_names_the_largest_contributors_and_remedies(swept):
+    """A column for each of the largest contributors, shares that add to 100 %, and the remedies named in the sheet of one arm."""
     sections = {section.key: section for section in swept.sheet.sections}
     parts = sections["parts"]
     assert parts.columns[-1] == "all others"
@@ -412,7 +412,7 @@ def test_the_sheet_names_the_largest_contributors_and_says_what_can_be_done(swep
 
 
 def test_a_map_marks_what_cannot_be_told_from_the_smallest(swept):
-    """Overlapping intervals are marked and said so; intervals far apart are not."""
+    """Overlapping intervals are marked and explained; separate intervals are not."""
     order = swept.store.order
     near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]
     figure = over_two(order, near, "error")

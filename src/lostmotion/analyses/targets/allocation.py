@@ -1,9 +1,9 @@
-"""How is a target shared out among all items at once? The mean square is a quadratic form in the items' factors; equal effects follow from it.
+"""Allocation of a target to all items: the mean square error as a quadratic form in the items' factors, and factors of equal effect.
 
-With bias b = sum f_k b_k and independent draws of variance f_k^2 v_k, the mean square over the poses is f' A f, A = <b_j . b_k> + diag <v_k>, and
-what item k has of it is f_k (A f)_k: these parts add up to the whole exactly, and one below zero cancels part of the others. Equal parts: the minimum
-of f' A f / 2 - sum log f_k, which is convex and has but one (S. Maillard, T. Roncalli, J. Teiletche, J. Portfolio Management 36 (2010) 60, of equal
-contributions to a variance).
+With bias b = sum f_k b_k and independent draws of variance f_k^2 v_k, the mean square over the poses is f' A f, A = <b_j . b_k> + diag <v_k>. The
+contribution of item k is f_k (A f)_k: contributions add up to the mean square, and a negative one cancels others. Equal contributions minimise
+f' A f / 2 - sum log f_k, which is convex (S. Maillard, T. Roncalli, J. Teiletche, J. Portfolio Management 36 (2010) 60, for contributions to a
+variance).
 """
 
 from __future__ import annotations
@@ -27,36 +27,38 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_matrix import Screws
     from lostmotion.spatial import Floats
 
-# An item with a smaller share of the mean square does not move the tool: the budget's rule, squared.
+# An item with a smaller share of the mean square does not move the tool: the threshold of the error budget, squared.
 NOTHING: Final = NOTHING_OF_RMS**2
 _ROUNDS: Final = 200
 _CLOSE: Final = 1e-12
-# Factors that differ more come of a form in which items cancel each other for all sizes.
+# Factors that differ more follow from a form in which items cancel each other at every size.
 _WIDEST: Final = 1e6
 
 
 @dataclass(frozen=True)
-class Joint:
-    """All items sized together: factors (item,), NaN for those that do not move the tool, what each then has of the mean square (item,), m^2.
+class Allocation:
+    """An allocation of the target to all items.
 
-    value     the error or RP that these sizes are meant to give, m: the target, where the route's own interval ends; less where all are `usual`
-    verified  the same by Monte Carlo
-    usual     (item,) items that stand at their largest usual size and still have a smaller part than the others: they do not limit the target
-    yields    robots that keep the target with these sizes, by the figures that judge them as things are
+    factors        (item,), NaN for items that do not move the tool
+    mean_squares   (item,) contributions to the mean square, m^2
+    value          error or RP with these sizes, m, with the interval of the solution: the target, or less where all items are `not_limiting`
+    verified       the same by Monte Carlo
+    not_limiting   (item,) items at their largest usual size, whose contribution is smaller than that of the others
+    yields         with these sizes, by the same criteria as those of the arm as stated
     """
 
     factors: Floats
-    parts: Floats
+    mean_squares: Floats
     value: Estimate
     verified: Estimate
-    usual: NDArray[np.bool_]
+    not_limiting: NDArray[np.bool_]
     yields: tuple[Yield, ...]
 
 
 def mean_square_form(matrix: Screws, items: Sequence[Item], *, visits_only: bool = False) -> Floats:
-    """Which matrix (item, item), m^2, gives the mean-square error over the poses, factors @ matrix @ factors?
+    """Return the matrix (item, item), m^2, of the mean square error over the poses, factors @ matrix @ factors.
 
-    With `visits_only` only what differs from visit to visit counts: no bias, nothing that was drawn once per robot.
+    With `visits_only` only terms that differ between visits count: no bias, nothing drawn once per robot.
     """
     owner = np.empty(len(matrix.infos), dtype=int)
     for k, item in enumerate(items):
@@ -80,28 +82,28 @@ def mean_square_form(matrix: Screws, items: Sequence[Item], *, visits_only: bool
 
 
 def moving(form: Floats) -> np.ndarray:
-    """Which items move the tool at all (item,)?"""
+    """Return which items move the tool (item,)."""
     return np.asarray(np.diag(form) > NOTHING * max(float(np.diag(form).sum()), 0.0))
 
 
 def equal_effect(form: Floats) -> Floats | None:
-    """Which factors (item,) give all items that move the tool the same part of the mean square, one each? NaN for the others.
+    """Return factors (item,) with which every item that moves the tool contributes 1 m^2 to the mean square; NaN for the others.
 
-    None where no such factors exist, because items cancel each other whatever their size.
+    None where no such factors exist, because items cancel each other at every size.
     """
     moves = moving(form)
     if not moves.any():
         return None
-    found = _equal_parts(form[np.ix_(moves, moves)], np.zeros(int(moves.sum())), 1.0)
-    if found is None:
+    solved = _equal_parts(form[np.ix_(moves, moves)], np.zeros(int(moves.sum())), 1.0)
+    if solved is None:
         return None
     out = np.full(len(form), np.nan)
-    out[moves] = found
+    out[moves] = solved
     return out
 
 
 def equal_effect_within(form: Floats, most: Floats, part: float) -> tuple[Floats, NDArray[np.bool_]] | None:
-    """Return factors (item,) with which every item has this part of the mean square, m^2, but none a factor above its `most`; and which stand at it.
+    """Return factors (item,) with which every item contributes `part`, m^2, limited to `most`, and which items are at that limit.
 
     NaN for items that do not move the tool; None as for `equal_effect`.
     """
@@ -111,10 +113,10 @@ def equal_effect_within(form: Floats, most: Floats, part: float) -> tuple[Floats
         free = moves & ~fixed
         factors = np.where(fixed, most, np.nan)
         if free.any():
-            found = _equal_parts(form[np.ix_(free, free)], form[np.ix_(free, fixed)] @ most[fixed], part)
-            if found is None:
+            solved = _equal_parts(form[np.ix_(free, free)], form[np.ix_(free, fixed)] @ most[fixed], part)
+            if solved is None:
                 return None
-            factors[free] = found
+            factors[free] = solved
         over = free & (np.where(free, factors, 0.0) > most)
         if not over.any():
             return factors, fixed
@@ -124,7 +126,7 @@ def equal_effect_within(form: Floats, most: Floats, part: float) -> tuple[Floats
 def _equal_parts(form: Floats, pull: Floats, part: float) -> Floats | None:
     """Return the minimum of f' form f / 2 + pull . f - part sum log f, where every f_k (form f + pull)_k equals `part`.
 
-    Newton's method, damped as for any self-concordant function (S. Boyd, L. Vandenberghe, Convex Optimization, 2004, 9.6). None without a minimum.
+    Damped Newton's method for self-concordant functions (S. Boyd, L. Vandenberghe, Convex Optimization, 2004, 9.6). None without a minimum.
     """
     scale = np.sqrt(np.diag(form))
     unit, pull = form / np.outer(scale, scale), pull / (scale * np.sqrt(part))
@@ -143,7 +145,7 @@ def _equal_parts(form: Floats, pull: Floats, part: float) -> Floats | None:
     return np.asarray(f * np.sqrt(part) / scale)
 
 
-def parts_of(form: Floats, factors: Floats) -> Floats:
-    """What has each item of the mean square at these factors (item,), m^2? NaN counts as an item left as it is: it moves nothing."""
+def contributions(form: Floats, factors: Floats) -> Floats:
+    """Return the contributions (item,) to the mean square, m^2; NaN counts as a factor of 1, because that item does not move the tool."""
     known = np.where(np.isfinite(factors), factors, 1.0)
     return np.asarray(known * (form @ known))

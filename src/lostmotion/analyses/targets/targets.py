@@ -1,7 +1,7 @@
-"""How good must each part be for the arm to keep a target? From the whole back to the parts: one at a time, and all together.
+"""Allowances for the parts of an arm that meet a target on the tool: for one item at a time, and allocated to all items together.
 
-Every item (`items`) is a factor on its terms. Bias adds up along factors and variances along their squares, so the mean square is a quadratic form in
-the factors: equal effects follow from it exactly. Distances that a share of positions stays within, and RP, are roots over the factor (`gauges`).
+Each item of `parameters` has a factor on its terms. Bias is linear in the factors and variance quadratic, so the mean square error is a quadratic
+form from which allocations of equal effect follow exactly. Error quantiles and RP are solved for the factor numerically (`metrics`).
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.analyses.targets.allocation import NOTHING, Joint, equal_effect, equal_effect_within, mean_square_form, moving, parts_of
-from lostmotion.analyses.targets.metrics import BySamples, ByVisits, Gauge, around, by_montecarlo, root
+from lostmotion.analyses.targets.allocation import NOTHING, Allocation, contributions, equal_effect, equal_effect_within, mean_square_form, moving
+from lostmotion.analyses.targets.metrics import ErrorMetric, Metric, RepeatabilityMetric, by_montecarlo, root, root_interval
 from lostmotion.analyses.targets.parameters import Item, alike, items
-from lostmotion.analyses.targets.yield_ import MOST_ROBOTS, Judged, Yield, check_share, in_blocks, robot_figures, yield_of
+from lostmotion.analyses.targets.yield_ import MOST_ROBOTS, Judged, Yield, check_share, robot_figures, split_blocks, yield_of
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lostmotion.analyses.targets.metrics import Missed
+    from lostmotion.analyses.targets.metrics import Excess
     from lostmotion.error_model.pose_matrix import Screws
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
@@ -37,28 +37,28 @@ if TYPE_CHECKING:
 Kind = Literal["error", "repeatability"]
 Verdict = Literal["sized", "usual", "any", "none"]
 MOST_POSES: Final = 16_384
-# The screws of so many poses x terms are kept, of 100 bytes each.
+# Largest pose matrix, poses x terms, of 100 bytes each.
 _MOST_CELLS: Final = 8_000_000
-# The interval of a pooled distance counts robots: more visits tell little more.
+# The interval of a pooled quantile counts robots: more visits hardly narrow it.
 _ENOUGH_VISITS: Final = 8
-# Factors tried, in units of that at which an item alone is as large as target or error: closely where bias may cancel other bias, else a few.
+# Factors to try, in units of that at which the item alone reaches the target or the error: a fine grid where its bias may cancel other bias.
 _FINE: Final = (*(k / 16 for k in range(64)), 4.0, 6.0, 12.0, 40.0, 1000.0)
 _FEW: Final = (0.0, 0.5, 2.0, 12.0, 1000.0)
-# The part of the mean square that each item has is found to this share of itself.
+# Relative tolerance of the mean square per item.
 _CLOSE: Final = 1e-4
 
 
 @dataclass(frozen=True)
-class Allowed:
-    """How large one item may be, all else as it is.
+class Allowance:
+    """Allowance for one item, all others unchanged.
 
-    verdict   "sized": the factor at which the target is just met; "usual": it is met at every usual size, up to the factor; "any": it is met
-              however large the item is; "none": not even without it
-    factor    on the item's size (its stiffness: one over it) with its 95 % interval; infinite, NaN
-    ranges    of factors that meet the target; more than one, or one that does not begin at zero, where the item cancels others
-    without   the error or RP, m, where the item is zero
-    verified  the same by Monte Carlo at the factor; None where there is none
-    share     of the mean square (of what differs between visits, for repeatability) as things are
+    verdict   "sized": the target is just met at the factor; "usual": it is met at every usual size, up to the factor; "any": at every size; "none":
+              not even without the item
+    factor    on the item's size (on its inverse for a stiffness) with its 95 % interval; infinite for "any", NaN for "none"
+    ranges    factors that meet the target; several, or one that does not begin at zero, where the item cancels others
+    without   error or RP, m, without the item
+    verified  error or RP, m, by Monte Carlo at the factor; None where there is none
+    share     of the present mean square (for repeatability, of its part that differs between visits)
     """
 
     item: Item
@@ -72,15 +72,19 @@ class Allowed:
 
 @dataclass(frozen=True, repr=False)
 class Targets:
-    """What a target asks of every part.
+    """Allowances and allocations that meet a target.
 
-    robots, visits      of the Monte Carlo; verified_visits of the one that verifies sizes
-    solved_poses, solved_samples  with which the sizes were solved for; of repeatability the samples are robots x visits x poses
-    now, now_by_gauge   error or RP as things are, m: by Monte Carlo, and by the samples with which the factors were solved for
-    single, kinds       one item at a time, and one cause in all parts of a kind at a time
+    zone                name of the poses' part of the workspace; empty for all of it
+    kind                "error" (m, quantile `share` over positions) or "repeatability" (m, quantile `share` over robots of RP)
+    robots, visits      of the Monte Carlo study; `verified_visits` of the one that verifies allowances
+    solved_poses, solved_samples  of the solution; for repeatability the samples are robots x visits x poses
+    current             error or RP of the arm as stated, m, by Monte Carlo
+    current_by_solver   the same from the samples that the allowances were solved with
+    allowances          one item at a time
+    shared_allowances   one cause at a time, in all parts of a kind
     form                (item, item) m^2: factors @ form @ factors is the mean square
-    equal_factor, equal_effect  all items together; None where no such sizes exist
-    yields              robots that keep the target as things are, by two figures
+    equal_factor, equal_effect  allocations to all items; None where none exists
+    yields              of the arm as stated, by two criteria
     """
 
     arm: Arm
@@ -96,14 +100,14 @@ class Targets:
     verified_visits: int
     solved_poses: int
     solved_samples: int
-    now: Estimate
-    now_by_gauge: Estimate
+    current: Estimate
+    current_by_solver: Estimate
     items: tuple[Item, ...]
-    single: tuple[Allowed, ...]
-    kinds: tuple[Allowed, ...]
+    allowances: tuple[Allowance, ...]
+    shared_allowances: tuple[Allowance, ...]
     form: Floats
-    equal_factor: Joint | None
-    equal_effect: Joint | None
+    equal_factor: Allocation | None
+    equal_effect: Allocation | None
     yields: tuple[Yield, ...]
 
 
@@ -122,13 +126,13 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     zone: str = "",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Targets:
-    """How large may each item be, so that a share of all positions errs by no more than the target (m), or a share of the robots repeats within it?
+    """Return the allowances with which a share of all positions, or of the robots, is within the target (m).
 
-    kind     "error": positions of all robots, poses and visits; "repeatability": robots, by their RP averaged over the poses
-    robots, visits, seed, approach, threads, progress  of the Monte Carlo that verifies, as `montecarlo.run`
-    zone     how the poses' part of the workspace is called; empty for all of it
+    kind     "error": position error over all robots, poses and visits; "repeatability": RP of each robot, averaged over the poses
+    robots, visits, seed, approach, threads, progress  of the Monte Carlo study that verifies, as for `montecarlo.run`
+    zone     name of the poses' part of the workspace; empty for all of it
 
-    First order in the errors; loads and masses stay as they are. Raises InputError for numbers out of range.
+    First order in the errors, at constant loads and masses. Raises InputError for numbers out of range.
     """
     check_target(target, share)
     if not 1 <= len(poses) <= MOST_POSES:
@@ -144,37 +148,38 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         most = _MOST_CELLS // len(matrix.infos)
         raise refuse_argument("poses", len(poses), f"at most {most} with the {len(matrix.infos)} terms of this arm", f"poses = {most // 2}")
-    return _Search(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).found(zone)
+    return _Solver(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).solve(zone)
 
 
 def check_target(target: float, share: float) -> None:
-    """Refuse a target that is no length, or a share that means nothing; raises InputError."""
+    """Raise InputError for a target that is no positive length, or a share out of range."""
     if not (math.isfinite(target) and target > 0):
         raise refuse_argument("target", target, "a length above zero", 'error = "0.5 mm"')
     check_share(share)
 
 
-class _Search:
-    """All that the search for one target shares."""
+class _Solver:
+    """Plan, pose matrix and metric of one target."""
 
     def __init__(
-        self, plan: Plan, matrix: Screws, kind: Kind, target: float, share: float, threads: int, tell: Callable[[str, int, int], None]
+        self, plan: Plan, matrix: Screws, kind: Kind, target: float, share: float, threads: int, progress: Callable[[str, int, int], None]
     ) -> None:
-        self.plan, self.matrix, self.kind, self.target, self.share, self.threads, self.tell = plan, matrix, kind, target, share, threads, tell
+        self.plan, self.matrix, self.kind, self.target, self.share, self.threads, self.progress = plan, matrix, kind, target, share, threads, progress
         self.items = items(plan.arm, matrix.infos)
         self.form = mean_square_form(matrix, self.items, visits_only=kind == "repeatability")
         sets = plan.poses.replicates
         of_error = kind == "error"
-        self.gauge: Gauge = BySamples(matrix, sets, share, target, plan.seed) if of_error else ByVisits(matrix, sets, share, target, plan)
-        self.checked = plan if kind == "repeatability" else Plan.of(plan.arm, plan.poses, plan.robots, _visits(plan), plan.seed, plan.approach)
+        self.metric: Metric = (
+            ErrorMetric(matrix, sets, share, target, plan.seed) if of_error else RepeatabilityMetric(matrix, sets, share, target, plan)
+        )
+        self.verification = plan if kind == "repeatability" else Plan.of(plan.arm, plan.poses, plan.robots, _visits(plan), plan.seed, plan.approach)
 
-    def found(self, zone: str) -> Targets:
-        """Give the whole answer."""
+    def solve(self, zone: str) -> Targets:
+        """Return all allowances and allocations."""
         plan, ones = self.plan, np.ones(len(self.matrix.infos))
-        now_by_gauge = self.gauge.value(ones)
-        self.now_size = now_by_gauge.value
-        together = alike(self.items)
-        both = self._each((*self.items, *together))
+        current_by_solver = self.metric.value(ones)
+        self.current = current_by_solver.value
+        both = self._each((*self.items, *alike(self.items)))
         return Targets(
             arm=plan.arm,
             poses=plan.poses,
@@ -186,54 +191,53 @@ class _Search:
             share=self.share,
             robots=plan.robots,
             visits=plan.visits,
-            verified_visits=self.checked.visits,
-            solved_poses=self.gauge.poses,
-            solved_samples=self.gauge.samples,
-            now=self._verified(ones),
-            now_by_gauge=now_by_gauge,
+            verified_visits=self.verification.visits,
+            solved_poses=self.metric.poses,
+            solved_samples=self.metric.samples,
+            current=self._verified(ones),
+            current_by_solver=current_by_solver,
             items=self.items,
-            single=tuple(both[: len(self.items)]),
-            kinds=tuple(both[len(self.items) :]),
+            allowances=tuple(both[: len(self.items)]),
+            shared_allowances=tuple(both[len(self.items) :]),
             form=self.form,
-            equal_factor=self._together(np.where(moving(self.form), 1.0, np.nan)),
+            equal_factor=self._scaled(np.where(moving(self.form), 1.0, np.nan)),
             equal_effect=self._equal_effect(),
             yields=self._yields(ones),
         )
 
-    def _each(self, wanted: Sequence[Item]) -> list[Allowed]:
+    def _each(self, chosen: Sequence[Item]) -> list[Allowance]:
         out = []
         with ThreadPoolExecutor(self.threads) as pool:
-            for done, one in enumerate(pool.map(self._allowed, wanted), 1):
+            for done, one in enumerate(pool.map(self._allowance, chosen), 1):
                 out.append(one)
-                self.tell("sizing each item", done, len(wanted))
+                self.progress("solving for each item", done, len(chosen))
         return out
 
     def _alone(self, item: Item) -> tuple[float, float]:
-        """Give the item's r.m.s. error alone, m, and its share of the mean square."""
+        """Return the item's own r.m.s. error, m, and its share of the mean square."""
         members = np.array([bool(set(each.columns) & set(item.columns)) for each in self.items], dtype=float)
         total = float(self.form.sum())
         return math.sqrt(max(float(members @ self.form @ members), 0.0)), float(members @ self.form.sum(axis=1)) / total if total else 0.0
 
-    def _allowed(self, item: Item) -> Allowed:
+    def _allowance(self, item: Item) -> Allowance:
         alone, share = self._alone(item)
-        no = Estimate(math.nan, math.nan, math.nan)
+        unknown = Estimate(math.nan, math.nan, math.nan)
         if alone**2 <= NOTHING * max(float(self.form.sum()), 0.0):
-            met = self.now_size <= self.target
-            if met:
-                return Allowed(item, "any", Estimate(math.inf, math.nan, math.nan), ((0.0, math.inf),), no, None, share)
-            return Allowed(item, "none", no, (), self.gauge.value(np.ones(len(self.matrix.infos))), None, share)
-        size = max(self.target, self.now_size) / alone
-        missed = self.gauge.along(item.columns)
+            if self.current <= self.target:
+                return Allowance(item, "any", Estimate(math.inf, math.nan, math.nan), ((0.0, math.inf),), unknown, None, share)
+            return Allowance(item, "none", unknown, (), self.metric.value(np.ones(len(self.matrix.infos))), None, share)
+        size = max(self.target, self.current) / alone
+        excess = self.metric.along(item.columns)
         fine = self.kind == "error" and any(self.matrix.infos[column].level == "design" for column in item.columns)
-        ranges = _ranges(missed, size * np.array(_FINE if fine else _FEW), search=fine)
+        ranges = _ranges(excess, size * np.array(_FINE if fine else _FEW), refine=fine)
         if not ranges:
-            return Allowed(item, "none", no, (), self.gauge.without(item.columns), None, share)
+            return Allowance(item, "none", unknown, (), self.metric.without(item.columns), None, share)
         at = _nearest(ranges)
         if math.isinf(at):
-            return Allowed(item, "any", Estimate(math.inf, math.nan, math.nan), ranges, no, None, share)
+            return Allowance(item, "any", Estimate(math.inf, math.nan, math.nan), ranges, unknown, None, share)
         if at > item.most and any(low <= 1 and item.most <= high for low, high in ranges):
-            return Allowed(item, "usual", Estimate(item.most, math.nan, math.nan), ranges, no, None, share)
-        return Allowed(item, "sized", around(missed, at), ranges, no, self._verified(self._factors(item, at)), share)
+            return Allowance(item, "usual", Estimate(item.most, math.nan, math.nan), ranges, unknown, None, share)
+        return Allowance(item, "sized", root_interval(excess, at), ranges, unknown, self._verified(self._factors(item, at)), share)
 
     def _factors(self, item: Item, factor: float) -> Floats:
         out = np.ones(len(self.matrix.infos))
@@ -241,97 +245,97 @@ class _Search:
         return out
 
     def _verified(self, factors: Floats) -> Estimate:
-        """Give the error or RP by Monte Carlo: the study's own draws, all the robots, all the poses."""
-        error, repeatability = by_montecarlo(self.checked, scaled(self.matrix, factors), self.share)
+        """Return the error or RP by Monte Carlo with all robots and poses of the study."""
+        error, repeatability = by_montecarlo(self.verification, scaled(self.matrix, factors), self.share)
         return error if self.kind == "error" else repeatability
 
     def _yields(self, factors: Floats) -> tuple[Yield, ...]:
-        """Count the robots that keep the target with a factor on each term (term,), by the two figures of its kind."""
-        figures = robot_figures(self.plan, in_blocks(scaled(self.matrix, factors), self.plan.robots), self.share)
+        """Return the yields with a factor on each term (term,), by the two criteria of the kind of target."""
+        figures = robot_figures(self.plan, split_blocks(scaled(self.matrix, factors), self.plan.robots), self.share)
         judged: tuple[Judged, Judged] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
         return tuple(yield_of(figures, each, self.target) for each in judged)
 
     def _of_terms(self, factors: Floats) -> Floats:
-        """Return the factor on each term (term,) for factors on the items (item,); NaN leaves an item as it is."""
+        """Return the factor on each term (term,) for factors on the items (item,); NaN leaves an item unchanged."""
         out = np.ones(len(self.matrix.infos))
         for item, factor in zip(self.items, factors, strict=True):
             out[list(item.columns)] = factor if np.isfinite(factor) else 1.0
         return out
 
-    def _together(self, factors: Floats | None) -> Joint | None:
-        """Scale factors (item,) all alike until the target is met: error and RP go along in proportion."""
+    def _scaled(self, factors: Floats | None) -> Allocation | None:
+        """Return factors (item,) scaled in common to meet the target, to which error and RP are proportional."""
         if factors is None or not np.isfinite(factors).any():
             return None
-        value = self.gauge.value(self._of_terms(factors))
+        value = self.metric.value(self._of_terms(factors))
         if not value.value > 0:
             return None
         scale = self.target / value.value
-        return self._joint(factors * scale, Estimate(self.target, value.low * scale, value.high * scale), np.zeros(len(factors), bool))
+        return self._allocation(factors * scale, Estimate(self.target, value.low * scale, value.high * scale), np.zeros(len(factors), bool))
 
-    def _joint(self, factors: Floats, value: Estimate, usual: NDArray[np.bool_]) -> Joint:
+    def _allocation(self, factors: Floats, value: Estimate, not_limiting: NDArray[np.bool_]) -> Allocation:
         of_terms = self._of_terms(factors)
-        return Joint(factors, parts_of(self.form, factors), value, self._verified(of_terms), usual, self._yields(of_terms))
+        return Allocation(factors, contributions(self.form, factors), value, self._verified(of_terms), not_limiting, self._yields(of_terms))
 
-    def _equal_effect(self) -> Joint | None:
-        """Return every item the same part, but none a larger size than a usual one: what such items leave free goes to the others."""
+    def _equal_effect(self) -> Allocation | None:
+        """Return equal effects with no item above its largest usual size; what such items do not use is allocated to the others."""
         from scipy.optimize import brentq
 
         factors = equal_effect(self.form)
         if factors is None:
             return None
-        value = self.gauge.value(self._of_terms(factors)).value
+        value = self.metric.value(self._of_terms(factors)).value
         if not value > 0:
             return None
         scale = self.target / value
         most = np.array([item.most for item in self.items])
         if not (factors * scale > most).any():
-            return self._together(factors)
+            return self._scaled(factors)
 
         def allotted(part: float) -> tuple[Floats, NDArray[np.bool_]]:
-            found = equal_effect_within(self.form, most, part)
-            return (factors * math.sqrt(part), np.zeros(len(most), bool)) if found is None else found
+            within = equal_effect_within(self.form, most, part)
+            return (factors * math.sqrt(part), np.zeros(len(most), bool)) if within is None else within
 
-        def missed(log_part: float) -> float:
-            return self.gauge.value(self._of_terms(allotted(math.exp(log_part))[0])).value / self.target - 1
+        def excess(log_part: float) -> float:
+            return self.metric.value(self._of_terms(allotted(math.exp(log_part))[0])).value / self.target - 1
 
         low = high = 2 * math.log(scale)
-        while missed(high) < 0 and not allotted(math.exp(high))[1][np.isfinite(factors)].all():
+        while excess(high) < 0 and not allotted(math.exp(high))[1][np.isfinite(factors)].all():
             high += 1.0
-        while missed(low) > 0:
+        while excess(low) > 0:
             low -= 1.0
-        sized, usual = allotted(math.exp(float(brentq(missed, low, high, xtol=_CLOSE)) if missed(high) > 0 > missed(low) else high))
-        return self._joint(sized, self.gauge.value(self._of_terms(sized)), usual)
+        sized, not_limiting = allotted(math.exp(float(brentq(excess, low, high, xtol=_CLOSE)) if excess(high) > 0 > excess(low) else high))
+        return self._allocation(sized, self.metric.value(self._of_terms(sized)), not_limiting)
 
 
-def _ranges(missed: Callable[[float], Missed], tried: Floats, *, search: bool) -> tuple[tuple[float, float], ...]:
-    """Between which factors is the target met? Tries these, and with `search` looks between them where none does; the last may reach to infinity."""
+def _ranges(excess: Callable[[float], Excess], tried: Floats, *, refine: bool) -> tuple[tuple[float, float], ...]:
+    """Return the ranges of factors that meet the target among those tried, and with `refine` between them; the last may extend to infinity."""
     at = sorted({*(float(each) for each in tried), 1.0})
-    values = [missed(each).value for each in at]
-    if search and min(values) > 0:
-        at, values = _with_least(missed, at, values)
+    values = [excess(each).value for each in at]
+    if refine and min(values) > 0:
+        at, values = _with_least(excess, at, values)
     out: list[list[float]] = []
     for k, here in enumerate(at):
         before = k > 0 and values[k - 1] <= 0
         if values[k] <= 0 and not before:
-            out.append([0.0 if k == 0 else root(missed, at[k - 1], here), math.inf])
+            out.append([0.0 if k == 0 else root(excess, at[k - 1], here), math.inf])
         elif values[k] > 0 and before:
-            out[-1][1] = root(missed, at[k - 1], here)
+            out[-1][1] = root(excess, at[k - 1], here)
     return tuple((low, high) for low, high in out)
 
 
-def _with_least(missed: Callable[[float], Missed], at: list[float], values: list[float]) -> tuple[list[float], list[float]]:
-    """Add the factor at which the target is missed by least."""
+def _with_least(excess: Callable[[float], Excess], at: list[float], values: list[float]) -> tuple[list[float], list[float]]:
+    """Add the factor with the least excess."""
     from scipy.optimize import minimize_scalar
 
     k = int(np.argmin(values))
     low, high = at[max(k - 1, 0)], at[min(k + 1, len(at) - 1)]
-    best = float(minimize_scalar(lambda factor: missed(factor).value, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * high}).x)
-    both = sorted([*zip(at, values, strict=True), (best, missed(best).value)])
+    best = float(minimize_scalar(lambda factor: excess(factor).value, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * high}).x)
+    both = sorted([*zip(at, values, strict=True), (best, excess(best).value)])
     return [one for one, _ in both], [other for _, other in both]
 
 
 def _nearest(ranges: tuple[tuple[float, float], ...]) -> float:
-    """Which factor is just allowed? The upper end of the range that holds 1; where none does, the end that is nearest to 1."""
+    """Return the upper end of the range that contains 1, else the end nearest to 1."""
     for low, high in ranges:
         if low <= 1 <= high:
             return high

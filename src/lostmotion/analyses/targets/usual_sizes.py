@@ -1,8 +1,8 @@
-"""The coarsest usual sizes: an allowance beyond them says only that the item does not limit the target.
+"""Largest usual sizes of errors: an item whose allowance exceeds them does not limit the target.
 
-Round values, each coarser than what makers of robot parts print: a gearbox with 60' of play, an encoder with 100 counts per turn, a bearing with
-200 µm of clearance, a length held to 1 % (ISO 2768-1, class v, allows ±4 mm from 400 mm on). A stiffness scales with the arm, and parts by their
-drawing have no one size: there the errors may be ten times as large.
+Round values, each coarser than what manufacturers of robot parts state: 60' of backlash, 100 encoder counts per turn, 200 µm of bearing clearance, a
+length tolerance of 1 % (ISO 2768-1, class v: ±4 mm from 400 mm on). Stiffness depends on the arm and parts by drawing have no single size; their
+errors may be ten times as large.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Final
 _ARCMIN: Final = math.pi / 10800
 _TURNING: Final = 60 * _ARCMIN
 _SLIDING: Final = 1e-3
-# Of a stiffness, and of items without a size of their own.
+# Largest usual factor on the errors of a stiffness, and of items without a size.
 MOST_TIMES: Final = 10.0
-# Of a length's tolerance.
+# Largest usual length tolerance, as a share of the length.
 MOST_OF_LENGTH: Final = 0.01
-# (kind of part, cause) -> largest usual size along a turning and a sliding motion, rad and m, or one length or angle for both.
+# (kind of part, cause) -> largest usual size by unit: of a revolute and of a prismatic joint, or one for both.
 _USUAL: Final[dict[tuple[str, str], dict[str, float]]] = {
     ("gearbox", "play"): {"rad": _TURNING, "m": _SLIDING},
     ("gearbox", "hysteresis"): {"rad": _TURNING, "m": _SLIDING},
@@ -40,7 +40,7 @@ _USUAL: Final[dict[tuple[str, str], dict[str, float]]] = {
 
 
 def largest_usual_factor(kind: str, cause: str, value: float, unit: str, length: float = 0.0) -> float:
-    """Return the factor at which an item of this size (SI, `unit`) has the largest usual one; never below one, for what is stated is made.
+    """Return the factor from an item's size (SI, `unit`) to its largest usual one; at least 1, because the stated size exists.
 
     kind, cause  the kind of part and the cause, as an item names them; `length` (m) of a link, for its tolerance
     """

@@ -1,7 +1,7 @@
-"""Which share of the robots built keeps a target? Every robot is judged by its own figures; the interval counts robots and is exact.
+"""Production yield: the share of robots that meet a target, each judged by its own error, AP or RP, with an exact interval that counts robots.
 
-The robots are those of the Monte Carlo study with the same seed. C. Clopper, E. Pearson, Biometrika 26 (1934) 404: the interval covers the true share
-in at least 95 % of all productions, whatever the share; since robots come whole, mostly in more.
+The robots are those of the Monte Carlo study with the same seed. The interval is that of C. Clopper, E. Pearson, Biometrika 26 (1934) 404, which
+covers the true share with a probability of at least 95 %.
 """
 
 from __future__ import annotations
@@ -36,10 +36,12 @@ _CONFIDENCE: Final = 0.95
 
 @dataclass(frozen=True)
 class RobotFigures:
-    """What each robot does, m (robot,): one entry per robot in each.
+    """Figures of each robot, m (robot,).
 
-    error               the distance that `share` of its own positions stay within, over all poses and visits
-    worst_accuracy      AP at the pose where its AP is largest; repeatability RP averaged over the poses, worst_repeatability RP where it is largest
+    error                quantile `share` of its position error over all poses and visits
+    worst_accuracy       AP at its worst pose
+    repeatability        RP averaged over the poses
+    worst_repeatability  RP at its worst pose
     """
 
     share: float
@@ -51,13 +53,13 @@ class RobotFigures:
     worst_repeatability: Floats
 
     def judged_by(self, figure: Judged) -> Floats:
-        """Give the figure by which robots are judged (robot,)."""
+        """Return the figure by which robots are judged (robot,)."""
         return np.asarray(getattr(self, figure.replace(" ", "_")))
 
 
 @dataclass(frozen=True, repr=False)
 class Yield:
-    """The share of robots built that keep a target: `figures` (robot,) m, rising, of the kind `judged`, held against `target`, m."""
+    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the kind `judged`, compared with `target`, m."""
 
     judged: Judged
     share_of_positions: float
@@ -68,30 +70,30 @@ class Yield:
 
     @property
     def robots(self) -> int:
-        """Give the number of robots built."""
+        """Return the number of simulated robots."""
         return len(self.figures)
 
     @property
     def within(self) -> int:
-        """Count the robots that keep the target."""
+        """Return the number of robots that meet the target."""
         return self.within_of(self.target)
 
     @property
     def share(self) -> float:
-        """Give the share of robots that keep the target, 0..1."""
+        """Return the share of robots that meet the target, 0..1."""
         return self.within / self.robots
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Give the ends of the share's exact 95 % interval."""
+        """Return the ends of the exact 95 % confidence interval of the share."""
         return exact_share(self.within, self.robots)
 
     def within_of(self, target: float) -> int:
-        """Count the robots that would keep another target, m."""
+        """Return the number of robots that would meet another target, m."""
         return int(np.searchsorted(self.figures, target, side="right"))
 
     def curve(self, points: int = 121) -> tuple[Floats, Floats, Floats]:
-        """Give yield against target: targets (point,), m, around all figures and the target; shares (point,); their intervals' ends (point, 2)."""
+        """Return the yield against the target: targets (point,), m; shares (point,); ends of their intervals (point, 2)."""
         low, high = float(self.figures[0]), float(self.figures[-1])
         margin = 0.1 * (high - low) or 0.1 * high
         targets = np.linspace(max(min(low - margin, 0.98 * self.target), 0.0), max(high + margin, 1.02 * self.target), points)
@@ -99,21 +101,20 @@ class Yield:
         return targets, np.array(counts) / self.robots, np.array([exact_share(count, self.robots) for count in counts])
 
     def robots_for(self, width: float) -> int:
-        """Give how many robots would have to be built for an interval no wider than this (0..1), at this yield; errors as `robots_needed`."""
+        """Return the number of robots for an interval no wider than this (0..1), at this yield; errors as `robots_needed`."""
         return robots_needed(self.share, width)
 
     def __repr__(self) -> str:
-        """Tell the yield in a line."""
+        """Return the yield in one line."""
         low, high = self.interval
-        said = f"{self.within} of {self.robots} robots keep {self.target * 1e3:.4g} mm ({self.judged})"
-        return f"<Yield {100 * self.share:.2f} % ({100 * low:.2f} … {100 * high:.2f} %): {said}>"
+        count = f"{self.within} of {self.robots} robots meet {self.target * 1e3:.4g} mm ({self.judged})"
+        return f"<Yield {100 * self.share:.2f} % ({100 * low:.2f} … {100 * high:.2f} %): {count}>"
 
 
 def exact_share(hits: int, count: int, confidence: float = _CONFIDENCE) -> tuple[float, float]:
-    """Between which shares, 0..1, does the true one lie after so many hits among `count`? Clopper and Pearson's interval, by the binomial law.
+    """Return the Clopper-Pearson interval of a share, 0..1, for `hits` among `count`.
 
-    Each end is the share at which what was seen, or more of it, would happen with half of what confidence leaves. Raises ValueError for counts that
-    cannot be.
+    Raises ValueError for hits outside 0..count, no count, or a confidence outside 0..1.
     """
     from scipy.special import betaincinv
 
@@ -126,29 +127,29 @@ def exact_share(hits: int, count: int, confidence: float = _CONFIDENCE) -> tuple
 
 
 def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -> int:
-    """How many robots must be built, so that at about this share of good ones the exact interval is no wider than `width` (0..1)?
+    """Return the number of robots with which the exact interval is no wider than `width` (0..1), at about this share of robots within the target.
 
     Raises ValueError for a share outside 0..1 or a width outside 0..1.
     """
     if not 0 <= share <= 1 or not 0 < width < 1:
         raise ValueError(f"share {share}, width {width}: expected 0 to 1 each")
 
-    def wide(count: int) -> bool:
+    def too_wide(count: int) -> bool:
         low, high = exact_share(round(share * count), count, confidence)
         return high - low > width
 
     most = 1
-    while wide(most):
+    while too_wide(most):
         most *= 2
     least = most // 2
     while most - least > 1:
         middle = (least + most) // 2
-        least, most = (middle, most) if wide(middle) else (least, middle)
+        least, most = (middle, most) if too_wide(middle) else (least, middle)
     return most
 
 
 def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float) -> RobotFigures:
-    """What does each robot of this plan do by itself? `blocks` are the poses' screws, with the number of the first pose of each.
+    """Return the figures of each robot of this plan; `blocks` are pose matrices, each with the index of its first pose.
 
     Raises InputError for more than MOST_ROBOTS robots. AP and RP are NaN for a single visit.
     """
@@ -172,15 +173,15 @@ def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float
     return RobotFigures(share, poses, plan.visits, error, worst[0], sums / poses, worst[1])
 
 
-def in_blocks(matrix: Screws, robots: int) -> Iterator[tuple[int, Screws]]:
-    """Cut screws into blocks of poses, so that memory stays bounded however many robots there are."""
+def split_blocks(matrix: Screws, robots: int) -> Iterator[tuple[int, Screws]]:
+    """Yield blocks of a pose matrix with the index of their first pose; memory stays bounded for any number of robots."""
     step = max(min(BLOCK, _MOST_PAIRS // robots), 1)
     for first in range(0, len(matrix.tool), step):
         yield first, matrix.stretch(first, first + step)
 
 
-def walked(plan: Plan) -> Iterator[tuple[int, Screws]]:
-    """Walk the arm through the poses of a plan, block by block."""
+def computed_blocks(plan: Plan) -> Iterator[tuple[int, Screws]]:
+    """Yield the pose matrix of a plan in blocks, each with the index of its first pose."""
     step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
     for first in range(0, len(plan.poses), step):
         yield first, screws(plan.arm, plan.poses.q[first : first + step], approach=plan.approach)
@@ -198,7 +199,7 @@ def production_of(  # noqa: PLR0913 - a production is these numbers
     seed: int,
     approach: float = 0.0,
 ) -> Yield:
-    """Which share of so many robots keeps a target (m), each judged by its own figure?
+    """Return the share of robots that meet a target (m), each judged by its own figure.
 
     Raises InputError for a target that is not above zero, an unknown figure, a share outside 0.5 to 0.999, counts out of range, and for AP or RP of a
     single visit.
@@ -211,15 +212,15 @@ def production_of(  # noqa: PLR0913 - a production is these numbers
         raise refuse_argument("visits", visits, "at least 2 for AP and RP", "visits = 30")
     check_share(share)
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
-    return yield_of(robot_figures(plan, walked(plan), share), judged, target)
+    return yield_of(robot_figures(plan, computed_blocks(plan), share), judged, target)
 
 
 def yield_of(found: RobotFigures, judged: Judged, target: float) -> Yield:
-    """Hold the robots' figures against a target, m."""
+    """Return the yield of these figures for a target, m."""
     return Yield(judged, found.share, target, np.sort(found.judged_by(judged)), found.poses, found.visits)
 
 
 def check_share(share: float) -> None:
-    """Refuse a share of positions or robots for which a target means nothing; raises InputError."""
+    """Raise InputError for a share of positions or robots out of range."""
     if not 0.5 <= share <= 0.999:  # noqa: PLR2004 - a half, and what samples can tell
         raise refuse_argument("share", share, "from 0.5 to 0.999", "share = 0.95")

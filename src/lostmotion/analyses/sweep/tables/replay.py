@@ -1,53 +1,54 @@
-"""The figures of one extreme of a big run, term by term."""
+"""Sheet of one of the largest errors of a run, term by term."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.sweep.tables.sweep import design_said, extreme_facts
+from lostmotion.analyses.sweep.tables.sweep import extreme_facts
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, digits, length, several
+from lostmotion.runs.design_names import design_name
 
 if TYPE_CHECKING:
     from lostmotion.runs.job import Order
     from lostmotion.runs.replay import Replay
 
 _MOST_TERMS: Final = 400
-# Of the length: smaller terms are added up in one line.
+# Terms below this share of the error are added up in one line.
 _LEAST_TERM: Final = 1e-3
-_NOT_REPRODUCED: Final = "The stored figure is not reproduced, so the store is damaged or was made by other code:"
+_NOT_REPRODUCED: Final = "The stored figure is not reproduced: the store is damaged or was made by other code."
 
 
 def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
-    """How did one extreme come about?"""
+    """Return the sheet of a replayed error."""
     at = found.found
-    said = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (f", {design_said(order, at.design)}" if order.axes else "")
-    same = "the same to the last bit" if found.kernel == at.error else f"apart by {abs(found.kernel - at.error):.1e} m"
-    notes = (f"the store was made with other versions, so that last bits may differ: {', '.join(found.others)}",) if found.others else ()
+    where = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (f", {design_name(order.axes, at.design)}" if order.axes else "")
+    same = "identical" if found.kernel == at.error else f"differs by {abs(found.kernel - at.error):.1e} m"
+    notes = (f"the store was made with other versions, the last bits may differ: {', '.join(found.others)}",) if found.others else ()
     pose = tuple(
         Row(joint, (Figure(math.degrees(value), "°", stated=True) if kind == "revolute" else Figure(value * 1e3, "mm", stated=True),))
         for (joint, kind), value in zip(found.joints, at.q, strict=True)
     )
     tool = tuple(Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
-    exactly = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
+    composed = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
     lengths = (
-        Row("stored", (Figure(at.error * 1e6, "µm"),), "what the run kept"),
-        Row("its block computed again", (Figure(found.kernel * 1e6, "µm"),), same),
-        Row("sum over terms", (Figure(found.length * 1e6, "µm"),), f"apart by {found.apart:.1e} of it"),
-        Row("exact composition", (Figure(exactly * 1e6, "µm"),), "rotations multiplied out; the study itself is of first order"),
+        Row("stored", (Figure(at.error * 1e6, "µm"),), "from the run"),
+        Row("block recomputed", (Figure(found.kernel * 1e6, "µm"),), same),
+        Row("sum over terms", (Figure(found.length * 1e6, "µm"),), f"relative difference {found.apart:.1e}"),
+        Row("exact composition", (Figure(composed * 1e6, "µm"),), "with finite rotations; the study is of first order"),
     )
     return Sheet(
         name=name,
-        subject="an extreme replayed",
-        verdict=f"An error of {length(at.error)}: {said}." if found.reproduced else f"{_NOT_REPRODUCED} {said}.",
+        subject="one of the largest errors, replayed",
+        verdict=f"An error of {length(at.error)}: {where}." if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
         cards=(),
         sections=(
-            Section("length", "Length of the error", ("value",), lengths),
+            Section("length", "Magnitude of the error", ("value",), lengths),
             Section("pose", "Joint values", ("value",), pose),
-            Section("tool", "Tool, base frame", ("should be at", "is off by"), tool, _attitude(found)),
+            Section("tool", "Tool position, base frame", ("nominal", "error"), tool, _attitude(found)),
             *_terms(found),
         ),
-        counts=said,
+        counts=where,
         notes=notes,
         source=f"seed {order.seed}.",
         seed=order.seed,
@@ -69,11 +70,11 @@ def _attitude(found: Replay) -> str:
         math.atan2(-turn[2, 0], math.hypot(turn[2, 1], turn[2, 2])),
         math.atan2(turn[2, 1], turn[2, 2]),
     )
-    return f"turned by roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}° from the base"
+    return f"orientation: roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}°"
 
 
 def _terms(found: Replay) -> list[Section]:
-    """Lay out every term that tells, by where it comes from: its draw and what it adds to the length; then whereto each moves the tool."""
+    """Return the largest terms by level: draw and contribution to the magnitude; then the displacement of the tool by each."""
     shown = [term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length]
     out, moves = [], []
     for key, (title, levels) in _LEVELS.items():
@@ -84,23 +85,23 @@ def _terms(found: Replay) -> list[Section]:
             moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
         if rows:
             whole = sum(term.along for term in found.terms if term.level in levels)
-            note = f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the length"
+            note = f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the magnitude"
             out.append(Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note))
-    note = "along, above: these shifts along the whole error, so that all add up to its length; draws have mean 0 and variance 1"
+    note = "along, above: component along the total error, so that all terms add up to its magnitude; draws have mean 0 and variance 1"
     rest = found.terms[len(shown) :]
     if rest:
         together = digits(sum(term.along for term in rest) * 1e6)
-        note += f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the length, add {together} µm together"
-    return [*out, Section("moves", "Whereto each term moves the tool, base frame", tuple("XYZ"), tuple(moves), note)]
+        note += f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the magnitude, add {together} µm"
+    return [*out, Section("moves", "Tool displacement by each term, base frame", tuple("XYZ"), tuple(moves), note)]
 
 
 def _share(along: float, found: Replay) -> float:
     return 100 * along / found.length if found.length else 0.0
 
 
-# Where terms come from: the section's title, and the levels of chance that it holds.
+# Section -> its title and the levels of chance of its terms.
 _LEVELS: Final = {
-    "design": ("Terms that follow from load and pose", ("design",)),
+    "design": ("Terms determined by load and pose", ("design",)),
     "robot": ("Terms of this robot", ("robot",)),
     "visit": ("Terms of this visit", ("visit", "robot x visit")),
 }

@@ -1,4 +1,4 @@
-"""The figures of a big run: each design's error, AP and RP, what each gains on the first, and extremes."""
+"""Sheet of a run: error, AP and RP of each design, differences from the first, largest contributors and largest errors."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from lostmotion.reporting.provenance import (
 )
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import overload_warnings
+from lostmotion.runs.design_names import design_name, short_labels
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -32,82 +33,36 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
-    from lostmotion.io.sweep import Axis
     from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome, Worst
 
 LEVEL: Final = 0.95
-# A table that is longer is not read; result.json holds every design.
+# Longer tables are shortened; result.json has every design.
 _MOST_ROWS: Final = 60
 _MOST_EXTREMES: Final = 10
 _MOST_PARTS: Final = 3
-# Of a value in the name of a design: tables and lists may be long.
-_LONGEST_LABEL: Final = 32
-_AS_IT_STANDS: Final = "the arm as it stands"
-_RESOLUTION: Final = "quantiles are read from counts in bins at most 0.4 % wide, on a straight line within a bin"
+_RESOLUTION: Final = "quantiles by linear interpolation in bins at most 0.4 % wide"
 _WORDS: Final = (
     (
         "design",
-        "one combination of the values swept; all share poses and draws of robots and visits, so that they compare.",
+        "one combination of the swept values; all designs share poses and random draws.",
     ),
-    ("95 % within", "over all poses, robots and visits; its interval counts robots and independent sets of poses."),
-    ("AP, RP", "ISO 9283 pose accuracy and repeatability, predicted: what 95 % of the robots built stay below, each robot's average over the poses."),
-    ("larger by", "how far the 95 % error lies above that of the first design, from the same draws: surer than the two intervals would let it seem."),
-    ("largest", "the largest of so many samples: more samples find larger ones. `lostmotion replay` shows how one came about."),
+    ("95th percentile", "of the position error over all poses, robots and visits; its interval counts robots and independent sets of poses."),
+    ("AP, RP", "ISO 9283 pose accuracy and repeatability, predicted: 95th percentile over robots of each robot's mean over the poses."),
+    ("difference", "of the 95th percentile from that of the first design, with common random numbers: more precise than the two intervals suggest."),
+    ("largest", "the largest error of these samples; it grows with their number. `lostmotion replay` lists its terms."),
 )
 
 
-def short_keys(axes: Sequence[Axis]) -> list[str]:
-    """Name each key swept by its last step, with the nearest one before it that tells it from the others where that is needed.
-
-    "A length" for `joints.A.link.length` beside `joints.B.link.length`; where one step more does not tell keys apart, as many last ones as do.
-    """
-    paths = [axis.steps for axis in axes]
-    out = []
-    for k, path in enumerate(paths):
-        others = [other for j, other in enumerate(paths) if j != k]
-        alike = [other for other in others if other[-1] == path[-1]]
-        telling = [step for at, step in enumerate(path[:-1]) if all(step not in other[:-1] for other in alike)]
-        if not alike:
-            steps = path[-1:]
-        elif telling:
-            steps = [telling[-1], path[-1]]
-        else:
-            steps = path[-next((n for n in range(1, len(path)) if all(path[-n:] != other[-n:] for other in others)), len(path)) :]
-        out.append(" ".join(steps).replace("_", " "))
-    return out if len(set(out)) == len(out) else [axis.key for axis in axes]
-
-
-def short_labels(axis: Axis) -> list[str]:
-    """Give each value of a key in a few characters: without a tolerance that all share; those that read alike by their place."""
-    parts = [text.partition("±") for text in axis.labels]
-    shared = len({tolerance.strip() for _, _, tolerance in parts}) == 1
-    whole = [bare.strip() for bare, _, _ in parts] if shared else axis.labels
-    short = [text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL - 1]}…" for text in whole]
-    return [text if short.count(text) == 1 else f"no. {k}" for k, text in enumerate(short, start=1)]
-
-
-def design_said(order: Order, design: int) -> str:
-    """Name a design by the values of the keys that differ between designs."""
-    if not order.axes:
-        return _AS_IT_STANDS
-    axes = [axis for axis in order.axes if len(axis.values) > 1] or order.axes
-    said = []
-    for name, axis in reversed(list(zip(short_keys(axes), axes, strict=True))):  # the last key changes fastest
-        design, place = divmod(design, len(axis.values))
-        said.append(f"{name} {short_labels(axis)[place]}")
-    return ", ".join(reversed(said))
-
-
 def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
-    """What is there to say about a big run, of one design or of many?"""
+    """Return the sheet of a run of one or many designs."""
     counted = f"{several(order.poses, 'pose')} ({order.law}) x {several(order.robots, 'robot')} x {several(order.visits, 'visit')}"
     failing = [each.design for each in outcomes if failure(each.check, each.quantiles[LEVEL].value)]
     outcomes = [unsure(each) if each.design in failing else each for each in outcomes]
     ranked = sorted(outcomes, key=lambda each: (each.design in failing, each.quantiles[LEVEL].value))
     sound = ranked[: len(ranked) - len(failing)]
-    wrong = failed([outcomes[design] for design in failing], len(outcomes), lambda design: design_said(order, design))
+    wrong = failed([outcomes[design] for design in failing], len(outcomes), lambda design: design_name(order.axes, design))
     chosen = list(outcomes)
     if len(outcomes) > _MOST_ROWS:
         chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
@@ -119,9 +74,9 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
     return Sheet(
         name=arm.name,
-        subject="a sweep of designs" if len(outcomes) > 1 else "a big run",
+        subject="a sweep of designs" if len(outcomes) > 1 else "a large run",
         verdict=" ".join([*wrong, *([_verdict(order, sound, known)] if sound else [])]),
-        cards=bounded_cards(_cards(order, sound, outcomes), known, ("best: 95 %", "worst: 95 %", "95 % of")),
+        cards=bounded_cards(_cards(order, sound, outcomes), known, ("95th percentile",)),
         sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
         warnings=(*arm.doubts, *_overloaded(order, outcomes)),
@@ -145,7 +100,7 @@ def _overloaded(order: Order, outcomes: Sequence[Outcome]) -> tuple[str, ...]:
             if each.joint not in worst or each.held / each.rated > worst[each.joint][0].held / worst[each.joint][0].rated:
                 worst[each.joint] = each, outcome
     return tuple(
-        f"in {several(counts[joint], 'design')} of {len(outcomes)}, the worst of them {design_said(order, outcome.design)}: {sentence}"
+        f"in {several(counts[joint], 'design')} of {len(outcomes)}, the worst {design_name(order.axes, outcome.design)}: {sentence}"
         for joint, (each, outcome) in worst.items()
         for sentence in overload_warnings([each])
     )
@@ -157,24 +112,24 @@ def _of(estimate: Estimate, samples: str) -> Figure:
 
 def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str) -> Section:
     figures = [(each, (each.quantiles[LEVEL], each.mean, each.deviation)) for each in chosen]
-    rows = tuple(Row(design_said(order, each.design), tuple(_of(one, counted) for one in three)) for each, three in figures)
-    told = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
-    swept = f"; swept: {', '.join(told)}" if told else ""
-    left = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
-    cut = any(short != text for axis in order.axes for short, text in zip(short_labels(axis), axis.labels, strict=True))
-    whole = "; names leave out a tolerance that all values share, and what is long: result.json has every value whole" if cut else ""
-    return Section("designs", "Position error", ("95 % within", "mean", "standard deviation"), rows, _RESOLUTION + swept + whole + left)
+    rows = tuple(Row(design_name(order.axes, each.design), tuple(_of(one, counted) for one in three)) for each, three in figures)
+    keys = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
+    swept = f"; swept: {', '.join(keys)}" if keys else ""
+    omitted = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
+    is_short = any(short != text for axis in order.axes for short, text in zip(short_labels(axis), axis.labels, strict=True))
+    shortened = "; names omit shared tolerances and shorten long values: result.json has every value" if is_short else ""
+    return Section("designs", "Position error", ("95th percentile", "mean", "standard deviation"), rows, _RESOLUTION + swept + shortened + omitted)
 
 
 def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]:
     rows = tuple(
-        Row(design_said(order, each.design), tuple(_of(found[1], counted) for found in (each.ap, each.rp)))
+        Row(design_name(order.axes, each.design), tuple(_of(pair[1], counted) for pair in (each.ap, each.rp)))
         for each in chosen
         if each.ap is not None and each.rp is not None
     )
     if not rows:
         return [Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")]
-    note = f"95 % of the robots stay below, each by its average over the poses; by their definitions at n = {order.visits}; {_arriving(order)}"
+    note = f"95th percentile over robots of each robot's mean over the poses; n = {order.visits} visits; {_approach(order)}"
     return [Section("iso9283", "ISO 9283, predicted", ("AP", "RP"), rows, note)]
 
 
@@ -183,27 +138,27 @@ def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Secti
     for each in chosen:
         if each.lower is None:
             continue
-        sure = each.lower.low > 0 or each.lower.high < 0
-        shown = length(-each.lower.value, -each.lower.high, -each.lower.low, counted)
-        rows.append(Row(design_said(order, each.design), (shown,), "" if sure else "may be none: the interval holds zero"))
-    note = f"against {design_said(order, 0)}; below zero this design is the more accurate. Same poses and draws in both"
-    return Section("differences", "Against the first design", ("95 % error larger by",), tuple(rows), note)
+        significant = each.lower.low > 0 or each.lower.high < 0
+        difference = length(-each.lower.value, -each.lower.high, -each.lower.low, counted)
+        rows.append(Row(design_name(order.axes, each.design), (difference,), "" if significant else "not significant: the interval contains zero"))
+    note = f"against {design_name(order.axes, 0)}; negative: this design is more accurate. Same poses and draws"
+    return Section("differences", "Difference from the first design", ("of the 95th percentile",), tuple(rows), note)
 
 
 def _masses(order: Order, chosen: Sequence[Outcome]) -> Section:
     rows = tuple(
         Row(
-            design_said(order, each.design),
+            design_name(order.axes, each.design),
             (Figure(each.mass, "kg"),),
-            f"mass of {', '.join(each.unweighed)} not stated: counted as none" if each.unweighed else "",
+            f"mass of {', '.join(each.unweighed)} not stated: counted as zero" if each.unweighed else "",
         )
         for each in chosen
     )
-    return Section("masses", "Mass of the arm", ("mass",), rows, "joints with their gearboxes, links and tool, as far as stated; without the payload")
+    return Section("masses", "Mass of the arm", ("mass",), rows, "joints with their gearboxes, links and tool, where stated; without the payload")
 
 
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
-    """Lay out the shares of the largest contributors in each design, a column for each part: those that cost most over the designs shown."""
+    """Return the shares of the largest contributors over the listed designs, a column for each."""
     exact = f"exact sum over terms, {several(order.poses, 'pose')}"
     shares = [{cost.part.removeprefix("joints."): cost.share for cost in each.costs} for each in chosen]
     names = sorted({name for each in shares for name in each}, key=lambda name: (-sum(each.get(name, 0.0) for each in shares), name))
@@ -215,16 +170,16 @@ def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
         rest = sum(share for name, share in of.items() if name not in shown)
         figures = (Figure(100 * share, "%", samples=exact) for share in (*(of.get(name, 0.0) for name in shown), rest))
         largest = max(of, key=lambda name: of[name])
-        rows.append(Row(design_said(order, each.design), tuple(figures), "" if largest == shown[0] else f"largest contributor here: {largest}"))
-    note = "shares of the mean-square error; the part that costs most over these designs comes first"
-    return Section("parts", "Which part is to blame", (*shown, "all others"), tuple(rows), note)
+        rows.append(Row(design_name(order.axes, each.design), tuple(figures), "" if largest == shown[0] else f"largest contributor here: {largest}"))
+    note = "shares of the mean square error; largest contributor over these designs first"
+    return Section("parts", "Largest contributors", (*shown, "all others"), tuple(rows), note)
 
 
 def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
     exact = f"exact sum over terms, {several(order.poses, 'pose')}"
     rows = tuple(
         Row(
-            design_said(order, each.design),
+            design_name(order.axes, each.design),
             (
                 length(each.rms_sure.value, each.rms_sure.low, each.rms_sure.high, exact),
                 *(Figure(100 * float(level) / each.rms**2 if each.rms else 0.0, "%", samples=exact) for level in each.levels),
@@ -244,26 +199,26 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
 
 
 def _extremes(order: Order, outcomes: Sequence[Outcome], counted: str) -> Section:
-    """Show the largest errors of all: each design's own stand in result.json."""
-    found = sorted((each for outcome in outcomes for each in outcome.worst), key=lambda each: -each.error)[:_MOST_EXTREMES]
+    """Return the largest errors of all designs; result.json has those of each design."""
+    largest = sorted((each for outcome in outcomes for each in outcome.worst), key=lambda each: -each.error)[:_MOST_EXTREMES]
     rows = tuple(
         Row(
-            (f"{design_said(order, each.design)}, " if order.axes else "") + f"pose {each.pose}",
+            (f"{design_name(order.axes, each.design)}, " if order.axes else "") + f"pose {each.pose}",
             (length(each.error, samples=f"{counted} each" if order.axes else counted),),
             f"robot {each.robot}, visit {each.visit}: {_joints(outcomes[each.design].joints, each.q)}"
             + (f"; --design {each.design}" if order.axes else ""),
         )
-        for each in found
+        for each in largest
     )
-    return Section("extremes", "Largest errors", ("error",), rows, "each of a pose of its own; `lostmotion replay FOLDER` shows how one came about")
+    return Section("extremes", "Largest errors", ("error",), rows, "one per pose; `lostmotion replay FOLDER` lists the terms of one")
 
 
 def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 - an array
-    said = [
+    values = [
         f"{name} {math.degrees(value):.1f}°" if kind == "revolute" else f"{name} {value * 1e3:.1f} mm"
         for (name, kind), value in zip(joints, q, strict=True)
     ]
-    return ", ".join(said)
+    return ", ".join(values)
 
 
 def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
@@ -272,17 +227,17 @@ def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
     error = each.quantiles[LEVEL].value
     share, warn = 100 * share_left_out(each.check, error), judged(each.check, error)
     rows = (
-        Row("largest difference", (length(each.check.largest, samples=counted),), design_said(order, each.design) if order.axes else ""),
-        Row("largest, of the 95 % error", (Figure(share, "%", samples=counted),), warn),
+        Row("largest difference", (length(each.check.largest, samples=counted),), design_name(order.axes, each.design) if order.axes else ""),
+        Row("largest, of the 95th percentile", (Figure(share, "%", samples=counted),), warn),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _arriving(order: Order) -> str:
+def _approach(order: Order) -> str:
     return (
-        "each joint arrives from either side at random"
+        "each joint approaches from either side at random"
         if not order.approach
-        else f"every joint arrives moving {'up' if order.approach > 0 else 'down'}"
+        else f"every joint approaches moving {'up' if order.approach > 0 else 'down'}"
     )
 
 
@@ -291,39 +246,39 @@ def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
     other = [each for each in worst.limits if (each.joint, each.model, each.key) not in {(one.joint, one.model, one.key) for one in best.limits}]
     of_best, of_worst = (replace(known, limits=each.limits) for each in (best, worst))
     known = replace(known, limits=(*best.limits, *other))
-    best_said, worst_said = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
+    best_figure, worst_figure = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
         repeats = f" {repeats_said(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
-        within = f"{best_said} ({best_said.interval or 'no interval'})"
+        within = f"{best_figure} ({best_figure.interval or 'no interval'})"
         return " ".join([error_said(within, known) + repeats, *limits_said(known), *assumed_said(known)])
     text = (
-        f"Of {several(len(ranked), 'design')} the most accurate is {design_said(order, best.design)}: "
-        f"95 % of positions within {at_least(best_said, of_best)}. "
-        f"The least is {design_said(order, worst.design)}: {at_least(worst_said, of_worst)}."
+        f"Of {several(len(ranked), 'design')} the most accurate is {design_name(order.axes, best.design)}: "
+        f"95th percentile of the position error {at_least(best_figure, of_best)}. "
+        f"The least accurate is {design_name(order.axes, worst.design)}: {at_least(worst_figure, of_worst)}."
     )
     return " ".join([text, *caveats(known)])
 
 
 def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) -> list[Card]:
     out = []
-    ends = zip(("best: 95 % of positions within", "worst: 95 % of positions within"), (*ranked[:1], *ranked[1:][-1:]), strict=False)
+    ends = zip(("95th percentile, best design", "95th percentile, worst design"), (*ranked[:1], *ranked[1:][-1:]), strict=False)
     for title, each in ends:
         figure = _of(each.quantiles[LEVEL], "")
-        out.append(Card(title if len(ranked) > 1 else "95 % of positions within", str(figure), design_said(order, each.design)))
+        out.append(Card(title if len(ranked) > 1 else "95th percentile of the error", str(figure), design_name(order.axes, each.design)))
     largest = max((each.worst[0] for each in outcomes), key=lambda each: each.error)
-    out.append(Card("largest error of all samples", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
+    out.append(Card("largest error", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
     samples = order.designs * order.poses * order.robots * order.visits
-    said = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - where people change words
-    out.append(Card("samples", said, f"in {several(order.designs * order.blocks, 'block')}"))
+    count = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - from here in words
+    out.append(Card("samples", count, f"in {several(order.designs * order.blocks, 'block')}"))
     return out
 
 
 def _source(order: Order, counted: str) -> str:
     versions = ", ".join(f"{name} {version}" for name, version in order.made_with.items() if name != "lostmotion")
     return (
-        f"seed {order.seed}: {counted}, in blocks of {several(order.block, 'pose')}; {_arriving(order)}. "
+        f"seed {order.seed}: {counted}, in blocks of {several(order.block, 'pose')}; {_approach(order)}. "
         f"The same arm, values, counts, seed and versions ({versions}) "
-        "on the same kind of processor give the same bytes, whatever the workers and however often the run was stopped."
+        "on the same kind of processor give the same bytes, for any number of workers and interruptions."
     )
 
 
@@ -335,17 +290,17 @@ def _facts(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> dict[str, Any
         "robots": order.robots,
         "visits": order.visits,
         "axes": [{"key": axis.key, "values": list(axis.values)} for axis in order.axes],
-        "designs": [{"name": design_said(order, each.design), **_plain(each)} for each in outcomes],
+        "designs": [{"name": design_name(order.axes, each.design), **_plain(each)} for each in outcomes],
     }
 
 
 def _plain(outcome: Outcome) -> dict[str, Any]:
-    """Give a design as plain data, in m."""
+    """Return a design as plain data, in m."""
     spread = {name: pair for name, pair in (("ap", outcome.ap), ("rp", outcome.rp)) if pair is not None}
-    of_robots = {f"{name}{level}_m": found for name, pair in spread.items() for level, found in zip(("", "95"), pair, strict=True)}
+    of_robots = {f"{name}{level}_m": estimate for name, pair in spread.items() for level, estimate in zip(("", "95"), pair, strict=True)}
     lower = {} if outcome.lower is None else {"q95_lower_than_first_m": outcome.lower}
-    over_all = {"mean_m": outcome.mean, "standard_deviation_m": outcome.deviation}
-    estimates = {**over_all, **{f"q{100 * level:.0f}_m": found for level, found in outcome.quantiles.items()}, **of_robots, **lower}
+    overall = {"mean_m": outcome.mean, "standard_deviation_m": outcome.deviation}
+    estimates = {**overall, **{f"q{100 * level:.0f}_m": estimate for level, estimate in outcome.quantiles.items()}, **of_robots, **lower}
     return {
         "design": outcome.design,
         "stated": outcome.stated,
@@ -358,9 +313,9 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def extreme_facts(found: Worst) -> dict[str, Any]:
+def extreme_facts(extreme: Worst) -> dict[str, Any]:
     """Return an extreme as plain data, in m and rad."""
-    return {"pose": found.pose, "robot": found.robot, "visit": found.visit, "error_m": found.error, "q": found.q.tolist()}
+    return {"pose": extreme.pose, "robot": extreme.robot, "visit": extreme.visit, "error_m": extreme.error, "q": extreme.q.tolist()}
 
 
 def _finite(value: float) -> float | None:
@@ -369,8 +324,8 @@ def _finite(value: float) -> float | None:
 
 def not_counted(outcomes: Iterable[Outcome]) -> str:
     """Return what a sweep of designs does not count."""
-    silent = list(dict.fromkeys(model for each in outcomes for model in each.unweighed))
+    without = list(dict.fromkeys(model for each in outcomes for model in each.unweighed))
     return (
-        f"not counted: {NOT_COUNTED}, strength of parts, prices{without_mass(silent)}; "
+        f"not counted: {NOT_COUNTED}, strength of parts, prices{without_mass(without)}; "
         "each design is compared by its position error at rest and its mass"
     )
