@@ -22,7 +22,7 @@ from scipy.optimize import root
 from scipy.special import lambertw
 
 from lostmotion.laws.contact import equivalent_modulus, johnson_scale
-from lostmotion.laws.cycloid.contact import Flanks, Supports, loaded
+from lostmotion.laws.cycloid.contact import Flanks, Supports, load_sharing
 from lostmotion.laws.cycloid.geometry import Stage, contact_radius, normals, pin_angles
 
 STAGE = Stage(0.0775, 0.004, 0.0015, 40)
@@ -70,12 +70,12 @@ def main() -> None:
     draws = max(options.cases // (len(TORQUES) * len(CRANKS)), 1)
     gaps = 3e-6 * np.abs(rng.standard_normal((draws, STAGE.pins)))
     few = np.stack([rng.integers(0, n, options.scipy) for n in (len(TORQUES), len(CRANKS), draws)], axis=1)
-    loaded(STAGE, FLANKS, TORQUES[:1], CRANKS[:1], gaps[:1], SUPPORTS)  # compile
+    load_sharing(STAGE, FLANKS, TORQUES[:1], CRANKS[:1], gaps[:1], SUPPORTS)  # compile
     cases = len(TORQUES) * len(CRANKS) * draws
     contestants = {
         "SciPy loop": (len(few), lambda: scipy_loop(gaps, few)),
-        "one thread": (cases, lambda: loaded(STAGE, FLANKS, TORQUES, CRANKS, gaps, SUPPORTS)),
-        "two threads": (cases, lambda: loaded(STAGE, FLANKS, TORQUES, CRANKS, gaps, SUPPORTS, threads=2)),
+        "one thread": (cases, lambda: load_sharing(STAGE, FLANKS, TORQUES, CRANKS, gaps, SUPPORTS)),
+        "two threads": (cases, lambda: load_sharing(STAGE, FLANKS, TORQUES, CRANKS, gaps, SUPPORTS, threads=2)),
     }
     best, results = dict.fromkeys(contestants, math.inf), {}
     for _ in range(3):

@@ -20,14 +20,14 @@ import time
 import numpy as np
 from scipy.optimize import root
 
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.rows import BallRow, CrossedRow, Seat
 
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 ANGULAR = BallRow(count=13, ball=12.7e-3, pitch=65e-3, contact_angle=math.radians(25))
 SHAFTS = {
     "deep-groove pair": ((Seat(GROOVE, -0.03), Seat(GROOVE, 0.03)), 15e-6),
-    "angular-contact pair": ((Seat(ANGULAR, -0.03, pressed=5e-6), Seat(ANGULAR, 0.03, mirrored=True, pressed=5e-6)), 0.0),
+    "angular-contact pair": ((Seat(ANGULAR, -0.03, preload_shift=5e-6), Seat(ANGULAR, 0.03, mirrored=True, preload_shift=5e-6)), 0.0),
     "crossed roller": ((Seat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), -5e-6),
 }
 REACH = 0.05  # m, at which a tilt counts as a shift
@@ -44,12 +44,12 @@ class Balance:
         self.size = 2 * max(abs(self.radial).max(), self.contacts["apart"].max())
         self.balls = bool(self.contacts["apart"].any())
 
-    def held(self, stand: np.ndarray) -> tuple[np.ndarray, ...]:
+    def held(self, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
         """Load held (case, 5), force (case, contact), its tangent, the way it acts (case, contact, 5) and how that turns."""
         c = self.contacts
-        radial = self.radial + stand @ self.across.T
+        radial = self.radial + displacement @ self.across.T
         if self.balls:
-            axial = c["axial"] + stand @ self.along.T
+            axial = c["axial"] + displacement @ self.along.T
             turns = c["shoulders"] | (axial > 0)
             axial = axial * turns
             length = np.hypot(radial, axial)
@@ -78,25 +78,25 @@ class Balance:
 
 
 def numpy_batch(balance: Balance, wanted: np.ndarray) -> np.ndarray:
-    stand = balance.start(wanted)
+    displacement = balance.start(wanted)
     left = np.arange(len(wanted))
     size = np.linalg.norm(wanted, axis=1)
     for _ in range(200):
-        held, *parts = balance.held(stand[left])
+        held, *parts = balance.held(displacement[left])
         lack = wanted[left] - held
         rounding = 5e-16 * (parts[0].sum(axis=1) + balance.size * parts[1].sum(axis=1))
         on = np.linalg.norm(lack, axis=1) > 1e-11 * size[left] + rounding
         if not on.any():
-            return stand
+            return displacement
         left, lack = left[on], lack[on]
         values, vectors = np.linalg.eigh(balance.slope(*(None if part is None else part[on] for part in parts)))
         shares = np.einsum("ckl,ck->cl", vectors, lack) / np.maximum(values, 1e-12 * values[:, -1:])
         step = np.einsum("ckl,cl->ck", vectors, shares)
-        step *= np.minimum(1.0, (np.linalg.norm(stand[left], axis=1) + 2e-5) / np.linalg.norm(step, axis=1))[:, None]
+        step *= np.minimum(1.0, (np.linalg.norm(displacement[left], axis=1) + 2e-5) / np.linalg.norm(step, axis=1))[:, None]
         start = np.einsum("ck,ck->c", lack, step)
         low, high, share = np.zeros(len(left)), np.ones(len(left)), np.ones(len(left))
         for _ in range(40):
-            held = balance.held(stand[left] + share[:, None] * step)[0]
+            held = balance.held(displacement[left] + share[:, None] * step)[0]
             down = np.einsum("ck,ck->c", wanted[left] - held, step)
             beyond = down < -0.5 * start
             done = ~beyond & ((down <= 0.5 * start) | (share >= 1))
@@ -104,8 +104,8 @@ def numpy_batch(balance: Balance, wanted: np.ndarray) -> np.ndarray:
                 break
             low, high = np.where(beyond, low, share), np.where(beyond, share, high)
             share = np.where(done, share, (low + high) / 2)
-        stand[left] += share[:, None] * step
-    return np.full_like(stand, np.nan)
+        displacement[left] += share[:, None] * step
+    return np.full_like(displacement, np.nan)
 
 
 def scipy_loop(balance: Balance, wanted: np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ def main() -> None:
     options = parser.parse_args()
     load = np.random.default_rng(1).normal(size=(options.cases, 5)) * [1000, 1000, 500, 30, 30]
     started = time.perf_counter()
-    settle(SHAFTS["crossed roller"][0], load[:1])
+    shaft_equilibrium(SHAFTS["crossed roller"][0], load[:1])
     print(f"first call, with loading or compiling the kernel: {time.perf_counter() - started:.1f} s")
     print(f"{options.cases} loads ({options.scipy} for SciPy), best of three, us each")
     print(f"{'':22}{'SciPy loop':>12}{'NumPy':>8}{'lostmotion':>12}{'times NumPy':>13}")
@@ -135,7 +135,7 @@ def main() -> None:
         contestants = {
             "SciPy loop": (options.scipy, lambda balance=balance: scipy_loop(balance, load[: options.scipy] * SCALE)),
             "NumPy": (options.cases, lambda balance=balance: numpy_batch(balance, load * SCALE)),
-            "lostmotion": (options.cases, lambda seats=seats, play=play: settle(seats, load, play).stand / SCALE),
+            "lostmotion": (options.cases, lambda seats=seats, play=play: shaft_equilibrium(seats, load, play).displacement / SCALE),
         }
         best, stands = dict.fromkeys(contestants, math.inf), {}
         for _ in range(3):

@@ -17,7 +17,7 @@ from lostmotion.analyses.bearing.bearing import BearingLoad, examine
 from lostmotion.analyses.bearing.plots import bearing_plots
 from lostmotion.analyses.bearing.tables import bearing_sheet
 from lostmotion.io.part_file import read_bearing
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import ball_pressure
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.pair import BallPair
@@ -45,7 +45,7 @@ def test_the_209_through_the_sheet():
     """Under twice 8 900 N the sheet says the published 4 336 N and 51.5 µm of a 209 without clearance, to 2 %."""
     of_209 = examine(BallPair(**OF_209), BearingLoad(2 * 8900.0))
     assert of_209.settled.loads[0][1].max() == pytest.approx(4336, rel=0.02)
-    assert of_209.settled.stand[1, 0] == pytest.approx(51.5e-6, rel=0.02)
+    assert of_209.settled.displacement[1, 0] == pytest.approx(51.5e-6, rel=0.02)
     assert of_209.pressure[1] == pytest.approx(float(ball_pressure(4336.0, 12.7e-3, 65e-3)), rel=0.01)
     sheet = bearing_sheet("209", of_209.bearing, of_209.load, of_209)
     assert find_row(sheet.sections, "shift", "shift across").figures[1].value == pytest.approx(51.5, rel=0.02)
@@ -63,8 +63,8 @@ def test_stiffness_is_what_a_little_more_load_meets(found):
     for way, step in ((0, 1.0), (1, 1.0), (2, 0.2), (3, 0.02), (4, 0.02)):
         loads = np.tile(LOAD.row, (2, 1))
         loads[:, way] += [-step, step]
-        stand = settle(found.bearing.rows.seats, loads, clearance).stand
-        assert 2 * step / (stand[1, way] - stand[0, way]) == pytest.approx(found.stiffness[way], rel=0.01)
+        displacement = shaft_equilibrium(found.bearing.rows.seats, loads, clearance).displacement
+        assert 2 * step / (displacement[1, way] - displacement[0, way]) == pytest.approx(found.stiffness[way], rel=0.01)
 
 
 def test_curves_begin_at_the_edge_of_the_play_and_stiffen(found):
@@ -193,7 +193,7 @@ def test_a_single_209_by_itself(tmp_path):
     part = read_bearing(tmp_path / "209.toml").part
     one = examine(part, BearingLoad(8900.0), 10)
     assert one.settled.loads[0][1].max() == pytest.approx(4336, rel=0.02)
-    assert one.settled.stand[1, 0] == pytest.approx(51.5e-6, rel=0.02)
+    assert one.settled.displacement[1, 0] == pytest.approx(51.5e-6, rel=0.02)
     assert len(one.settled.loads) == 1
     sheet = bearing_sheet("209", part, one.load, one)
     assert find_row(sheet.sections, "elements", "balls: largest").figures[1].value == pytest.approx(4336, rel=0.02)

@@ -27,7 +27,7 @@ from lostmotion.io import dxf
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import geometry
-from lostmotion.laws.cycloid.tolerances import built
+from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.parts.gearbox import cycloidal_model
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.reporting.sheet import ARCMIN, find_row
@@ -481,7 +481,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say():
     torque = np.array([-4.0, -0.12, 0.12, 4.0])
     made = cycloidal_model.gearboxes(part, torque, 4, runs * each, seed=7)
     crank = 2 * math.pi * np.arange(64) / 64
-    error = built(part.drive, part.scatter, np.array([4.0]), crank, runs * each, 7).rotation[0]
+    error = simulate(part.drive, part.scatter, np.array([4.0]), crank, runs * each, 7).rotation[0]
     square = ((error - error.mean(axis=0)) ** 2).mean(axis=0)
     power = np.abs(np.fft.rfft(error, axis=0)[3]) ** 2
     wound, lost = made.wind_up[3] - made.wind_up[0], made.play + made.wind_up[2] - made.wind_up[1]
@@ -544,7 +544,7 @@ def test_the_drawn_profile_is_the_true_one():
     outline = polyline(drawing, "DISC_1")
     error = 1e-3 * float(dict(drawing.header.custom_vars)["largest chord error in µm"])
     t = np.linspace(0, 2 * math.pi, 60_001)
-    true = 1e3 * geometry.flank(part.stage, t, part.drive.made)[0]
+    true = 1e3 * geometry.flank(part.stage, t, part.drive.relief)[0]
     assert from_polygon(true[:8000:7], outline).max() <= error + 1e-9
     assert from_polygon(outline[80:280:7], true[:8000]).max() < 1e-5
     holes = drawing.modelspace().query('CIRCLE[layer=="OUTPUT_HOLES"]')

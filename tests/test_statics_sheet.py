@@ -18,7 +18,7 @@ from lostmotion.analyses.statics.plots import statics_plots
 from lostmotion.analyses.statics.survey import survey
 from lostmotion.analyses.statics.tables import statics_sheet
 from lostmotion.catalogue.gearboxes import gearboxes
-from lostmotion.catalogue.search import figures_of
+from lostmotion.catalogue.search import searchable_figures
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.serial import joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
@@ -57,7 +57,7 @@ def test_torques_on_the_sheet_are_those_of_the_arm(found):
 def test_suitable_reducers_are_rated_for_the_torque(found):
     """Every reducer that the sheet counts is rated for the required torque; rows without a rated torque are counted separately."""
     sheet = statics_sheet(found)
-    rated = [figures_of(row)["rated torque"] for row in gearboxes()]
+    rated = [searchable_figures(row)["rated torque"] for row in gearboxes()]
     section = next(section for section in sheet.sections if section.key == "reducers")
     for node, row in zip(found.joint_loads, section.rows, strict=True):
         enough = sum(torque >= abs(node.required.value) for torque in rated)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from lostmotion.catalogue.clearances import delivered_clearance, deviation, doubt_of_clearance, tables
+from lostmotion.catalogue.clearances import clearance_warning, delivered_clearance, deviation, tables
 from lostmotion.errors import InputError
 from lostmotion.laws.fits import interference
 
@@ -106,7 +106,7 @@ def test_every_table_says_its_source(table):
 @pytest.mark.parametrize("bore", [0.051, 0.065, 0.080, 0.100])
 def test_sixty_micrometres_fail_for_normal_roller_bearings_above_50_mm(bore):
     """A normal cylindrical roller bearing above 50 mm has up to 70-85 µm as delivered: the paper's 60 µm for bores to 100 mm do not hold."""
-    text = doubt_of_clearance("cylindrical roller", bore)
+    text = clearance_warning("cylindrical roller", bore)
     assert "60 µm does not hold" in text
     assert f"{bore * 1e3:g} mm bore" in text
     assert "70" in text or "75" in text or "85" in text
@@ -114,7 +114,7 @@ def test_sixty_micrometres_fail_for_normal_roller_bearings_above_50_mm(bore):
 
 def test_sixty_micrometres_hold_for_the_others():
     """For deep-groove ball bearings to 100 mm in group CN, and for normal roller bearings to 50 mm, nothing speaks against the paper's 60 µm."""
-    assert all(not doubt_of_clearance("deep-groove ball", bore * 1e-3, group) for bore in range(7, 101) for group in ("C2", "CN", "C3"))
-    assert all(not doubt_of_clearance("cylindrical roller", bore * 1e-3) for bore in range(1, 51))
-    assert doubt_of_clearance("deep-groove ball", 0.06, "C4")
-    assert doubt_of_clearance("deep-groove ball", 0.06, "CN", assumed=20e-6)
+    assert all(not clearance_warning("deep-groove ball", bore * 1e-3, group) for bore in range(7, 101) for group in ("C2", "CN", "C3"))
+    assert all(not clearance_warning("cylindrical roller", bore * 1e-3) for bore in range(1, 51))
+    assert clearance_warning("deep-groove ball", 0.06, "C4")
+    assert clearance_warning("deep-groove ball", 0.06, "CN", assumed=20e-6)

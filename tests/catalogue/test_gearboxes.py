@@ -20,7 +20,7 @@ RV = [row for row in gearboxes() if row.maker == "Nabtesco"]
 
 def of_row(row: GearboxRow, **stated: object):
     """Put a row into a joint, as a file does."""
-    joint = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"], "gearbox": row.with_own(dict(stated))}
+    joint = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"], "gearbox": row.with_stated(dict(stated))}
     return RevoluteJoint.model_validate(joint, context={"text": True}).gearbox
 
 
@@ -41,8 +41,8 @@ def test_every_ratio_of_a_model_belongs_to_one_row():
     for model in gearbox_models():
         rows = [row for row in gearboxes() if model in row.models]
         for ratio in (30.0, 50.0, 50.5, 80.0, 100.0, 160.0):
-            assert sum(row.holds_for(ratio) for row in rows) <= 1
-        assert sum(row.holds_for(100.0) for row in rows) == 1
+            assert sum(row.applies_to(ratio) for row in rows) <= 1
+        assert sum(row.applies_to(100.0) for row in rows) == 1
 
 
 def test_the_sizes_are_those_of_the_makers():

@@ -123,10 +123,10 @@ def test_the_moment_of_inertia_goes_by_the_ratio(tmp_path):
 
 def test_figures_from_memory_are_assumed_and_their_source_says_how_sure():
     """The stiffness of an RV-20E is from memory, that of an RV-42N was read; a user's own value is a fact in either."""
-    memory, read_there = (find_gearbox(name)[0].with_own({}) for name in ("RV-20E", "RV-42N"))
+    memory, read_there = (find_gearbox(name)[0].with_stated({}) for name in ("RV-20E", "RV-42N"))
     assert "stiffness" in memory["assumed"]
     assert "rated_torque" in memory["assumed"]
     assert "from memory, 95 % sure" in memory["source"]
     assert read_there["assumed"] == ["mass"]
     assert "mass: Nabtesco, RV-N series, rating table (from memory, 85 % sure)" in read_there["source"]
-    assert "stiffness" not in find_gearbox("RV-20E")[0].with_own({"stiffness": "50 N m/arcmin"})["assumed"]
+    assert "stiffness" not in find_gearbox("RV-20E")[0].with_stated({"stiffness": "50 N m/arcmin"})["assumed"]

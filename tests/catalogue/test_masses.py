@@ -6,7 +6,7 @@ import pytest
 
 from lostmotion.analyses.catalog.tables import catalogue_sheet
 from lostmotion.catalogue.gearboxes import GearboxRow
-from lostmotion.catalogue.search import Wanted
+from lostmotion.catalogue.search import Criteria
 from lostmotion.io import read
 from lostmotion.mechanism.arm import STANDARD_GRAVITY
 from lostmotion.mechanism.serial import joint_torques
@@ -71,10 +71,10 @@ def test_the_bodies_of_a_urdf_include_their_drives(tmp_path):
 def test_the_catalogue_shows_masses_and_says_where_none_is_stated():
     """Each row with its mass; rows without one are named."""
     own = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {"stiffness": "20 N m/arcmin"}, "source": "none"})
-    sheet = catalogue_sheet(Wanted(ratio=121.0), "gearbox", own=[own])
+    sheet = catalogue_sheet(Criteria(ratio=121.0), "gearbox", own=[own])
     assert "mass of X not stated: counted as none" in sheet.notes
     figures = {row.label: row.figures[3] for section in sheet.sections for row in section.rows}
     assert (figures["RV-40E"].value, figures["RV-40E"].unit) == (9.3, "kg")
     assert any("no output bearing" in note for note in sheet.notes)
-    (section,) = catalogue_sheet(Wanted(), name="X", own=[own]).sections
+    (section,) = catalogue_sheet(Criteria(), name="X", own=[own]).sections
     assert ("mass", "not stated: counted as none") in [(row.label, row.note) for row in section.rows]

@@ -11,7 +11,7 @@ import pytest
 
 from lostmotion.analyses.catalog.tables import catalogue_sheet
 from lostmotion.catalogue.gearboxes import GearboxRow, gearboxes
-from lostmotion.catalogue.search import Wanted, figures_of, search
+from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.errors import InputError
 from tests.catalogue.test_own_reducers import HEAD, ROW, USE
 from tests.parts.conditions import ARCMIN
@@ -30,53 +30,53 @@ def catalog(*words: str, cwd=None) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     ("wanted", "found"),
     [
-        (Wanted(min_torque=784.0), ["RV-80E", "RV-110E", "RV-160E", "RV-320E", "RV-450E"]),
-        (Wanted(min_torque=784.1, min_stiffness=500 / ARCMIN), ["RV-320E", "RV-450E"]),
-        (Wanted(min_torque=1.0, max_lost_motion=0.9 * ARCMIN), []),
-        (Wanted(max_lost_motion=ARCMIN, maker="NABTESCO", min_stiffness=400 / ARCMIN), ["RV-320E", "RV-450E"]),
-        (Wanted(maker="harm", ratio=30, min_stiffness=10e3), ["CSG-25", "CSG-32"]),
-        (Wanted(maker="harm", ratio=30.5), []),
+        (Criteria(min_torque=784.0), ["RV-80E", "RV-110E", "RV-160E", "RV-320E", "RV-450E"]),
+        (Criteria(min_torque=784.1, min_stiffness=500 / ARCMIN), ["RV-320E", "RV-450E"]),
+        (Criteria(min_torque=1.0, max_lost_motion=0.9 * ARCMIN), []),
+        (Criteria(max_lost_motion=ARCMIN, maker="NABTESCO", min_stiffness=400 / ARCMIN), ["RV-320E", "RV-450E"]),
+        (Criteria(maker="harm", ratio=30, min_stiffness=10e3), ["CSG-25", "CSG-32"]),
+        (Criteria(maker="harm", ratio=30.5), []),
     ],
 )
-def test_rows_that_fit_are_found(wanted: Wanted, found: list[str]):
+def test_rows_that_fit_are_found(wanted: Criteria, found: list[str]):
     """Limits are met where the figure equals them; several must be met together; the softest zone counts."""
     assert names(search(gearboxes(), wanted).rows) == found
 
 
 def test_rows_that_do_not_say_are_told_apart():
     """No strain wave row states a rated torque: asked for one, 21 rows are set apart, less those that fail by what they do say."""
-    silent = search(gearboxes(), Wanted(min_torque=1.0)).silent
+    silent = search(gearboxes(), Criteria(min_torque=1.0)).not_stated
     assert {name: len(rows) for name, rows in silent.items()} == {"rated torque": 21}
-    stiff = search(gearboxes(), Wanted(min_torque=1.0, min_stiffness=300e3)).silent
+    stiff = search(gearboxes(), Criteria(min_torque=1.0, min_stiffness=300e3)).not_stated
     assert names(stiff["rated torque"]) == ["CSG-58", "CSG-58"]
-    assert not search(gearboxes(), Wanted(min_torque=1.0, max_lost_motion=0.5 * ARCMIN)).silent
-    assert not search(gearboxes(), Wanted(max_lost_motion=2 * ARCMIN)).silent
+    assert not search(gearboxes(), Criteria(min_torque=1.0, max_lost_motion=0.5 * ARCMIN)).not_stated
+    assert not search(gearboxes(), Criteria(max_lost_motion=2 * ARCMIN)).not_stated
 
 
 def test_search_agrees_with_every_row_looked_at_one_by_one():
     """Every row is found, set apart, or fails a limit by a figure that it states; nothing gets lost."""
     for torque in (50.0, 500.0):
         for stiffness in (1e4, 3e5):
-            found = search(gearboxes(), Wanted(min_torque=torque, min_stiffness=stiffness))
-            kept = {id(row) for row in (*found.rows, *(row for rows in found.silent.values() for row in rows))}
+            found = search(gearboxes(), Criteria(min_torque=torque, min_stiffness=stiffness))
+            kept = {id(row) for row in (*found.rows, *(row for rows in found.not_stated.values() for row in rows))}
             for row in gearboxes():
-                figures = figures_of(row)
+                figures = searchable_figures(row)
                 fails = figures["rated torque"] < torque or figures["stiffness"] < stiffness
                 assert (id(row) not in kept) == fails
-    assert all(not math.isnan(figures_of(row)["lost motion"]) for row in gearboxes())
+    assert all(not math.isnan(searchable_figures(row)["lost motion"]) for row in gearboxes())
 
 
 def test_a_row_without_any_figure_is_silent_on_all():
     """A row that states nothing is named under every figure asked for."""
     row = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {}, "source": "none"})
-    found = search([row], Wanted(min_torque=1.0, min_stiffness=1.0, max_lost_motion=1.0))
-    assert (found.rows, set(found.silent)) == ((), {"rated torque", "stiffness", "lost motion"})
+    found = search([row], Criteria(min_torque=1.0, min_stiffness=1.0, max_lost_motion=1.0))
+    assert (found.rows, set(found.not_stated)) == ((), {"rated torque", "stiffness", "lost motion"})
 
 
 def test_an_unknown_maker_is_told():
     """With the nearest."""
     with pytest.raises(InputError, match="Nabtesco"):
-        search(gearboxes(), Wanted(maker="Nabtasco"))
+        search(gearboxes(), Criteria(maker="Nabtasco"))
 
 
 ENTRIES = [*dict.fromkeys(row.models[-1] for row in gearboxes()), "RV-40E-121", "CSF-25-100", "steel", "PLA", "shaft", "deep-groove ball"]
@@ -85,7 +85,7 @@ ENTRIES = [*dict.fromkeys(row.models[-1] for row in gearboxes()), "RV-40E-121", 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_entry_can_be_shown_whole(name: str):
     """Each has a section with its source."""
-    sheet = catalogue_sheet(Wanted(), name=name)
+    sheet = catalogue_sheet(Criteria(), name=name)
     assert sheet.sections
     for section in sheet.sections:
         told = " ".join(f"{row.label} {row.note}" for row in section.rows) + section.note
@@ -95,27 +95,27 @@ def test_every_entry_can_be_shown_whole(name: str):
 
 def test_a_name_without_its_ratio_shows_all_its_rows():
     """CSG-25 is three rows, with a ratio beside it or behind it one."""
-    assert len(catalogue_sheet(Wanted(), name="CSG-25").sections) == 3
-    (section,) = catalogue_sheet(Wanted(ratio=30), name="CSF-25").sections
+    assert len(catalogue_sheet(Criteria(), name="CSG-25").sections) == 3
+    (section,) = catalogue_sheet(Criteria(ratio=30), name="CSF-25").sections
     assert {row.label: row.note for row in section.rows}["in an arm file"] == 'gearbox = "CSF-25-30"'
     with pytest.raises(InputError, match="30, 50 or above 50"):
-        catalogue_sheet(Wanted(ratio=40), name="CSG-25")
+        catalogue_sheet(Criteria(ratio=40), name="CSG-25")
 
 
 def test_the_whole_catalogue_is_shown_without_a_question():
     """Reducers by source, bearing tables, fits, materials; with a kind, that kind alone."""
-    keys = [section.key for section in catalogue_sheet(Wanted()).sections]
+    keys = [section.key for section in catalogue_sheet(Criteria()).sections]
     assert keys == ["gearboxes"] * 3 + ["bearings"] * 2 + ["materials"]
-    assert {section.key for section in catalogue_sheet(Wanted(), "bearing").sections} == {"bearings"}
-    assert {section.key for section in catalogue_sheet(Wanted(min_torque=1.0)).sections} == {"gearboxes"}
-    facts = catalogue_sheet(Wanted()).facts
+    assert {section.key for section in catalogue_sheet(Criteria(), "bearing").sections} == {"bearings"}
+    assert {section.key for section in catalogue_sheet(Criteria(min_torque=1.0)).sections} == {"gearboxes"}
+    facts = catalogue_sheet(Criteria()).facts
     assert len(facts["gearboxes"]) == len(gearboxes())
     assert facts["bearings"] == ["deep-groove ball", "cylindrical roller", "shaft", "bearing bore", "housing", "bearing outside"]
     assert "PLA" in facts["materials"]
     with pytest.raises(InputError, match="figures of gearboxes"):
-        catalogue_sheet(Wanted(min_torque=1.0), "material")
+        catalogue_sheet(Criteria(min_torque=1.0), "material")
     with pytest.raises(InputError, match="not both"):
-        catalogue_sheet(Wanted(min_torque=1.0), name="RV-40E")
+        catalogue_sheet(Criteria(min_torque=1.0), name="RV-40E")
 
 
 def test_the_command_searches_and_says_who_is_silent():

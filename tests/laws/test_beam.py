@@ -15,12 +15,12 @@ from scipy.sparse.linalg import spsolve
 from lostmotion.laws.beam import (
     SectionValues,
     box_section,
-    give_per_length,
+    compliance_per_length,
     i_section,
+    parallel_layers,
     prism,
     rectangle_section,
     round_section,
-    side_by_side,
     tip_compliance,
 )
 
@@ -33,8 +33,8 @@ LENGTH = 0.4
 
 def tip_under_uniform_load(length: float, section: SectionValues) -> np.ndarray:
     """Return the tip's twist per load per length along the axes (6, 3)."""
-    beam = prism(length, [give_per_length(E, G, section)])
-    return beam.tip_under_spread(0.0, length)[0][:, 3:] * length
+    beam = prism(length, [compliance_per_length(E, G, section)])
+    return beam.tip_under_uniform_load(0.0, length)[0][:, 3:] * length
 
 
 def test_a_tip_force_bends_by_the_cube_of_the_length():
@@ -280,9 +280,9 @@ def test_an_i_section_is_an_outer_bar_less_two_at_its_sides():
 
 def test_layers_side_by_side_share_a_load():
     """Two equal layers give half of one and half of that each; parts add to the inverse of the sum of the stiffnesses."""
-    one, two = give_per_length(E, G, SECTION), give_per_length(2 * E, 0.3 * G, RIGID_IN_SHEAR) + np.diag([0, 0, 0, 0, 1e-9, 1e-9])
-    np.testing.assert_allclose(side_by_side(np.stack([one, one])), [one / 4, one / 4], rtol=1e-12, atol=1e-25)
-    whole = side_by_side(np.stack([one, two])).sum(axis=0)
+    one, two = compliance_per_length(E, G, SECTION), compliance_per_length(2 * E, 0.3 * G, RIGID_IN_SHEAR) + np.diag([0, 0, 0, 0, 1e-9, 1e-9])
+    np.testing.assert_allclose(parallel_layers(np.stack([one, one])), [one / 4, one / 4], rtol=1e-12, atol=1e-25)
+    whole = parallel_layers(np.stack([one, two])).sum(axis=0)
     np.testing.assert_allclose(np.linalg.inv(whole), np.linalg.inv(one) + np.linalg.inv(two), rtol=1e-9, atol=1e-3)
 
 

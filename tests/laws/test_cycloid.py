@@ -31,7 +31,7 @@ from lostmotion.laws.cycloid.geometry import (
     undercut_limit,
     valley_radius,
 )
-from lostmotion.laws.cycloid.ring import once_round, ring_pitch, ring_root_radius
+from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch, ring_root_radius
 from tests.laws.closed_forms import averaged_error
 
 LARGE = Stage(0.0775, 0.004, 0.0015, 40)
@@ -274,13 +274,13 @@ def test_a_ring_of_plain_arcs_clears_the_disc():
         np.testing.assert_allclose(np.abs(pitch[crest] - stage.ring_radius), stage.pin_radius, atol=1e-15)
         assert np.abs(pitch).max() == pytest.approx(stage.tip_radius + stage.eccentricity + clearance)
         assert (np.diff(np.angle(pitch)) > -1e-12).all()
-        assert len(once_round(ring_pitch(stage, 201), stage.pins)) == 40 * (len(pitch) - 1) // (40 // stage.pins)
+        assert len(repeat_pitch(ring_pitch(stage, 201), stage.pins)) == 40 * (len(pitch) - 1) // (40 // stage.pins)
 
 
 def test_a_twins_ring_is_its_flank():
     """Pins on the planet: one pitch of the ring lies on the toothed wheel's flank, and closes after z copies."""
     pitch = ring_pitch(TWIN, 201)
-    whole = once_round(pitch, TWIN.lobes)
+    whole = repeat_pitch(pitch, TWIN.lobes)
     assert np.hypot(*pitch[0]) == pytest.approx(np.hypot(*pitch[-1]), rel=1e-12)
     assert len(whole) == TWIN.lobes * (len(pitch) - 1)
     assert np.hypot(*whole.T).max() == pytest.approx(TWIN.ring_radius + TWIN.pin_radius + TWIN.eccentricity, rel=1e-9)

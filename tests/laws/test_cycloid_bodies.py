@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lostmotion.laws.annulus import ELLIPTIC, Annulus, flexibility, spectrum
 from lostmotion.laws.cycloid.bodies import _rim, disc_body, disc_flexibility, ring_body, ring_flexibility
-from lostmotion.laws.cycloid.contact import Flanks, loaded
+from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, normals, pin_angles
 from tests.laws.closed_forms import approach
 
@@ -111,7 +111,7 @@ def test_the_arc_of_the_spread_hardly_matters(share: float):
 @pytest.mark.parametrize("stage", STAGES)
 def test_contact_and_bodies_together_store_energy(stage: Stage):
     """The body alone may give less than nothing where Johnson's law counts too deep; the loaded contacts on it never do."""
-    answer = loaded(stage, Flanks(WIDTH, PLANE / 2), [200.0], [0.05]).checked()
+    answer = load_sharing(stage, Flanks(WIDTH, PLANE / 2), [200.0], [0.05]).checked()
     forces = answer.forces[0, 0, 0]
     on = forces > 0
     step = 1e-6 * forces.max()

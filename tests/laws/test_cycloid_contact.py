@@ -19,7 +19,7 @@ from lostmotion.laws.cycloid.contact import (
     Supports,
     efficiency,
     friction_torque,
-    loaded,
+    load_sharing,
     output_pin_stiffness,
 )
 from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, contact_radius, gaps, pin_angles, play
@@ -83,7 +83,7 @@ def test_three_unknowns_by_a_root_finder_give_the_same(stage: Stage, flanks: Fla
     rng = np.random.default_rng(8)
     torques, cranks = np.array([-40.0, 300.0]), np.array([0.0, 2.1])
     gap = rng.normal(scale=1e-6, size=(1, stage.pins))
-    ours = loaded(stage, flanks, torques, cranks, gap, HELD).checked()
+    ours = load_sharing(stage, flanks, torques, cranks, gap, HELD).checked()
     for i, torque in enumerate(torques):
         for j, crank in enumerate(cranks):
             expected = by_root_finder(stage, flanks, torque, crank, gap[0], HELD)
@@ -95,7 +95,7 @@ def test_three_unknowns_by_a_root_finder_give_the_same(stage: Stage, flanks: Fla
 def test_equal_springs_share_by_their_arms(stage: Stage):
     """Equal linear springs, no gaps, rigid bearing: F_i = T l_i/sum(l^2), and K = k_c sum(l^2), to 1e-12; half the pins carry."""
     crank = np.linspace(0.01, 1, 5)
-    ours = loaded(stage, SPRINGS, [70.0], crank)
+    ours = load_sharing(stage, SPRINGS, [70.0], crank)
     arm = np.maximum(arms(stage, pin_angles(stage, crank)), 0)
     squares = (arm**2).sum(axis=-1)
     np.testing.assert_allclose(ours.forces[0, :, 0], 70 * arm / squares[:, None], rtol=1e-12, atol=1e-9)
@@ -107,10 +107,10 @@ def test_equal_springs_share_by_their_arms(stage: Stage):
 def test_closed_forms_hold_on_the_average_of_a_turn():
     """Mean stiffness over a turn is k_c (e z)^2 N/4 to 1e-6, and with smooth arms (K1 = 0.2) each force F_max l_i/(e z) with F_max = 4 T/(e z N)."""
     crank = np.linspace(0, 2 * math.pi / 40, 2000, endpoint=False)
-    ours = loaded(RV_LIKE, SPRINGS, [70.0], crank)
+    ours = load_sharing(RV_LIKE, SPRINGS, [70.0], crank)
     assert ours.stiffness.mean() == pytest.approx(mesh_stiffness(RV_LIKE, 2e8), rel=1e-6)
     smooth = Stage(0.1, 0.0005, 0.0001, 200)
-    ours = loaded(smooth, SPRINGS, [70.0], [0.01])
+    ours = load_sharing(smooth, SPRINGS, [70.0], [0.01])
     share = np.maximum(arms(smooth, pin_angles(smooth, np.array([0.01]))[0]), 0) / smooth.planet_pitch_radius
     np.testing.assert_allclose(ours.forces[0, 0, 0], largest_force(smooth, 70.0) * share, rtol=1e-6, atol=1e-6)
     assert ours.stiffness[0, 0, 0] == pytest.approx(mesh_stiffness(smooth, 2e8), rel=1e-6)
@@ -123,7 +123,7 @@ def test_springs_in_series_add_their_give():
     for supports in (Supports(2e8, output), Supports(2e8), Supports(math.inf, output)):
         for flanks, contact in ((SPRINGS, 2e8), (bending, 1 / (1 / 2e8 + 3e-9))):
             # along the line of centres the mean of many crank angles is taken: there the bearing also gives way, a little
-            ours = loaded(RV_LIKE, flanks, [70.0], np.linspace(0, 0.157, 40, endpoint=False), 0.0, supports)
+            ours = load_sharing(RV_LIKE, flanks, [70.0], np.linspace(0, 0.157, 40, endpoint=False), 0.0, supports)
             soft = 1 / mesh_stiffness(RV_LIKE, contact) + 1 / (supports.bearing * RV_LIKE.planet_pitch_radius**2) + 1 / supports.output
             rigid_across = 70.0 * soft
             assert rigid_across <= ours.rotation.mean() * (1 + 1e-3)
@@ -153,7 +153,7 @@ def test_every_load_finds_its_balance(stage, flanks, torque, crank, spread, seed
     gap = 10**spread * np.random.default_rng(seed).normal(size=(3, stage.pins))
     gap[1] = np.abs(gap[1])
     gap[2] -= gap[2].min()
-    ours = loaded(stage, flanks, [torque], [crank], gap, Supports(bearing, math.inf, circle))
+    ours = load_sharing(stage, flanks, [torque], [crank], gap, Supports(bearing, math.inf, circle))
     for draw in range(3):
         if not ours.converged[0, 0, draw]:
             assert flanks.law == "johnson"  # only there can a load be beyond the law
@@ -172,7 +172,7 @@ def test_no_ordinary_drive_is_given_up(flanks: Flanks):
     gap = 4e-6 * np.abs(np.random.default_rng(3).normal(size=(250, 40)))
     torque = np.concatenate([-np.geomspace(0.01, 1000, 8), np.geomspace(0.01, 1000, 8)])
     for supports in (Supports(), HELD):
-        ours = loaded(RV_LIKE, flanks, torque, np.linspace(0, 6, 5), gap, supports)
+        ours = load_sharing(RV_LIKE, flanks, torque, np.linspace(0, 6, 5), gap, supports)
         assert ours.converged.all()
         assert ours.residual.max() < 1e-9
 
@@ -184,17 +184,17 @@ def test_stiffness_is_the_slope_of_the_wind_up_curve(flanks: Flanks, supports: S
     gap = 1e-6 * np.random.default_rng(1).random((4, 40))
     for torque in (-200.0, 5.0, 50.0, 700.0):
         step = 1e-5 * torque
-        ours = loaded(RV_LIKE, flanks, [torque - step, torque, torque + step], [0.3], gap, supports)
+        ours = load_sharing(RV_LIKE, flanks, [torque - step, torque, torque + step], [0.3], gap, supports)
         np.testing.assert_allclose(2 * step / (ours.rotation[2] - ours.rotation[0]), ours.stiffness[1], rtol=1e-4)
 
 
 def test_the_output_never_turns_back_as_the_load_grows():
     """More torque, more wind-up, whatever the gaps; and a reversed load mirrors a symmetric drive."""
     gap = 3e-6 * np.random.default_rng(2).random((50, 40))
-    ours = loaded(RV_LIKE, HERTZ, np.linspace(-500, 500, 41), [0.1], gap, HELD)
+    ours = load_sharing(RV_LIKE, HERTZ, np.linspace(-500, 500, 41), [0.1], gap, HELD)
     assert (np.diff(ours.rotation, axis=0) >= 0).all()
     assert (ours.stiffness[np.arange(41) != 20] > 0).all()
-    even = loaded(RV_LIKE, HERTZ, [-80.0, 80.0], [0.0], gaps(RV_LIKE, pin_angles(RV_LIKE, np.array([0.0])), Modification(1e-6)), HELD)
+    even = load_sharing(RV_LIKE, HERTZ, [-80.0, 80.0], [0.0], gaps(RV_LIKE, pin_angles(RV_LIKE, np.array([0.0])), Modification(1e-6)), HELD)
     assert even.rotation[0, 0, 0] == pytest.approx(-even.rotation[1, 0, 0], rel=1e-9)
 
 
@@ -208,7 +208,7 @@ def test_any_softer_member_softens_the_drive(member: str):
         softer = replace(flanks, bending=2e-9), supports
     else:
         softer = flanks, replace(supports, **{member: getattr(supports, member) / 2})
-    before, after = loaded(RV_LIKE, flanks, [300.0], supports=supports), loaded(RV_LIKE, softer[0], [300.0], supports=softer[1])
+    before, after = load_sharing(RV_LIKE, flanks, [300.0], supports=supports), load_sharing(RV_LIKE, softer[0], [300.0], supports=softer[1])
     assert after.rotation > before.rotation
     assert after.stiffness < before.stiffness
 
@@ -218,23 +218,23 @@ def test_a_small_load_takes_up_the_play(made: Modification):
     """From a hundredth of a newton metre one way to the same the other, a disc on a rigid bearing turns through its play and hardly more."""
     crank = np.linspace(0, 0.157, 20)
     gap = gaps(RV_LIKE, pin_angles(RV_LIKE, crank), made)[:, None, :]
-    ours = loaded(RV_LIKE, HERTZ, [-1e-2, 1e-2], crank, gap).checked()
+    ours = load_sharing(RV_LIKE, HERTZ, [-1e-2, 1e-2], crank, gap).checked()
     travel = ours.rotation[1] - ours.rotation[0]
     assert 1 <= travel.min() / play(RV_LIKE, made) < travel.max() / play(RV_LIKE, made) < 1.01
 
 
 def test_without_load_the_disc_lies_free():
     """At zero torque and with play nothing is loaded and nothing is stiff; with interference all round it is held without any torque."""
-    free = loaded(RV_LIKE, HERTZ, [0.0], [0.2], 1e-6, HELD).checked()
+    free = load_sharing(RV_LIKE, HERTZ, [0.0], [0.2], 1e-6, HELD).checked()
     assert (float(free.rotation[0, 0, 0]), float(free.lobes[0, 0, 0]), float(free.stiffness[0, 0, 0])) == (0, 0, 0)
-    tight = loaded(RV_LIKE, HERTZ, [0.0], [0.2], -1e-6, HELD).checked()
+    tight = load_sharing(RV_LIKE, HERTZ, [0.0], [0.2], -1e-6, HELD).checked()
     assert tight.lobes[0, 0, 0] == 40
     assert tight.stiffness[0, 0, 0] > 1e5
 
 
 def test_pressure_is_hertz_at_each_contact():
     """Every lobe's pressure is that of its force on its own equivalent radius."""
-    ours = loaded(RV_LIKE, HERTZ, [300.0], [0.2, 0.3])
+    ours = load_sharing(RV_LIKE, HERTZ, [300.0], [0.2, 0.3])
     radius = contact_radius(RV_LIKE, pin_angles(RV_LIKE, np.array([0.2, 0.3])))
     np.testing.assert_allclose(ours.pressures[0, :, 0], peak_pressure(ours.forces[0, :, 0] / 0.015, radius, STEEL), rtol=1e-12)
     assert 3e8 < ours.pressures.max() < 1.5e9
@@ -243,7 +243,7 @@ def test_pressure_is_hertz_at_each_contact():
 def test_a_load_beyond_the_law_is_marked_and_refused():
     """A printed drive under a giant's load: the answer is marked, holds no numbers, and `checked` says which case it was."""
     soft = Flanks(0.005, 1e9)
-    ours = loaded(SMALL, soft, [1.0, 1e5], [0.1])
+    ours = load_sharing(SMALL, soft, [1.0, 1e5], [0.1])
     assert ours.converged[:, 0, 0].tolist() == [True, False]
     assert np.isnan(ours.rotation[1]).all()
     assert np.isnan(ours.pressures[1]).all()
@@ -257,12 +257,12 @@ def test_the_batch_is_its_single_cases():
     gap = 1e-6 * np.random.default_rng(4).normal(size=(6, 40))
     bearing = np.linspace(1e8, 5e8, 6)
     torque, crank = np.array([-30.0, 200.0]), np.array([0.0, 0.5, 1.0])
-    whole = loaded(RV_LIKE, HERTZ, torque, crank, gap, Supports(bearing, 1e6))
-    threaded = loaded(RV_LIKE, HERTZ, torque, crank, gap, Supports(bearing, 1e6), threads=3)
+    whole = load_sharing(RV_LIKE, HERTZ, torque, crank, gap, Supports(bearing, 1e6))
+    threaded = load_sharing(RV_LIKE, HERTZ, torque, crank, gap, Supports(bearing, 1e6), threads=3)
     assert whole.rotation.shape == (2, 3, 6)
     for name in ("rotation", "forces", "bearing_force", "stiffness", "residual"):
         np.testing.assert_array_equal(getattr(whole, name), getattr(threaded, name))
-    one = loaded(RV_LIKE, HERTZ, [200.0], [0.5], gap[3], Supports(float(bearing[3]), 1e6))
+    one = load_sharing(RV_LIKE, HERTZ, [200.0], [0.5], gap[3], Supports(float(bearing[3]), 1e6))
     assert one.rotation[0, 0, 0] == whole.rotation[1, 1, 3]
 
 
@@ -272,8 +272,8 @@ def test_loaded_errors_average_as_stated():
     gap = 1e-6 * rng.standard_normal((30, 40))
     crank = np.linspace(0, 2 * math.pi, 64, endpoint=False)
     torque = np.array([3000.0])
-    ours = loaded(RV_LIKE, SPRINGS, torque, crank, gap).rotation
-    ideal = loaded(RV_LIKE, SPRINGS, torque, crank).rotation
+    ours = load_sharing(RV_LIKE, SPRINGS, torque, crank, gap).rotation
+    ideal = load_sharing(RV_LIKE, SPRINGS, torque, crank).rotation
     error = ours.mean(axis=1, keepdims=True) - ours
     expected = averaged_error(RV_LIKE, pin_angles(RV_LIKE, crank)[:, None, :], gap[None])
     ripple = np.ptp(ideal)
@@ -286,7 +286,7 @@ def test_loaded_errors_average_as_stated():
 def test_friction_is_the_work_of_sliding():
     """Slide of each flank by finite motion, times mu times its force, is the friction at the output; efficiency follows."""
     crank, mu, step = 0.4, 0.08, 1e-7
-    ours = loaded(RV_LIKE, HERTZ, [200.0], [crank])
+    ours = load_sharing(RV_LIKE, HERTZ, [200.0], [crank])
     theta = pin_angles(RV_LIKE, np.array([crank]))[0]
     pin = RV_LIKE.ring_radius * np.exp(1j * (theta + crank))
     pitch = RV_LIKE.ring_pitch_radius * np.exp(1j * crank)
@@ -305,7 +305,7 @@ def test_friction_is_the_work_of_sliding():
 
 def test_rollers_lose_little_and_bare_lobes_much():
     """Bare lobes at a coefficient of 0.08 cost several times what rollers at 0.005 do; without load no work is done and none is lost."""
-    ours = loaded(RV_LIKE, HERTZ, [200.0], [0.0])
+    ours = load_sharing(RV_LIKE, HERTZ, [200.0], [0.0])
     bare, rollers = (float(efficiency(np.array(200.0), friction_torque(RV_LIKE, [0.0], ours, Friction(mu)))[0, 0, 0]) for mu in (0.08, 0.005))
     assert 0.8 < bare < 0.95 < rollers < 1
     assert efficiency(np.array([0.0]), np.array([0.0])) == 0
@@ -318,9 +318,9 @@ def test_rollers_lose_little_and_bare_lobes_much():
         (lambda: Flanks(0.0, STEEL), "must be positive"),
         (lambda: Flanks(0.01, STEEL, "linear"), "finite contact stiffness"),
         (lambda: Flanks(0.01, STEEL, stiffness=1e8), "no other law"),
-        (lambda: loaded(SMALL, HERTZ, [math.nan]), "finite numbers"),
-        (lambda: loaded(SMALL, HERTZ, [1.0], [0.0], np.zeros((3, 1, 14))), "3 crank angles, but there are 1"),
-        (lambda: loaded(SMALL, HERTZ, [1.0], supports=Supports(bearing=-1.0)), "must be positive"),
+        (lambda: load_sharing(SMALL, HERTZ, [math.nan]), "finite numbers"),
+        (lambda: load_sharing(SMALL, HERTZ, [1.0], [0.0], np.zeros((3, 1, 14))), "3 crank angles, but there are 1"),
+        (lambda: load_sharing(SMALL, HERTZ, [1.0], supports=Supports(bearing=-1.0)), "must be positive"),
     ],
 )
 def test_what_makes_no_sense_is_refused(call, words: str):

@@ -13,7 +13,17 @@ from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks, output_pin_stiffness
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, crank_lever, crank_play, loaded_disc, members, nominal_gaps, pitch_of_crank
+from lostmotion.laws.cycloid.drive import (
+    Drive,
+    Eccentric,
+    OutputPins,
+    crank_angles_of_pitch,
+    crank_lever,
+    crank_play,
+    loaded_disc,
+    nominal_gaps,
+    wind_up_by_member,
+)
 from lostmotion.laws.cycloid.geometry import Modification, Stage, normals, pin_angles
 from lostmotion.laws.rolling.radial import roller_stiffness
 from tests.laws.closed_forms import mesh_stiffness
@@ -27,12 +37,12 @@ SPRINGS = Drive(STAGE, Flanks(0.0125, STEEL, "linear", stiffness=4e8), discs=2)
 def test_equal_springs_give_the_closed_forms():
     """Mesh n_d k (e z)^2 N/4, eccentric k (e z)^2 with k of all bearings, output pins k_w Rw^2 n_w/4: each by itself, to the ripple of N = 40."""
     drive = replace(SPRINGS, eccentric=Eccentric(bearing=3e8, shaft=6e8), output=OutputPins(8, 0.04, 2e8))
-    found = members(drive, np.array([50.0, 400.0]))
+    found = wind_up_by_member(drive, np.array([50.0, 400.0]))
     torque = np.array([50.0, 400.0])
     np.testing.assert_allclose(found["lobe contacts"], torque / mesh_stiffness(STAGE, 4e8, discs=2), rtol=2e-6)
     np.testing.assert_allclose(found["output pins"], torque / (2 * output_pin_stiffness(2e8, 0.04, 8)))
     np.testing.assert_allclose(found["eccentric bearing"], 2 * found["eccentric shaft"])
-    alone = members(replace(drive, output=None), torque)
+    alone = wind_up_by_member(replace(drive, output=None), torque)
     # K = k (e z)^2 counts the force across the line of centres alone; the lobes press a little along it besides.
     np.testing.assert_allclose(alone["eccentric bearing"], torque / (2 * 3e8 * LEVER**2), rtol=0.04)
     assert (alone["eccentric bearing"] > torque / (2 * 3e8 * LEVER**2)).all()
@@ -51,11 +61,11 @@ def test_crankshafts_hold_a_disc_as_statics_says(cranks):
         across = np.array([[1, 0, -place.imag], [0, 1, place.real]])
         matrix += spring * across.T @ across
     each, turned = torque / 2, []
-    for crank in pitch_of_crank(drive):
+    for crank in crank_angles_of_pitch(drive):
         mesh = _mesh_force(drive, each, crank)
         shift = np.linalg.solve(matrix, np.array([*mesh, each]))
         turned.append((mesh @ shift[:2]) / each + shift[2])
-    found = members(drive, np.array([torque]))
+    found = wind_up_by_member(drive, np.array([torque]))
     # A disc that may shift leans on other lobes than one that may not: what that costs is counted with the bearing.
     assert 1.0 < found["eccentric bearing"][0] / np.mean(turned) < 1.02
 
@@ -82,7 +92,7 @@ def test_a_rolling_bearing_is_taken_at_the_secant_of_its_own_load():
     rollers = Eccentric(elements=16, element_stiffness=roller_stiffness(0.0105))
     drive = replace(SPRINGS, eccentric=rollers)
     torque = np.array([10.0, 100.0, 1000.0])
-    shares = members(drive, torque)["eccentric bearing"]
+    shares = wind_up_by_member(drive, torque)["eccentric bearing"]
     assert (np.diff(shares / torque) < 0).all()
     for each, share in zip(torque / 2, shares, strict=True):
         force = float(np.hypot(*_mesh_force(drive, each, 0.0)))
@@ -94,9 +104,9 @@ def test_a_rolling_bearing_is_taken_at_the_secant_of_its_own_load():
 
 def test_play_is_no_wind_up():
     """A stage with its profile relieved winds up from its first contact on: to nothing as the torque goes."""
-    drive = replace(SPRINGS, flanks=Flanks(0.0125, STEEL), made=Modification(roller=20e-6))
-    assert members(drive, np.array([1e-3]))["lobe contacts"][0] < 1e-9
-    assert nominal_gaps(drive, pitch_of_crank(drive)) == pytest.approx(20e-6)
+    drive = replace(SPRINGS, flanks=Flanks(0.0125, STEEL), relief=Modification(roller=20e-6))
+    assert wind_up_by_member(drive, np.array([1e-3]))["lobe contacts"][0] < 1e-9
+    assert nominal_gaps(drive, crank_angles_of_pitch(drive)) == pytest.approx(20e-6)
 
 
 GIVEN = Drive(
@@ -127,8 +137,8 @@ def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
         replace(GIVEN, output=replace(output, stiffness=output.stiffness / factor)),
         replace(GIVEN, discs=1),
     )[which]
-    before = sum(members(GIVEN, np.array([torque])).values())
-    assert sum(members(softer, np.array([torque])).values()) > before
+    before = sum(wind_up_by_member(GIVEN, np.array([torque])).values())
+    assert sum(wind_up_by_member(softer, np.array([torque])).values()) > before
 
 
 @pytest.mark.parametrize(
@@ -157,4 +167,4 @@ def test_output_pins_between_several_discs(discs):
         energy += spring / 2 * found.fun * 1e-12
     torque = 2 * energy / turn
     drive = replace(SPRINGS, discs=discs, output=OutputPins(count, circle, spring))
-    assert members(drive, np.array([torque]))["output pins"][0] == pytest.approx(turn, rel=5e-3)
+    assert wind_up_by_member(drive, np.array([torque]))["output pins"][0] == pytest.approx(turn, rel=5e-3)

@@ -13,10 +13,10 @@ from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, members, resting_disc
+from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle, wind_up_by_member
 from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, normals, pin_angles
-from lostmotion.laws.cycloid.preload import Branches, preloaded
-from lostmotion.laws.cycloid.tolerances import Scatter, built
+from lostmotion.laws.cycloid.preload import Branches, preloaded_discs
+from lostmotion.laws.cycloid.tolerances import Scatter, simulate
 from lostmotion.units import Toleranced
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
@@ -30,13 +30,13 @@ def interfering(seed):
     """Draw the gaps (disc, crank, gearbox, N), m, of a pair whose flanks interfere, and the discs' branches."""
     stream = np.random.default_rng(seed)
     gap = np.stack([stream.normal(-2e-6, 4e-6, 40) for _ in range(2)])[:, None, None]
-    alone = np.stack([resting_disc(CASE, CRANK + math.pi * disc, gap[disc], 1.0) for disc in range(2)])
+    alone = np.stack([rest_angle(CASE, CRANK + math.pi * disc, gap[disc], 1.0) for disc in range(2)])
     return gap, Branches(alone, alone, np.zeros((2, 1, 1)))
 
 
 def test_a_pair_of_interfering_discs_against_the_published_case():
     """Rest angle and wind-up of theory's worked case, found there by a minimisation of the energy: within the 0.1 % of the interpolation."""
-    rest, turned = preloaded(CASE, np.array([1.0, 10.0, 50.0, 200.0, 784.0]), CRANK, *interfering(1))
+    rest, turned = preloaded_discs(CASE, np.array([1.0, 10.0, 50.0, 200.0, 784.0]), CRANK, *interfering(1))
     np.testing.assert_allclose(rest.ravel(), 7.577235e-6, rtol=1e-3)
     np.testing.assert_allclose((turned - rest[1]).ravel(), [5.470e-7, 5.4682e-6, 2.72791e-5, 1.08883e-4, 4.26568e-4], rtol=1e-3)
 
@@ -63,7 +63,7 @@ def test_the_pair_stands_where_its_energy_is_least(seed, torque):
 
     best = minimize(energy, np.zeros(5), method="BFGS", options={"gtol": 1e-9, "maxiter": 5000})
     asked = torque or 1.0
-    rest, turned = preloaded(CASE, np.array([asked]), CRANK, gap, branches)
+    rest, turned = preloaded_discs(CASE, np.array([asked]), CRANK, gap, branches)
     found = float(turned[0, 0, 0]) if torque else float(rest[1, 0, 0])
     assert found == pytest.approx(float(best.x[0]) * 1e-6 / lever, abs=2e-3 * abs(float(turned[0, 0, 0] - rest[1, 0, 0])) + 2e-9)
 
@@ -77,10 +77,10 @@ def test_the_pair_stands_where_its_energy_is_least(seed, torque):
 )
 def test_no_gearbox_winds_up_backwards(relief, form, clearance, seed):
     """Whatever flanks, clearance and interference: the output never turns against its torque, and turns further under more of it."""
-    drive = replace(DRIVE, made=Modification(roller=relief))
+    drive = replace(DRIVE, relief=Modification(roller=relief))
     scatter = Scatter(pin_radius=Toleranced(0.003, 2e-6), flank_form=form, crank_clearance=Toleranced(clearance))
     torque = np.array([-200.0, -20.0, -2.0, 2.0, 20.0, 80.0, 200.0])
-    found = built(drive, scatter, torque, np.array([0.0, 1.0]), 8, seed)
+    found = simulate(drive, scatter, torque, np.array([0.0, 1.0]), 8, seed)
     ahead, behind = found.ends
     assert (ahead >= behind).all()
     wound = np.concatenate([found.rotation[:3] - behind, found.rotation[3:] - ahead])
@@ -93,9 +93,9 @@ def test_discs_that_just_touch_wind_up_as_those_with_play():
     """At zero interference both ways of working it out meet: flanks without gap, rest at zero, wind-up as a stage with play has it."""
     torque = np.array([10.0, 40.0, 160.0])
     crank = np.array([0.2, 1.3])
-    plain = built(DRIVE, Scatter(), torque, crank, 1, 1)
+    plain = simulate(DRIVE, Scatter(), torque, crank, 1, 1)
     none = np.zeros((2, 2, 1))
-    rest, turned = preloaded(DRIVE, torque, crank, np.zeros((2, 2, 1, 40)), Branches(none, none, none))
+    rest, turned = preloaded_discs(DRIVE, torque, crank, np.zeros((2, 2, 1, 40)), Branches(none, none, none))
     np.testing.assert_allclose(rest, 0.0, atol=1e-15)
     np.testing.assert_allclose(turned, plain.rotation, rtol=2e-3)
 
@@ -104,7 +104,7 @@ def test_play_and_wind_up_go_over_into_interference_without_a_step():
     """From 0.02 µm of room to 0.02 µm of interference, lost motion between ±20 N m changes by no more than 40 nm of flank do: 2 c/(e z)."""
     lost, torque, crank = [], np.array([-20.0, 20.0]), np.array([0.4, 2.0])
     for relief in (2e-8, -2e-8):
-        found = built(replace(DRIVE, made=Modification(roller=relief)), Scatter(flank_form=3e-6), torque, crank, 40, 3)
+        found = simulate(replace(DRIVE, relief=Modification(roller=relief)), Scatter(flank_form=3e-6), torque, crank, 40, 3)
         lost.append((found.rotation[1] - found.rotation[0]).mean(axis=0))
     assert np.abs(lost[0] - lost[1]).max() < 3 * 4e-8 / DRIVE.stage.planet_pitch_radius
 
@@ -112,7 +112,7 @@ def test_play_and_wind_up_go_over_into_interference_without_a_step():
 def test_a_drawing_whose_flanks_interfere_winds_up_less_through_its_contacts():
     """As drawn, without tolerances: pressed on both sides the contacts are stiffer, not softer, and every member winds up the right way."""
     torque = np.array([20.0, 100.0, 400.0])
-    tight, free = (members(replace(DRIVE, made=Modification(roller=each)), torque) for each in (-2e-6, 2e-6))
+    tight, free = (wind_up_by_member(replace(DRIVE, relief=Modification(roller=each)), torque) for each in (-2e-6, 2e-6))
     assert (tight["lobe contacts"] > 0).all()
     assert (tight["eccentric bearing"] > 0).all()
     assert (tight["lobe contacts"] < free["lobe contacts"]).all()

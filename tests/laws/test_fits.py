@@ -85,7 +85,7 @@ def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
     spread = clearance_spread(*bands)
     drawn = [low + share * (high - low) for (low, high), share in zip(bands, where, strict=True)]
     assert spread.lowest - 1e-15 <= mounted_clearance(*drawn) <= spread.highest + 1e-15
-    assert spread.at_random <= (spread.highest - spread.lowest) / 2 + 1e-15
+    assert spread.statistical <= (spread.highest - spread.lowest) / 2 + 1e-15
 
 
 def test_batches_of_bearings_are_worked_out_at_once():

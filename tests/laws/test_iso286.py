@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, grade_width, limit_deviations, zone_mistake
+from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, expected_zone, grade_width, limit_deviations
 
 # ISO 286-1, table 1: µm, over 3, 6, 10, 18, 30, 50, 80, 120, 180 mm up to the next, to 250 mm.
 GRADES = {
@@ -99,6 +99,6 @@ def test_what_the_formulas_do_not_hold_is_refused(zone, diameter):
 
 def test_a_mistaken_zone_is_answered_with_the_nearest():
     """A hole's zone on a shaft, and a letter that is none."""
-    assert zone_mistake("K6", hole=False)[1] == "k6"
-    assert zone_mistake("h7", hole=True)[1] == "H7"
-    assert zone_mistake("k6", hole=False) == ("", "")
+    assert expected_zone("K6", hole=False)[1] == "k6"
+    assert expected_zone("h7", hole=True)[1] == "H7"
+    assert expected_zone("k6", hole=False) == ("", "")

@@ -31,7 +31,7 @@ def told(terms, bias=(0.0, 0.0, 0.0)):
     return found.values[0], found.bounds[0]
 
 
-def figures_of(quantile):
+def searchable_figures(quantile):
     """Give mean and quantiles (1 + level,) of the law with these quantiles."""
     return np.r_[quad(quantile, 0, 1, limit=200)[0], quantile(LEVELS)]
 
@@ -45,7 +45,7 @@ def round_noise(size):
 def test_a_play_in_round_noise_is_noncentral_chi_square(play):
     """|(+-a, 0, 0) + N(0, 1)|^2 has three degrees of freedom and a^2, whichever side."""
     value, bound = told([((0.6 * play, 0, 0.8 * play), "side", TwoSided()), *round_noise(1.0)])
-    exact = figures_of(lambda share: np.sqrt(stats.ncx2.ppf(share, 3, play**2)))
+    exact = searchable_figures(lambda share: np.sqrt(stats.ncx2.ppf(share, 3, play**2)))
     assert (np.abs(value - exact) <= bound).all()
     assert (bound <= 0.01 * exact).all()
 
@@ -54,7 +54,7 @@ def test_a_play_in_round_noise_is_noncentral_chi_square(play):
 def test_a_round_wave_in_round_noise_is_noncentral_chi_square(wave):
     """Sine and cosine of one phase, equally large and at right angles: the same, with the amplitude 2^(1/2) times each."""
     value, bound = told([((wave, 0, 0), "w", Cosine()), ((0, wave, 0), "w", Sine()), *round_noise(1.0)])
-    exact = figures_of(lambda share: np.sqrt(stats.ncx2.ppf(share, 3, 2 * wave**2)))
+    exact = searchable_figures(lambda share: np.sqrt(stats.ncx2.ppf(share, 3, 2 * wave**2)))
     assert (np.abs(value - exact) <= bound).all()
     assert (bound <= 0.01 * exact).all()
 
@@ -63,7 +63,7 @@ def test_a_round_wave_in_round_noise_is_noncentral_chi_square(wave):
 def test_normal_draws_need_no_correction(bias):
     """A flat normal vector about a bias along its long axis, against the lengths' own law: noncentral in one dimension."""
     value, bound = told([((1, 0, 0), "n", ENDLESS)], (bias, 0, 0))
-    exact = figures_of(stats.foldnorm(bias).ppf)
+    exact = searchable_figures(stats.foldnorm(bias).ppf)
     assert value == pytest.approx(exact, rel=2e-5)
     assert (np.abs(value - exact) <= bound).all()
 
@@ -73,7 +73,7 @@ def test_uniforms_on_a_line_are_irwin_and_halls(count):
     """Few flat draws along one slanted line: |sum| against the exact law, far from normal at three."""
     line = np.array([2.0, -1.0, 2.0]) / 3
     value, bound = told([(line, f"{k}", Uniform()) for k in range(count)])
-    exact = figures_of(lambda share: (stats.irwinhall(count).ppf((1 + share) / 2) - count / 2) * 2 * np.sqrt(3))
+    exact = searchable_figures(lambda share: (stats.irwinhall(count).ppf((1 + share) / 2) - count / 2) * 2 * np.sqrt(3))
     known = np.isfinite(bound)
     assert known[:4].all()
     assert value[0] == pytest.approx(exact[0], rel=1e-3)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import BALL_EXPONENT, ball_stiffness, element_angles, radial_shift
 from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
 from lostmotion.laws.rolling.table import Pair, ShiftTable, shift_table
@@ -19,7 +19,9 @@ ANGLE = math.radians(25)
 ANGULAR = BallRow(count=13, ball=12.7e-3, pitch=65e-3, contact_angle=ANGLE)
 DEEP = Pair((Seat(BALLS, -SPAN / 2), Seat(BALLS, SPAN / 2)), SPAN, axial=True)
 BACK_TO_BACK = Pair(
-    (Seat(ANGULAR, -SPAN / 2, pressed=5 * UM), Seat(ANGULAR, SPAN / 2, mirrored=True, pressed=5 * UM)), SPAN + 65e-3 * math.tan(ANGLE), axial=True
+    (Seat(ANGULAR, -SPAN / 2, preload_shift=5 * UM), Seat(ANGULAR, SPAN / 2, mirrored=True, preload_shift=5 * UM)),
+    SPAN + 65e-3 * math.tan(ANGLE),
+    axial=True,
 )
 ROLLER = RollerRow(count=14, length=12e-3, roller=12e-3, pitch=70e-3, slices=12)
 ROLLERS = Pair((Seat(ROLLER, -SPAN / 2), Seat(ROLLER, SPAN / 2)), SPAN, axial=False)
@@ -27,15 +29,15 @@ CROSSED = Pair((Seat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), 120e-3,
 
 
 def spatial(pair, clearance, top, thrust, count=120):
-    """Give both answers (case, 5): shift of both rows as vectors across and the shaft's along, from the table and from `settle` over the turn."""
+    """Give both answers (case, 5): shift of both rows as vectors across and the shaft's along, from the table and solved over the turn."""
     rng = np.random.default_rng(5)
     half = pair.span / 2
     direction = rng.normal(size=(count, 5)) * [1, 1, thrust, half, half]
     size = np.linalg.norm(direction * [1, 1, 1, 1 / half, 1 / half], axis=1)
     loads = direction / size[:, None] * top * rng.uniform(1e-3, 0.5, (count, 1))
-    stand = np.mean([settle(pair.turned(k / 4).seats, loads, clearance).stand for k in range(4)], axis=0)
-    lean = np.stack([stand[:, 4], -stand[:, 3]], axis=1) * half
-    exact = np.hstack([stand[:, :2] - lean, stand[:, :2] + lean, stand[:, 2:3]])
+    displacement = np.mean([shaft_equilibrium(pair.turned(k / 4).seats, loads, clearance).displacement for k in range(4)], axis=0)
+    lean = np.stack([displacement[:, 4], -displacement[:, 3]], axis=1) * half
+    exact = np.hstack([displacement[:, :2] - lean, displacement[:, :2] + lean, displacement[:, 2:3]])
     couple = np.stack([loads[:, 4], -loads[:, 3]], axis=1) / pair.span
     reactions = loads[:, :2] / 2 - couple, loads[:, :2] / 2 + couple
     sizes = [np.linalg.norm(each, axis=1) for each in reactions]
@@ -50,7 +52,7 @@ def planar(pair, clearance, top, count=200):
     direction = np.abs(rng.normal(size=(count, 3))) * [1, 1, 0.5 * pair.axial]
     direction[:, 2] *= rng.choice([-1, 1], count)
     loads = (direction / np.linalg.norm(direction, axis=1)[:, None] * top * rng.uniform(1e-3, 0.5, (count, 1))).T
-    exact = np.stack(pair.turned(0.25).settled(*loads, clearance), axis=-1)
+    exact = np.stack(pair.turned(0.25).solve(*loads, clearance), axis=-1)
     found = shift_table(pair, clearance, top).shifts(*loads)
     return np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1)
 
@@ -117,7 +119,7 @@ def test_loads_beyond_the_table_are_solved_for():
     """Above its top the table gives the solution itself."""
     loads = [np.array([30e3]), np.array([8e3]), np.array([5e3])]
     table = shift_table(DEEP, 15 * UM, 20e3)
-    np.testing.assert_array_equal(table.shifts(*loads)[0], np.stack(DEEP.settled(*loads, 15 * UM), axis=-1)[0])
+    np.testing.assert_array_equal(table.shifts(*loads)[0], np.stack(DEEP.solve(*loads, 15 * UM), axis=-1)[0])
 
 
 def test_reading_is_quicker_than_solving():
@@ -129,7 +131,7 @@ def test_reading_is_quicker_than_solving():
     started = time.process_time()
     table.shifts(*loads)
     read = time.process_time() - started
-    DEEP.settled(*loads, 15 * UM)
+    DEEP.solve(*loads, 15 * UM)
     assert time.process_time() - started - read > 3 * read
 
 

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
-from lostmotion.laws.cycloid.tolerances import built
+from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal_model import GEARBOXES, LEVELS, LOST_MOTION, SEED, Behaviour, gearboxes, wind_up
 from lostmotion.parts.joint import RevoluteJoint
@@ -124,11 +124,11 @@ def test_a_steel_drive_of_the_rv_kind_winds_up_as_such_drives_do():
 def test_more_than_five_lobes_share_the_load_of_the_drive_without_rolling_bodies():
     """As built, at its rated torque."""
     from lostmotion.laws.cycloid.drive import loaded_disc
-    from lostmotion.laws.cycloid.tolerances import drawn_gaps
+    from lostmotion.laws.cycloid.tolerances import sample_gaps
 
     gearbox = example("two-stage-lobes")
     crank = np.linspace(0, 2 * math.pi, 9)
-    gap = drawn_gaps(gearbox.drive, gearbox.scatter, crank, 100, 1)
+    gap = sample_gaps(gearbox.drive, gearbox.scatter, crank, 100, 1)
     lobes = [loaded_disc(gearbox.drive, 167.0 / 2, crank + math.pi * disc, gap[disc]).lobes for disc in (0, 1)]
     assert (lobes[0] + lobes[1] > 5).all()
     assert (lobes[0] > 5).mean() > 0.9  # of one disc by itself
@@ -173,16 +173,16 @@ def test_terms_fall_as_the_built_gearboxes_do():
                     mean += angle
                 elif term.level == "robot" and "per turn" not in term.name:
                     variance += angle**2
-        built = gearboxes(gearbox, np.array([torque]), 6, count, seed=5)
+        simulate = gearboxes(gearbox, np.array([torque]), 6, count, seed=5)
         rest = sum(angle for name, angle in wind_up(gearbox, np.array([torque])).items() if name in ("first stage", "frame", "input shaft"))
-        whole = built.play / 2 + built.wind_up[0] + rest
+        whole = simulate.play / 2 + simulate.wind_up[0] + rest
         assert mean == pytest.approx(whole.mean(), rel=0.03)
-        assert math.sqrt(variance) == pytest.approx(_deviation(built), rel=0.25)
+        assert math.sqrt(variance) == pytest.approx(_deviation(simulate), rel=0.25)
 
 
-def _deviation(built: Any) -> float:
+def _deviation(simulate: Any) -> float:
     """Give the deviation of half the play and of the wind-up, each by itself, for the terms draw them apart."""
-    return math.hypot((built.play / 2).std(), built.wind_up[0].std())
+    return math.hypot((simulate.play / 2).std(), simulate.wind_up[0].std())
 
 
 def test_sources_carry_the_names_of_parts():
@@ -314,7 +314,7 @@ def test_lost_motion_is_what_a_test_bench_would_read(relief, jams):
     assert (found.jammed > 0.02) == jams
     small = LOST_MOTION * 400
     crank = 2 * math.pi * np.arange(4) / 4
-    made = built(gearbox.drive, gearbox.scatter, np.array([-small, small]), crank, GEARBOXES, SEED)
+    made = simulate(gearbox.drive, gearbox.scatter, np.array([-small, small]), crank, GEARBOXES, SEED)
     read = (made.rotation[1] - made.rotation[0]).mean(axis=0) + 2 * small / gearbox.frame
     # which torques are solved besides shifts a little how two discs share them, most where they press against each other
     assert found.lost_motion.mean() == pytest.approx(read.mean(), rel=0.05 if jams else 0.005)
@@ -363,7 +363,7 @@ def test_a_larger_pin_circle_closes_what_a_larger_roller_opens():
     for circle in (-8e-6, 0.0, 8e-6):
         gearbox = drawing(relief={"roller": "10 µm", "circle": f"{circle * 1e6:g} µm"})
         found[circle] = gearbox.behaviour.play.mean()
-        assert found[circle] == pytest.approx(geometry.play(gearbox.stage, gearbox.drive.made), rel=0.04)
+        assert found[circle] == pytest.approx(geometry.play(gearbox.stage, gearbox.drive.relief), rel=0.04)
     more = 2 * 8e-6 * math.sqrt(1 - k1**2) / lever
     assert found[8e-6] - found[0.0] == pytest.approx(more, rel=0.05)
     assert found[0.0] - found[-8e-6] > more

@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.integrate import quad
 
-from lostmotion.laws.beam import box_section, give_per_length, i_section, rectangle_section, round_section
+from lostmotion.laws.beam import box_section, compliance_per_length, i_section, rectangle_section, round_section
 from lostmotion.parts.compliance import doubt_of_compliance
 from lostmotion.parts.link import Link
 from tests.parts.conditions import STEEL, condition
@@ -303,7 +303,7 @@ def test_a_force_beside_the_shear_centre_twists():
     """A section whose shear centre lies e beside its centroid turns by F e l/(G J) under a force through the centroid; its energy says so too."""
     values = round_section(0.05, 0.04, 0.3)
     shifted = type(values)(values.area, values.i_y, values.i_z, values.torsion, values.shear_y, values.shear_z, centre_y=-0.01)
-    give = give_per_length(E, G, shifted)
+    give = compliance_per_length(E, G, shifted)
     assert give[0, 5] == pytest.approx(0.01 / (G * values.torsion), rel=1e-12)
     at_centre = np.array([-0.01 * 1.0, 0, 0, 0, 0, 1.0])  # the same force, moved onto the shear centre: no twist
     assert (give @ at_centre)[0] == pytest.approx(0, abs=1e-18)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import BALL_EXPONENT, ball_stiffness, element_angles, radial_shift
 from lostmotion.laws.rolling.rows import BallRow, Seat
 from tests.laws.closed_forms import element_loads
@@ -31,9 +31,9 @@ def test_the_209_without_clearance():
 
 def test_the_209_in_space_is_the_209_in_its_plane():
     """Solved with all five freedoms the 209 under its radial load stands where the one-unknown solution says, and neither tilts nor wanders."""
-    found = settle((Seat(BallRow(count=9, ball=12.7e-3, pitch=65e-3)),), np.array([[LOAD, 0, 0, 0, 0]]))
+    found = shaft_equilibrium((Seat(BallRow(count=9, ball=12.7e-3, pitch=65e-3)),), np.array([[LOAD, 0, 0, 0, 0]]))
     assert found.loads[0].max() == pytest.approx(4336, rel=1e-3)
-    np.testing.assert_allclose(found.stand[0] / UM, [51.5, 0, 0, 0, 0], atol=0.1)
+    np.testing.assert_allclose(found.displacement[0] / UM, [51.5, 0, 0, 0, 0], atol=0.1)
 
 
 @pytest.mark.parametrize("thrust", [100.0, 2000.0, 17800.0])
@@ -44,6 +44,6 @@ def test_thrust_on_angular_contact_balls_follows_the_closed_form(thrust, degrees
     apart, free = 0.0464 * 22.23e-3, math.radians(degrees)
     share = thrust / (16 * row.spring[0] * apart**1.5)
     angle = brentq(lambda a: math.sin(a) * (math.cos(free) / math.cos(a) - 1) ** 1.5 - share, free, 1.5, xtol=1e-15)
-    found = settle((Seat(row),), np.array([[0, 0, thrust, 0, 0]]))
+    found = shaft_equilibrium((Seat(row),), np.array([[0, 0, thrust, 0, 0]]))
     np.testing.assert_allclose(found.loads[0][0], thrust / 16 / math.sin(angle), rtol=1e-7)
-    assert found.stand[0, 2] == pytest.approx(apart * math.sin(angle - free) / math.cos(angle), rel=1e-7)
+    assert found.displacement[0, 2] == pytest.approx(apart * math.sin(angle - free) / math.cos(angle), rel=1e-7)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.contact import Flanks, loaded
+from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.geometry import Modification, Stage, play, undercut_limit, valley_radius
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from tests.laws.closed_forms import largest_force
@@ -43,9 +43,9 @@ def test_load_of_the_integral_lobe_reducer():
     """39/40 teeth, R 100, e 1, lobes of 2 mm, 167 N m on two discs of which one takes 0.55: F_max = 235.5 N, and 20 of 40 lobes carry."""
     stage = Stage(0.1, 0.002, 0.001, 40, "lobe envelope")
     assert largest_force(stage, 0.55 * 167) == pytest.approx(235.5, abs=0.05)
-    springs = loaded(stage, Flanks(0.01, STEEL, "linear", stiffness=1e8), [0.55 * 167], [0.08])
+    springs = load_sharing(stage, Flanks(0.01, STEEL, "linear", stiffness=1e8), [0.55 * 167], [0.08])
     assert springs.forces.max() == pytest.approx(235.5, rel=0.005)
-    steel = loaded(stage, Flanks(0.01, STEEL), [0.55 * 167], [0.08])
+    steel = load_sharing(stage, Flanks(0.01, STEEL), [0.55 * 167], [0.08])
     assert steel.lobes[0, 0, 0] == 20
     assert steel.forces.max() == pytest.approx(235.5, rel=0.03)
 
@@ -63,7 +63,7 @@ def test_a_rigid_disc_shares_the_load_as_finite_elements_do_but_turns_too_little
     The bodies' own give is missing: the rotation comes out a third (Palmgren) to two fifths (Johnson) too small. A gap of 1 um on every lobe
     turns the disc by as much more as the elements say, 0.1900', to 3 %; the peak pressure, 1 115 MPa, comes out to 4 %.
     """
-    ours = loaded(FEM, Flanks(0.01, STEEL, law), [50.0, 100.0], [0.0])  # type: ignore[arg-type]
+    ours = load_sharing(FEM, Flanks(0.01, STEEL, law), [50.0, 100.0], [0.0])  # type: ignore[arg-type]
     short = 1 - ours.rotation[:, 0, 0] / ARCMIN / FEM_ROTATION
     assert ((short > low) & (short < high)).all()
     forces = ours.forces[1, 0, 0]
@@ -71,7 +71,7 @@ def test_a_rigid_disc_shares_the_load_as_finite_elements_do_but_turns_too_little
     assert forces[0] == pytest.approx(0, abs=1e-9)
     assert ours.lobes[1, 0, 0] == 9
     assert ours.pressures[1].max() == pytest.approx(1.115e9, rel=0.04)
-    apart = loaded(FEM, Flanks(0.01, STEEL, law), [100.0], [0.0], 1e-6)  # type: ignore[arg-type]
+    apart = load_sharing(FEM, Flanks(0.01, STEEL, law), [100.0], [0.0], 1e-6)  # type: ignore[arg-type]
     assert float(apart.rotation[0, 0, 0] - ours.rotation[1, 0, 0]) / ARCMIN == pytest.approx(0.8147 - 0.6247, rel=0.03)
 
 
@@ -82,7 +82,7 @@ def test_more_than_five_lobes_carry_on_a_drive_with_tolerances():
     """
     stage = Stage(0.1, 0.002, 0.001, 40, "lobe envelope")
     gap = 1e-6 * np.abs(np.random.default_rng(9).standard_normal((200, 40)))
-    fine, coarse = (loaded(stage, Flanks(0.01, STEEL), [0.55 * 167], np.linspace(0, 6, 8), g).checked().lobes for g in (gap, 2 * gap))
+    fine, coarse = (load_sharing(stage, Flanks(0.01, STEEL), [0.55 * 167], np.linspace(0, 6, 8), g).checked().lobes for g in (gap, 2 * gap))
     assert fine.min() > 5
     assert (coarse > 5).mean() > 0.99
     assert coarse.mean() == pytest.approx(9.6, abs=0.3)

@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import root
 
 from lostmotion.laws.cycloid.bodies import disc_body, disc_flexibility, ring_body, ring_flexibility
-from lostmotion.laws.cycloid.contact import Flanks, loaded
+from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
 from tests.laws.closed_forms import contact_force
 
@@ -26,7 +26,7 @@ FORCES = np.array([36.6, 553.4, 810.0, 868.2, 839.2, 764.7, 655.9, 516.4, 351.9,
 
 def rotation(torque: float, crank: float, *, ring: bool, gap: float = 0.0, closed_form: bool = False) -> float:
     """Contacts and bodies together, in arcmin; the bodies with the forces of the rigid disc, or with those of equal springs."""
-    touch = loaded(STAGE, Flanks(WIDTH, PLANE / 2 if ring else PLANE), [torque], [crank], gap).checked()
+    touch = load_sharing(STAGE, Flanks(WIDTH, PLANE / 2 if ring else PLANE), [torque], [crank], gap).checked()
     forces = None if closed_form else touch.forces[0, 0, 0]
     bodies = disc_body(STAGE, HUB, WIDTH, YOUNG, NU, forces, crank)
     if ring:
@@ -58,7 +58,7 @@ def test_each_body_on_its_own():
 
     The disc's annulus gives 1.7 % more; the ring's agrees to 1 %, about as well as the difference of four numbers good to 0.3 % can tell.
     """
-    stiff, soft = (loaded(STAGE, Flanks(WIDTH, modulus), [100.0]) for modulus in (PLANE, PLANE / 2))
+    stiff, soft = (load_sharing(STAGE, Flanks(WIDTH, modulus), [100.0]) for modulus in (PLANE, PLANE / 2))
     disc = 0.3953 - float(stiff.rotation[0, 0, 0]) / ARCMIN
     ring = 0.6247 - float(soft.rotation[0, 0, 0]) / ARCMIN - disc
     assert disc == pytest.approx(0.2012, abs=1e-4)

@@ -10,7 +10,7 @@ from typing import Any
 from lostmotion.parts.link import Material
 
 
-def packaged(file: str) -> dict[str, Any]:
+def data_file(file: str) -> dict[str, Any]:
     """What does one of the package's own data files say? A fresh tree at each call, quantities still as text."""
     return tomllib.loads(importlib.resources.files(__name__).joinpath(file).read_text(encoding="utf-8"))
 
@@ -23,5 +23,5 @@ def materials() -> dict[str, Material]:
     """
     return {
         name: Material.model_validate({**entry, "assumed": [key for key in entry if key != "source"]}, context={"text": True})
-        for name, entry in packaged("materials.toml").items()
+        for name, entry in data_file("materials.toml").items()
     }

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final, Literal, NoReturn, get_args
 
-from lostmotion.catalogue import packaged
+from lostmotion.catalogue import data_file
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.laws.fits import interference
-from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, limit_deviations, zone_mistake
+from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, expected_zone, limit_deviations
 from lostmotion.units import Toleranced
 
 Bearing = Literal["deep-groove ball", "cylindrical roller"]
@@ -30,7 +30,7 @@ class Range:
     to: float
     limits: dict[str, tuple[float, float]]
 
-    def holds(self, diameter: float) -> bool:
+    def contains(self, diameter: float) -> bool:
         """Tell whether a diameter (m) lies in the row; to a nanometre, so that 0.05 is 50 mm however it was worked out."""
         return round(diameter - self.over, 9) > 0 and round(diameter - self.to, 9) <= 0
 
@@ -50,7 +50,7 @@ class Table:
 @functools.cache
 def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
     """Return the tables: clearances by kind of bearing, fits by kind of surface. In SI; of shafts and housings the common zones."""
-    found = {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in packaged(f"{file}.toml").items()}
+    found = {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in data_file(f"{file}.toml").items()}
     if file == "clearances":
         return found
     # each seat before the ring that sits on it
@@ -83,7 +83,7 @@ def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[
     """
     if surface not in {"shaft", "housing"}:
         return _limits("fits", surface, diameter, zone)
-    expected, near = zone_mistake(zone, hole=surface == "housing")
+    expected, near = expected_zone(zone, hole=surface == "housing")
     if expected:
         _refuse("fits", shown(zone), expected, near, near)
     try:
@@ -115,7 +115,7 @@ def interference_of_zone(seat: Literal["shaft", "housing"], diameter: float, zon
     return Toleranced((low + high) / 2, (high - low) / 2)
 
 
-def doubt_of_clearance(bearing: Bearing, bore: float, group: str = "CN", assumed: float = PAPERS_CLEARANCE) -> str:
+def clearance_warning(bearing: Bearing, bore: float, group: str = "CN", assumed: float = PAPERS_CLEARANCE) -> str:
     """What speaks against assuming that no clearance is larger than this (m, 60 µm unless told)? Empty where nothing does.
 
     Only delivered clearance is looked at: fits and warmth make it smaller. Raises InputError as `delivered_clearance`.
@@ -140,7 +140,7 @@ def _limits(file: Literal["clearances", "fits"], name: str, diameter: float, col
     if name not in known:
         _refuse(file, shown(name), "one of " + ", ".join(known), nearest(name, known) or next(iter(known)), nearest(name, known))
     rows = known[name].rows
-    row = next((row for row in rows if row.holds(diameter)), None)
+    row = next((row for row in rows if row.contains(diameter)), None)
     if row is None:
         near = min(rows, key=lambda row: max(row.over - diameter, diameter - row.to))
         found = f"a {name} of {diameter / _MILLIMETRE:g} mm" + (" bore" if file == "clearances" else "")

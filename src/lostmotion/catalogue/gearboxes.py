@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NoReturn, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.catalogue import packaged
+from lostmotion.catalogue import data_file
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.parts.error_source import AngleAmount, AngularStiffness, Inertia, Line, Part, PlayDim, TorqueAmount
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
@@ -28,7 +28,7 @@ _NONE: Final[Rows] = {}
 # However many rows a user has, so many of their names are looked through for the nearest.
 _NEAR_OWN: Final = 100
 # What follows the name in the note on a row that is used.
-TAKEN: Final = " is taken from the catalogue"
+FROM_CATALOGUE: Final = " is taken from the catalogue"
 _MOST_MAKERS: Final = 4
 
 # Who states one of these fields says in other words what the row says in those: they go.
@@ -136,7 +136,7 @@ class GearboxRow(_Printed):
         """Give the row with its gearbox in SI."""
         fields = {name: getattr(self, name) for name in type(self).model_fields if name not in {"part", "typical"}}
         typical = Typical.model_validate(self.typical, context={"text": True}) if self.typical else None
-        gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount].model_validate(self.with_own({}), context={"text": True})
+        gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount].model_validate(self.with_stated({}), context={"text": True})
         return CheckedRow(**fields, part=gearbox, typical=typical)
 
     @property
@@ -152,7 +152,7 @@ class GearboxRow(_Printed):
             return f"{self.ratio:g}"
         return "any ratio" if self.ratio_above is None else f"above {self.ratio_above:g}"
 
-    def holds_for(self, ratio: float) -> bool:
+    def applies_to(self, ratio: float) -> bool:
         """Tell whether the row holds for a ratio."""
         return (self.ratio is None or ratio == self.ratio) and (self.ratio_above is None or ratio > self.ratio_above)
 
@@ -161,7 +161,7 @@ class GearboxRow(_Printed):
         """Return the fields of which a typical value is known."""
         return [name for name in self.typical if name != "source"]
 
-    def with_own(self, stated: dict[str, Any], values: Values = "limit") -> dict[str, Any]:
+    def with_stated(self, stated: dict[str, Any], values: Values = "limit") -> dict[str, Any]:
         """Return the fields of a gearbox whose owner states some of them: theirs go before the row's, with the row's limits and source added.
 
         `values` says which the row's errors have where the maker prints only upper limits: the "limit" itself, or the "typical" value where the row
@@ -177,7 +177,7 @@ class GearboxRow(_Printed):
         own = stated.get("source")
         others = {"typical": self.typical["source"] if typical else "", "mass": self.mass_source, "inertia": self.inertia_source}
         besides = [f"{name}: {said}" for name, said in others.items() if said and (name == "typical" or (name in kept and name not in stated))]
-        known = spelt("; ".join([self.source, *besides]))
+        known = source_in_words("; ".join([self.source, *besides]))
         source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
         if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # an own source that is too long by itself is refused by the model
             source = source[:LONGEST_SOURCE]
@@ -197,20 +197,20 @@ class GearboxRow(_Printed):
 
     def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
         """Say in one line what a user of this row should know of the fields they did not state themselves."""
-        fields = self.with_own(stated, values)
+        fields = self.with_stated(stated, values)
         limits = [field for field in fields.get("upper_limits", ()) if field not in stated]
         typical = [field for field in self.typical_fields if field in fields and field not in stated]
         silent = [field for field in self.unstated if field not in stated]
         words = [f"{_and(limits)} {'is' if len(limits) == 1 else 'are'} the maker's upper limit"] if limits else []
         if typical and values == "typical":
-            words.append(f"{_and(typical)} typical ({spelt(self.typical['source'])})")
+            words.append(f"{_and(typical)} typical ({source_in_words(self.typical['source'])})")
         elif typical:
             words.append(f'for {_and(typical)} values = "typical" is known')
         words += [f"{_and(silent)} not specified, taken as none"] if silent else []
-        return name + TAKEN + "".join(f"; {each}" for each in words) + f". Source: {spelt(self.source)}"
+        return name + FROM_CATALOGUE + "".join(f"; {each}" for each in words) + f". Source: {source_in_words(self.source)}"
 
 
-def spelt(source: str) -> str:
+def source_in_words(source: str) -> str:
     """Return a source with its marks in words: "read", or "from memory" with its confidence."""
     return _MARK.sub(lambda mark: f" (from memory, {mark['sure']} % sure)" if mark["sure"] else " (read)", source)
 
@@ -218,7 +218,7 @@ def spelt(source: str) -> str:
 @functools.cache
 def gearboxes() -> tuple[GearboxRow, ...]:
     """Which reducers are known? In the order of the data file: by maker, series, size and ratio."""
-    return tuple(GearboxRow.model_validate(row, context={"text": True}) for row in packaged("gearboxes.toml")["reducers"])
+    return tuple(GearboxRow.model_validate(row, context={"text": True}) for row in data_file("gearboxes.toml")["reducers"])
 
 
 @functools.cache
@@ -250,7 +250,7 @@ def find_gearbox(name: str, ratio: float | None = None, own: Rows = _NONE) -> tu
     if behind is not None and ratio is not None and behind != ratio:
         _refuse(f"{shown(name)} with the ratio {ratio:g}", "one ratio, in the name or beside it", f"{model}-{ratio:g}")
     ratio = behind if ratio is None else ratio
-    fitting = [row for row in rows if ratio is not None and row.holds_for(ratio)]
+    fitting = [row for row in rows if ratio is not None and row.applies_to(ratio)]
     choices = _or([row.ratios for row in rows])
     if ratio is None:
         if len(rows) > 1:
@@ -294,7 +294,7 @@ def _is_ratio(stated: Any, ratio: float) -> bool:  # noqa: ANN401 - whatever a f
 
 
 def _typical(rows: Sequence[GearboxRow]) -> str:
-    return "100" if any(row.holds_for(100) for row in rows) else rows[0].ratios
+    return "100" if any(row.applies_to(100) for row in rows) else rows[0].ratios
 
 
 def _refuse(found: str, expected: str, example: str, near: str = "") -> NoReturn:

@@ -18,7 +18,7 @@ _SAME: Final = 1 + 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class Criteria:
     """What a reducer shall be; what is left out may be anything. In SI.
 
     maker            a part of the maker's name, capitals or not
@@ -35,20 +35,20 @@ class Wanted:
     min_stiffness: float | None = None
 
     @property
-    def anything(self) -> bool:
+    def empty(self) -> bool:
         """Tell whether nothing is asked for."""
-        return self == Wanted()
+        return self == Criteria()
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class SearchResult:
     """The rows that fit, and by figure those that fit as far as they go but do not state it."""
 
     rows: tuple[GearboxRow, ...]
-    silent: dict[str, tuple[GearboxRow, ...]]
+    not_stated: dict[str, tuple[GearboxRow, ...]]
 
 
-def figures_of(row: GearboxRow) -> dict[str, float]:
+def searchable_figures(row: GearboxRow) -> dict[str, float]:
     """What does a row state that can be searched for? In SI; NaN where it says nothing. Stiffness is that of the softest zone."""
     part = row.figures.part
     lost_motion = row.lost_motion if part.lost_motion is None else part.lost_motion
@@ -60,7 +60,7 @@ def figures_of(row: GearboxRow) -> dict[str, float]:
     }
 
 
-def search(rows: Sequence[GearboxRow], wanted: Wanted) -> Found:
+def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
     """Which rows are as wanted? Raises InputError for a maker of whom there is no row."""
     makers = tuple(dict.fromkeys(row.maker for row in rows))
     sought = wanted.maker.casefold()
@@ -73,17 +73,17 @@ def search(rows: Sequence[GearboxRow], wanted: Wanted) -> Found:
         "lost motion": (wanted.max_lost_motion, -1.0),
     }
     fitting: list[GearboxRow] = []
-    silent: dict[str, list[GearboxRow]] = {}
+    not_stated: dict[str, list[GearboxRow]] = {}
     for row in rows:
-        if sought not in row.maker.casefold() or (wanted.ratio is not None and not row.holds_for(wanted.ratio)):
+        if sought not in row.maker.casefold() or (wanted.ratio is not None and not row.applies_to(wanted.ratio)):
             continue
-        stated = figures_of(row)
+        stated = searchable_figures(row)
         limits = {name: (limit, sign) for name, (limit, sign) in asked.items() if limit is not None}
         if any(sign * limit > sign * stated[name] * _SAME**sign for name, (limit, sign) in limits.items()):
             continue  # a comparison with NaN is never true: what is not stated does not rule a row out
         missing = [name for name in limits if math.isnan(stated[name])]
         for name in missing:
-            silent.setdefault(name, []).append(row)
+            not_stated.setdefault(name, []).append(row)
         if not missing:
             fitting.append(row)
-    return Found(tuple(fitting), {name: tuple(without) for name, without in silent.items()})
+    return SearchResult(tuple(fitting), {name: tuple(without) for name, without in not_stated.items()})

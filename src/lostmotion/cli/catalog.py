@@ -35,12 +35,12 @@ def catalog(  # noqa: PLR0913, PLR0917 - options of a command line
 ) -> None:
     """Search the catalogue of reducers, bearings and materials; every figure with its source and how sure it is."""
     from lostmotion.analyses.catalog.tables import catalogue_sheet
-    from lostmotion.catalogue.search import Wanted
+    from lostmotion.catalogue.search import Criteria
     from lostmotion.errors import Mistakes
     from lostmotion.io.own_reducers import read_reducers
 
     with Mistakes() as mistakes:
-        wanted = Wanted(
+        wanted = Criteria(
             maker,
             mistakes.of(amount, "--ratio", ratio, "", "100"),
             mistakes.of(amount, "--min-torque", min_torque, "N m", "300 N m"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.catalogue.clearances import clearance_of_group, doubt_of_clearance, interference_of_zone
+from lostmotion.catalogue.clearances import clearance_of_group, clearance_warning, interference_of_zone
 from lostmotion.errors import InputError, shown
 from lostmotion.io.provenance import rename_assumed
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
@@ -58,7 +58,7 @@ def _place(draft: Draft, stated: Any, path: Path) -> None:  # noqa: ANN401 - wha
         if kind not in TABLES:
             draft.refuse((*path, "clearance"), shown(group), f"a length: the standard has no groups for a {kind}", 'clearance = "-5 µm ± 3 µm"')
         elif bore is not None and _group(draft, stated, group, TABLES[kind], bore, (*path, "clearance")):
-            doubt = doubt_of_clearance(TABLES[kind], bore, group)
+            doubt = clearance_warning(TABLES[kind], bore, group)
             if doubt:
                 draft.note(doubt)
     for key, field, size, surface, zone in _FITS:

@@ -67,7 +67,7 @@ def _stage(space: Modelspace, part: CycloidalStage, prefix: str) -> float:
     """Draw the wheels of one stage; gives the largest chord error (m)."""
     stage = part.stage
     turns = -2 * math.pi / part.discs / (stage.pins if stage.twin else stage.lobes) * np.arange(part.discs)
-    wheel = wheel_outline(stage, part.drive.made, CHORD_ERROR)
+    wheel = wheel_outline(stage, part.drive.relief, CHORD_ERROR)
     worst = wheel.chord_error
     if stage.twin:
         _polyline(space, wheel, f"{prefix}RING", 0.0)

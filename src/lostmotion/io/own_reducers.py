@@ -127,5 +127,5 @@ def _clashes(file: str, rows: tuple[GearboxRow, ...] | list[GearboxRow]) -> list
 def _both_hold(one: GearboxRow, other: GearboxRow) -> bool:
     """Tell whether some ratio belongs to both rows."""
     if one.ratio is not None:
-        return other.holds_for(one.ratio)
-    return True if other.ratio is None else one.holds_for(other.ratio)
+        return other.applies_to(one.ratio)
+    return True if other.ratio is None else one.applies_to(other.ratio)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 
-from lostmotion.catalogue.gearboxes import TAKEN
+from lostmotion.catalogue.gearboxes import FROM_CATALOGUE
 from lostmotion.errors import InputError, shown
 from lostmotion.io import READERS, read
 from lostmotion.io.arm_builder import build_arm
@@ -104,7 +104,7 @@ def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any
 def _notes_on(arm: Arm, part: object) -> tuple[str, ...]:
     """Return the notes of an arm without those on catalogue rows that only parts of other joints are from."""
     others = {getattr(each.gearbox, "model", "") for each in arm.moving} - {getattr(part, "model", "")}
-    return tuple(note for note in arm.notes if not any(note.startswith(model + TAKEN) for model in others))
+    return tuple(note for note in arm.notes if not any(note.startswith(model + FROM_CATALOGUE) for model in others))
 
 
 def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[Any]:

@@ -101,7 +101,7 @@ def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str, own_ro
         example = f'{VALUES} = "limit", or the values that you know: {{ {KEY} = "{name}", backlash = "0.4 arcmin" }}'
         draft.refuse((*path, VALUES), found, "limit, or a reducer of which the catalogue knows typical values", example)
     draft.note(row.note(name, own, values))
-    return row.with_own({"model": name, **({} if ratio is None else {"ratio": ratio}), **own}, values)
+    return row.with_stated({"model": name, **({} if ratio is None else {"ratio": ratio}), **own}, values)
 
 
 def _check_joint(draft: Draft, joint: dict[str, Any], gearbox: dict[str, Any], path: Path) -> None:

@@ -124,7 +124,7 @@ def i_section(width: float, height: float, web: float, flange: float, nu: float)
     return SectionValues(area, i_y, i_z, torsion, shear_y, shear_z)
 
 
-def give_per_length(young: float, shear_modulus: float, section: SectionValues) -> Floats:
+def compliance_per_length(young: float, shear_modulus: float, section: SectionValues) -> Floats:
     """How does a section give under a load on it? (6, 6) from (moment, force) there to (twist per length and curvatures, stretch and shears).
 
     A force beside the shear centre twists too.
@@ -138,13 +138,13 @@ def give_per_length(young: float, shear_modulus: float, section: SectionValues) 
     return out + np.outer(about_centre, about_centre) / (shear_modulus * section.torsion)
 
 
-def side_by_side(gives: Floats) -> Floats:
+def parallel_layers(compliances: Floats) -> Floats:
     """How does a section of several layers give, if each by itself gives so (layer, 6, 6)? Each layer's part (layer, 6, 6), whose sum is the whole.
 
     The layers bend, twist and stretch as one: their stiffnesses add (transformed section). Exact in bending and stretch of layers about one
     centroid and in the torsion of round ones. Part k is what the whole's give gains per share by which layer k is softer.
     """
-    stiff = np.linalg.inv(gives)
+    stiff = np.linalg.inv(compliances)
     whole = np.linalg.inv(stiff.sum(axis=0))
     return np.asarray(whole @ stiff @ whole)
 
@@ -158,11 +158,11 @@ class Segment:
 
     start: float
     end: float
-    give: Callable[[float], Floats]
+    compliance: Callable[[float], Floats]
     density: Callable[[float], float]
     points: int = 2
 
-    def places(self, low: float, high: float) -> tuple[Floats, Floats]:
+    def quadrature(self, low: float, high: float) -> tuple[Floats, Floats]:
         """Give Gauss's points and weights (m) between low and high, as far as they lie in the piece."""
         low, high = max(low, self.start), min(high, self.end)
         if high <= low:
@@ -178,9 +178,9 @@ def _gauss(points: int) -> tuple[Floats, Floats]:
     return at, weight
 
 
-def even_segment(start: float, end: float, give: Floats, density: float) -> Segment:
+def uniform_segment(start: float, end: float, compliance: Floats, density: float) -> Segment:
     """Which piece has the same section all along?"""
-    return Segment(start, end, lambda _: give, lambda _: density)
+    return Segment(start, end, lambda _: compliance, lambda _: density)
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +209,7 @@ class Beam:
         return float(sum(x * m for x, m in self._masses())) / mass if mass else self.length / 2
 
     def _masses(self) -> list[tuple[float, float]]:
-        return [(x, w * piece.density(x)) for piece in self.segments for x, w in zip(*piece.places(0, self.length), strict=True)]
+        return [(x, w * piece.density(x)) for piece in self.segments for x, w in zip(*piece.quadrature(0, self.length), strict=True)]
 
     def compliance_at(self, place: float) -> Floats:
         """How does the beam turn and move at a place under a wrench there? (cause, 6, 6), symmetric and positive."""
@@ -217,45 +217,45 @@ class Beam:
 
     def _compliances_at(self, places: Sequence[float]) -> list[Floats]:
         """Give the same at several places, each farther along than the one before."""
-        total, here, out = np.zeros((len(self.segments[0].give(0.0)), 6, 6)), 0.0, []
+        total, here, out = np.zeros((len(self.segments[0].compliance(0.0)), 6, 6)), 0.0, []
         for place in places:
-            carry = swing(place - here)
+            carry = carry_twist(place - here)
             total = carry @ total @ carry.T
             for piece in self.segments:
-                for x, weight in zip(*piece.places(here, place), strict=True):
-                    carry = swing(place - x)
-                    total = total + weight * (carry @ piece.give(x) @ carry.T)
+                for x, weight in zip(*piece.quadrature(here, place), strict=True):
+                    carry = carry_twist(place - x)
+                    total = total + weight * (carry @ piece.compliance(x) @ carry.T)
             here = place
             out.append(total)
         return out
 
     def tip_under_own_mass(self) -> Floats:
         """How does the tip turn and move under a wrench spread along the beam as its mass is? (cause, 6, 6) per whole wrench; evenly without mass."""
-        return self._tip_under(self._masses()) if self.mass else self.tip_under_spread(0.0, self.length)
+        return self._tip_under(self._masses()) if self.mass else self.tip_under_uniform_load(0.0, self.length)
 
-    def tip_under_spread(self, low: float, high: float) -> Floats:
+    def tip_under_uniform_load(self, low: float, high: float) -> Floats:
         """How does the tip turn and move under a wrench spread evenly between two places (cause, 6, 6), per whole wrench? At one place, a point."""
         if high - low <= 1e-12 * self.length:
             return self._tip_under([((low + high) / 2, 1.0)])
-        return self._tip_under([(x, w) for piece in self.segments for x, w in zip(*piece.places(low, high), strict=True)])
+        return self._tip_under([(x, w) for piece in self.segments for x, w in zip(*piece.quadrature(low, high), strict=True)])
 
     def _tip_under(self, weights: Sequence[tuple[float, float]]) -> Floats:
         """Give what the tip does under one wrench, shared out over places in these proportions."""
         found = self._compliances_at([x for x, _ in weights])
-        out = sum(w * (swing(self.length - x) @ c) for (x, w), c in zip(weights, found, strict=True))
+        out = sum(w * (carry_twist(self.length - x) @ c) for (x, w), c in zip(weights, found, strict=True))
         return np.asarray(out / sum(w for _, w in weights))
 
 
-def swing(lever: float) -> Floats:
+def carry_twist(lever: float) -> Floats:
     """Which matrix (6, 6) gives the twist of the beam so far on (m) from a twist here? A turn here swings the rest of the beam."""
     out = np.eye(6)
     out[4, 2], out[5, 1] = lever, -lever
     return out
 
 
-def prism(length: float, gives: Sequence[Floats], density: float = 0.0) -> Beam:
-    """Which beam has one section all along? `gives` (6, 6) by cause, mass per length in kg/m."""
-    return Beam((even_segment(0.0, length, np.stack(gives), density),))
+def prism(length: float, compliances: Sequence[Floats], density: float = 0.0) -> Beam:
+    """Which beam has one section all along? `compliances` (6, 6) by cause, mass per length in kg/m."""
+    return Beam((uniform_segment(0.0, length, np.stack(compliances), density),))
 
 
 def beam_of_compliance(compliance: Floats, length: float) -> Beam:
@@ -276,10 +276,10 @@ def beam_of_compliance(compliance: Floats, length: float) -> Beam:
     mixed = (mixed - lever @ first) / length
     moves = (moves - (lever @ mixed.T + mixed @ lever.T) * (length**2 / 2) - lever @ second @ lever.T) / length
 
-    def give(x: float) -> Floats:
+    def per_length(x: float) -> Floats:
         return np.block([[root + slope * (length - x), mixed.T], [mixed, moves]])[None]
 
-    return Beam((Segment(0.0, length, give, lambda _: 0.0, points=3),))
+    return Beam((Segment(0.0, length, per_length, lambda _: 0.0, points=3),))
 
 
 def tip_compliance(length: float, young: float, shear_modulus: float, section: SectionValues) -> Floats:
@@ -287,4 +287,4 @@ def tip_compliance(length: float, young: float, shear_modulus: float, section: S
 
     l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J), l/(E A). Length 0 gives zero. Symmetric and positive (reciprocity).
     """
-    return np.asarray(prism(length, [give_per_length(young, shear_modulus, section)]).compliance_at(length)[0])
+    return np.asarray(prism(length, [compliance_per_length(young, shear_modulus, section)]).compliance_at(length)[0])

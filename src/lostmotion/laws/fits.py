@@ -72,13 +72,13 @@ def raceway_diameter(bore: float, outside: float, kind: Literal["ball", "roller"
     return (4 * outside + bore) / 5 if kind == "ball" else (3 * outside + bore) / 4
 
 
-def thermal_loss(warmer: Floats | float, raceway: float, expansion: float = STEEL_EXPANSION) -> Floats:
+def thermal_loss(temperature_difference: Floats | float, raceway: float, expansion: float = STEEL_EXPANSION) -> Floats:
     """How much clearance (m) is lost where the inner ring is warmer than the outer one by so many kelvin (any shape)? expansion x dT x De.
 
     `raceway` De (m) of the outer ring. 5-10 K is normal, 15-20 K fast running; a robot's joint that moves at times stays near zero. Below zero
     the outer ring is the warmer and clearance grows.
     """
-    return np.asarray(expansion * np.asarray(warmer) * raceway)
+    return np.asarray(expansion * np.asarray(temperature_difference) * raceway)
 
 
 def working_clearance(mounted: Floats | float, thermal: Floats | float = 0.0) -> Floats:
@@ -96,7 +96,7 @@ class Spread:
     middle: float
     lowest: float
     highest: float
-    at_random: float
+    statistical: float
 
 
 def clearance_spread(
@@ -109,8 +109,8 @@ def clearance_spread(
 ) -> Spread:
     """Between which limits (m) lies the working clearance of bearings whose clearance, fits and warmth lie between theirs?
 
-    Effective interferences, thermal losses: lower and upper. `lowest` and `highest` are bounds; `at_random` is the root of the summed squares of the
-    half widths, within which 99.7 % stay if each is normal with three sigma at its limits. Errors as `mounted_clearance`.
+    Effective interferences, thermal losses: lower and upper. `lowest` and `highest` are bounds; `statistical` is the root of the summed squares of
+    the half widths, within which 99.7 % stay if each is normal with three sigma at its limits. Errors as `mounted_clearance`.
     """
     ends = []
     for clearance, shaft, housing, warm in zip(initial, inner[::-1], outer[::-1], thermal[::-1], strict=True):

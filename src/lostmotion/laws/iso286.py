@@ -78,7 +78,7 @@ HOLE_ZONES: Final = ("F7", "F8", "G6", "G7", "H6", "H7", "H8", "J6", "J7", "JS6"
 _LETTERS: Final = ("f", "g", "h", "j", "js", "k", "m", "n", "p", "r", "s")
 
 
-def zone_mistake(zone: str, *, hole: bool) -> tuple[str, str]:
+def expected_zone(zone: str, *, hole: bool) -> tuple[str, str]:
     """Return what is expected in place of a zone that is not known, and the nearest known one; two empty texts for a known one."""
     kind, known = ("hole", HOLE_ZONES) if hole else ("shaft", SHAFT_ZONES)
     found = _ZONE.fullmatch(zone.strip())
@@ -101,7 +101,7 @@ def limit_deviations(zone: str, diameter: float) -> Limits:
     """
     zone = zone.strip()
     hole = zone[:1].isupper()
-    expected, _ = zone_mistake(zone, hole=hole)
+    expected, _ = expected_zone(zone, hole=hole)
     size = round(diameter / _MM, 6)
     if expected or not RANGES[0] < size <= RANGES[-1]:
         raise ValueError(f"no limit deviations of {zone} at {size:g} mm: zones f to s, grades 5 to 11, over 3 mm up to 250 mm")

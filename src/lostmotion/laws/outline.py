@@ -27,7 +27,7 @@ def available() -> bool:
     return importlib.util.find_spec("sectionproperties") is not None
 
 
-def doubt_of_outline(points: Points, holes: tuple[Points, ...]) -> str:
+def outline_error(points: Points, holes: tuple[Points, ...]) -> str:
     """What keeps an outline with holes from being a section? Empty where nothing does. Raises ImportError without the package."""
     import shapely
 

@@ -237,7 +237,7 @@ class ElasticLink(ErrorSource):
             centre = link.beam_axes(self.joint_axis).T @ link.mass_centre
             middle = min(max(float(centre[0]), 0.0), link.reach)
             half = min(middle, link.reach - middle)
-            spread = made.tip_under_spread(middle - half, middle + half)
+            spread = made.tip_under_uniform_load(middle - half, middle + half)
             arm = skew(centre - np.array([middle, 0, 0]))
         turn6 = np.kron(np.eye(2), self._to_tip)
         return np.asarray(turn6 @ spread @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * link.total_mass)

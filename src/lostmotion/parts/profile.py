@@ -38,7 +38,7 @@ class _Share:
 
 def _plain(section: Plain, material: Material) -> _Share:
     values = section.values(material.poisson)
-    return _Share(material, beam.give_per_length(material.young, material.shear, values), values.area * material.density)
+    return _Share(material, beam.compliance_per_length(material.young, material.shear, values), values.area * material.density)
 
 
 class Layer(Part):
@@ -61,7 +61,7 @@ class Composite(Sourced):
     def shares(self) -> list[_Share]:
         """Give what each layer does for the section."""
         alone = [_plain(layer.section, layer.material) for layer in self.layers]
-        gives = beam.side_by_side(np.stack([share.give for share in alone]))
+        gives = beam.parallel_layers(np.stack([share.give for share in alone]))
         return [_Share(share.material, give, share.density) for share, give in zip(alone, gives, strict=True)]
 
 
@@ -176,7 +176,7 @@ def _even(start: float, end: float, shares: Sequence[_Share], materials: tuple[M
     give = np.zeros((len(materials), 6, 6))
     for share in shares:
         give[materials.index(share.material)] += share.give
-    return beam.even_segment(start, end, give, sum(share.density for share in shares))
+    return beam.uniform_segment(start, end, give, sum(share.density for share in shares))
 
 
 def _tapered(section: Tapered, length: float, material: Material) -> beam.Beam:

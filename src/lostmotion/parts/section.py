@@ -159,7 +159,7 @@ class Outline(Sourced):
     def _is_a_section(self) -> Self:
         if not outline.available():
             raise refuse_section(f"an outline without {outline.MISSING}", f"{outline.INSTALL}; or another kind of section", 'kind = "custom"')
-        doubt = outline.doubt_of_outline(self.points, self.holes)
+        doubt = outline.outline_error(self.points, self.holes)
         if doubt:
             example = 'points = [["0 mm", "0 mm"], ["40 mm", "0 mm"], ["0 mm", "60 mm"]]'
             raise refuse_section(f"an outline that is no section: {doubt}", "corners in order, no side across another, holes inside", example)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 
 if TYPE_CHECKING:
-    from lostmotion.laws.rolling.equilibrium import Settled
+    from lostmotion.laws.rolling.equilibrium import ShaftEquilibrium
     from lostmotion.parts.bearing.rolling_contact import DrawnBearing
     from lostmotion.spatial import Floats
 
@@ -32,7 +32,7 @@ class BearingLoad:
 
     @property
     def row(self) -> Floats:
-        """Give it as `settle` takes it (5,): the radial force along x, a positive moment lifts the outboard end along x."""
+        """Give it as `shaft_equilibrium` takes it (5,): the radial force along x, a positive moment lifts the outboard end along x."""
         return np.array([self.radial, 0.0, self.axial, 0.0, self.moment])
 
 
@@ -60,7 +60,7 @@ class Examined:
     seed: int
     clearances: Floats
     built: dict[str, Floats]
-    settled: Settled
+    settled: ShaftEquilibrium
     stiffness: Floats
     pressure: Floats
     radial: Curve
@@ -70,7 +70,7 @@ class Examined:
 def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: int = 1) -> Examined:
     """How does this bearing work under this load? `count` bearings are built by chance for its clearance, the same for the same seed.
 
-    Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `settle`'s flag.
+    Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `shaft_equilibrium`'s flag.
     """
     if not 1 <= count <= MOST_BUILT:
         raise refuse_argument("built", count, f"from 1 to {MOST_BUILT}", "built = 1000")
@@ -81,7 +81,7 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
         raise refuse_argument("load", load, "finite forces and moment", "BearingLoad(radial=2000.0)")
     spread = bearing.spreads["working"]
     clearances = np.array([spread.lowest, spread.middle, spread.highest])
-    settled = settle(pair.seats, np.tile(load.row, (3, 1)), clearances)
+    settled = shaft_equilibrium(pair.seats, np.tile(load.row, (3, 1)), clearances)
     hardest = np.max([each.max(axis=1) for each in settled.loads], axis=0)
     scale = max(abs(load.radial), abs(load.axial), 2 * abs(load.moment) / pair.span, 1.0)
     return Examined(
@@ -120,5 +120,5 @@ def _curve(bearing: DrawnBearing, clearances: Floats, way: int, top: float) -> C
     loads = top * np.linspace(0, 1, _POINTS) ** 2
     cases = np.zeros((3, _POINTS, 5))
     cases[:, :, way] = np.maximum(loads, 1e-6 * top)
-    found = settle(bearing.rows.seats, cases.reshape(-1, 5), np.repeat(clearances, _POINTS))
-    return Curve(loads, found.stand[:, way].reshape(3, _POINTS))
+    found = shaft_equilibrium(bearing.rows.seats, cases.reshape(-1, 5), np.repeat(clearances, _POINTS))
+    return Curve(loads, found.displacement[:, way].reshape(3, _POINTS))

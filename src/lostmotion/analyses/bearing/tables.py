@@ -106,11 +106,11 @@ def _cards(found: Examined) -> list[Card]:
 
 
 def _across(found: Examined) -> np.ndarray:
-    return np.asarray(np.hypot(found.settled.stand[:, 0], found.settled.stand[:, 1]))
+    return np.asarray(np.hypot(found.settled.displacement[:, 0], found.settled.displacement[:, 1]))
 
 
 def _tilt(found: Examined) -> np.ndarray:
-    return np.asarray(np.hypot(found.settled.stand[:, 3], found.settled.stand[:, 4]))
+    return np.asarray(np.hypot(found.settled.displacement[:, 3], found.settled.displacement[:, 4]))
 
 
 def _clearance(found: Examined) -> Section:
@@ -118,7 +118,7 @@ def _clearance(found: Examined) -> Section:
     rows = []
     for step in STEPS:
         spread = found.bearing.spreads[step]
-        figures = (spread.middle, spread.lowest, spread.highest, spread.at_random)
+        figures = (spread.middle, spread.lowest, spread.highest, spread.statistical)
         rows.append(Row(step, tuple(_micro(value, exact) for value in figures), _STEP_NOTES[step]))
     note = "at random: ± that parts built by chance keep, the root of the summed squares of the half widths"
     return Section("clearance", "From delivered to working clearance", ("middle", "lowest", "highest", "± at random"), tuple(rows), note)
@@ -157,10 +157,10 @@ _CASES: Final = ("lowest clearance", "middle", "highest")
 
 def _shifts(found: Examined) -> Section:
     solved = "a solution in five freedoms"
-    stand = found.settled.stand
+    displacement = found.settled.displacement
     rows = [Row("shift across", tuple(_micro(float(value), solved) for value in _across(found)))]
     if found.bearing.rows.axial:
-        rows.append(Row("shift along the axis", tuple(_micro(float(value), solved) for value in stand[:, 2])))
+        rows.append(Row("shift along the axis", tuple(_micro(float(value), solved) for value in displacement[:, 2])))
     rows.append(Row("tilt", tuple(Figure(float(value) / ARCMIN, "arcmin", samples=solved) for value in _tilt(found))))
     return Section("shift", "How far the shaft moves", _CASES, tuple(rows), f"under {described(found.load)}, from the middle of the play")
 

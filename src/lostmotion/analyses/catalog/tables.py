@@ -8,10 +8,10 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from lostmotion.catalogue import materials, packaged
+from lostmotion.catalogue import data_file, materials
 from lostmotion.catalogue.clearances import tables
 from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes
-from lostmotion.catalogue.search import Found, Wanted, figures_of, search
+from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet
 
@@ -29,25 +29,25 @@ _MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<sure>\d\d))\]$")
 _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
 
 
-def catalogue_sheet(wanted: Wanted, kind: Kind | None = None, name: str | None = None, own: Sequence[GearboxRow] = ()) -> Sheet:
+def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None = None, own: Sequence[GearboxRow] = ()) -> Sheet:
     """What does the catalogue hold of what is wanted, or under this name? `own` are a user's rows, which stand before those of the package.
 
     Raises InputError for a name that is not there, a maker without rows, and for figures of gearboxes asked of another kind.
     """
-    if kind not in (None, "gearbox") and not wanted.anything:
+    if kind not in (None, "gearbox") and not wanted.empty:
         raise refuse_argument("kind", kind, "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes", "--kind gearbox")
-    if name is not None and not replace(wanted, ratio=None).anything:
+    if name is not None and not replace(wanted, ratio=None).empty:
         raise refuse_argument("NAME", name, "a name, or figures to search by, not both", '--min-torque "300 N m"')
     if name is not None:
         return _one(name, wanted.ratio, kind, own)
     with_gearboxes = kind in (None, "gearbox")
-    found = search([*own, *gearboxes()], wanted) if with_gearboxes else Found((), {})
+    found = search([*own, *gearboxes()], wanted) if with_gearboxes else SearchResult((), {})
     others: list[Section] = []
-    if kind == "bearing" or (kind is None and wanted.anything):
+    if kind == "bearing" or (kind is None and wanted.empty):
         others += _table_sections()
-    if kind == "material" or (kind is None and wanted.anything):
+    if kind == "material" or (kind is None and wanted.empty):
         others.append(_material_section())
-    unstated = {figure: [_label(row) for row in rows] for figure, rows in found.silent.items()}
+    unstated = {figure: [_label(row) for row in rows] for figure, rows in found.not_stated.items()}
     facts: dict[str, Any] = {"not_stated": unstated}
     if with_gearboxes:
         facts["gearboxes"] = [_plain(row) for row in found.rows]
@@ -62,7 +62,7 @@ def catalogue_sheet(wanted: Wanted, kind: Kind | None = None, name: str | None =
         source="",
         counts=_count(found.rows) if with_gearboxes else "",
         notes=(
-            *(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.silent.items()),
+            *(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.not_stated.items()),
             *_unweighed(found.rows),
         ),
         facts=facts,
@@ -113,7 +113,7 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
 def _figures(row: GearboxRow) -> tuple[Figure, ...]:
     return tuple(
         Figure(value, "") if math.isnan(value) else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
-        for name, value in figures_of(row).items()
+        for name, value in searchable_figures(row).items()
     )
 
 
@@ -171,15 +171,15 @@ def _of_material(material: Material) -> tuple[Figure, ...]:
 def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[GearboxRow]) -> Sheet:
     """Give one entry with all that is known of it."""
     if kind in (None, "material") and name in materials():
-        lines = tuple(Row(key, (), str(value)) for key, value in packaged("materials.toml")[name].items())
-        return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **packaged("materials.toml")[name]}])
+        lines = tuple(Row(key, (), str(value)) for key, value in data_file("materials.toml")[name].items())
+        return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **data_file("materials.toml")[name]}])
     for file, what in _TABLES.items():
         if kind in (None, "bearing") and name in tables(file):
             table = tables(file)[name]
             lines = tuple(Row(str(row), (), _bands(row)) for row in table.rows)
             section = Section("bearings", f"{what.capitalize()}, µm from … to", (), lines, f"Source: {_sourced(table.source)}.")
             known_rows = [{"over": row.over, "to": row.to, **row.limits} for row in table.rows]
-            return _sheet(name, [section], [{"name": name, **packaged(f"{file}.toml").get(name, {"source": table.source, "rows": known_rows})}])
+            return _sheet(name, [section], [{"name": name, **data_file(f"{file}.toml").get(name, {"source": table.source, "rows": known_rows})}])
     if kind in (None, "gearbox"):
         rows = _named(name, ratio, own, alone=kind is not None)
         if rows:
@@ -244,7 +244,7 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
     lines += [("mass", "not stated: counted as none")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
-    ratio = row.ratio or (100 if row.holds_for(100) else math.ceil(row.ratio_above or 0) + 1)
+    ratio = row.ratio or (100 if row.applies_to(100) else math.ceil(row.ratio_above or 0) + 1)
     use = f"{name}-{ratio:g}" if name in row.models else name
     lines += [("source", _sourced(row.source)), ("in an arm file", f'gearbox = "{use}"')]
     return [Row(key, (), text) for key, text in lines]

@@ -10,11 +10,11 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, SampledCurve, readings
 from lostmotion.laws.cycloid.contact import efficiency
-from lostmotion.laws.cycloid.drive import crank_force, loaded_disc, nominal_gaps, pitch_of_crank
+from lostmotion.laws.cycloid.drive import crank_angles_of_pitch, crank_force, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
-from lostmotion.laws.cycloid.tolerances import built
-from lostmotion.laws.cycloid.tolerances import drawn as drawn_within
+from lostmotion.laws.cycloid.tolerances import sample as sample_within
+from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_model import (
     FIRST_STAGE,
@@ -174,7 +174,7 @@ def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count:
     stages = [("", gearbox), *([(FIRST_STAGE, gearbox.first_stage)] if gearbox.first_stage and gearbox.first_stage.kind == "cycloidal" else [])]
     for prefix, stage in stages:
         off = [
-            drawn_within(material.scatter, Normal(), f"{prefix}{wheel} material", seed, (count,))
+            sample_within(material.scatter, Normal(), f"{prefix}{wheel} material", seed, (count,))
             for wheel, material in (("disc", stage.disc_material), ("ring", stage.ring_material))
         ]
         for name, shares in material_shares().items():
@@ -191,7 +191,7 @@ def disc_torque(gearbox: CycloidalGearbox, torque: float) -> float:
 
 def _lobes(gearbox: CycloidalGearbox, torque: float, share: float) -> Lobes:
     drive, stage = gearbox.drive, gearbox.stage
-    crank = pitch_of_crank(drive)
+    crank = crank_angles_of_pitch(drive)
     load = share * disc_torque(gearbox, torque)
     answer = loaded_disc(drive, load, crank, nominal_gaps(drive, crank))
     theta = pin_angles(stage, crank[:1])[0]
@@ -231,7 +231,7 @@ def _errors(stage: CycloidalStage, loads: Floats, count: int, seed: int) -> Floa
     """Give how far the stage's output runs ahead (load, angle, gearbox), rad, over a turn of its crank, without its mean and the fastest wave."""
     angles = _PER_PIN * stage.pins
     crank = 2 * math.pi * np.arange(angles) / angles
-    rotation = built(stage.drive, stage.scatter, loads, crank, count, seed).rotation
+    rotation = simulate(stage.drive, stage.scatter, loads, crank, count, seed).rotation
     waves = np.fft.rfft(-rotation, axis=1)
     waves[:, [0, -1]] = 0.0
     return np.asarray(np.fft.irfft(waves, angles, axis=1))

@@ -196,7 +196,7 @@ class Offers:
         ratio = _ratio_of(joint)
         try:
             rows, model, behind = find_rows(name, self._rows)
-            if behind is not None or not any(ratio is not None and row.holds_for(ratio) for row in rows):
+            if behind is not None or not any(ratio is not None and row.applies_to(ratio) for row in rows):
                 ratio = None
             row, ratio = find_gearbox(name, ratio, self._rows)
         except InputError as error:
@@ -209,7 +209,7 @@ class Offers:
             self._refuse(key, f"{shown(name)} without its ratio", expected, f'"{model}-121"')
             return None
         said = model if ratio is None else f"{model}-{ratio:g}"
-        tree = row.with_own({"model": said, **({} if ratio is None else {"ratio": ratio})})
+        tree = row.with_stated({"model": said, **({} if ratio is None else {"ratio": ratio})})
         part = TypeAdapter(TurningGearbox).validate_python(tree, context={"text": True})
         cost = self._cost(said, name, model)
         in_file = any(row is mine for mine in self.in_file)
@@ -232,7 +232,7 @@ class Offers:
         names = []
         for row in [*self.in_file, *self.own, *gearboxes()]:
             rated = row.figures.part.rated_torque
-            if rated is not None and rated >= _LIGHTER * torque and (ratio is None or row.holds_for(ratio)):
+            if rated is not None and rated >= _LIGHTER * torque and (ratio is None or row.applies_to(ratio)):
                 own = row.ratio or (None if row.ratio_above is None else max(100.0, 2 * row.ratio_above))
                 names.append(row.models[0] if ratio is not None or own is None else f"{row.models[0]}-{own:g}")
         return list(dict.fromkeys(names))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.catalogue.gearboxes import gearboxes
-from lostmotion.catalogue.search import Wanted, figures_of, search
+from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
@@ -224,10 +224,10 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
         if node.unit != "N m":
             rows.append(Row(node.joint, figures, "prismatic joint: the catalogue rates reducers by torque"))
             continue
-        answer = search(known, Wanted(min_torque=max(required, _NOTHING)))
-        unrated = len(answer.silent.get("rated torque", ()))
-        suitable = sorted(answer.rows, key=lambda row: figures_of(row)["rated torque"])
-        names = ", ".join(f"{_name(row)} ({figures_of(row)['rated torque']:.4g} N m)" for row in suitable[:_SHOWN])
+        answer = search(known, Criteria(min_torque=max(required, _NOTHING)))
+        unrated = len(answer.not_stated.get("rated torque", ()))
+        suitable = sorted(answer.rows, key=lambda row: searchable_figures(row)["rated torque"])
+        names = ", ".join(f"{_name(row)} ({searchable_figures(row)['rated torque']:.4g} N m)" for row in suitable[:_SHOWN])
         choice = f"{len(suitable)} in the catalogue; the smallest: {names}" if suitable else "none in the catalogue is rated for it"
         weak = "the stated reducer is rated below this; " if stated is not None and stated < required else ""
         rows.append(Row(node.joint, figures, weak + choice))

@@ -87,7 +87,7 @@ class Friction:
 
 
 @dataclass(frozen=True, slots=True)
-class Loaded:
+class LoadSharing:
     """What came out, with axes (torque, crank, draw, ...). Cases that did not converge hold NaN and `converged` False: never a plausible number."""
 
     rotation: Floats  # rad, of the output against its unloaded, gapless place, in the torque's direction
@@ -99,7 +99,7 @@ class Loaded:
     residual: Floats  # of the equilibrium: largest force left over, as a share of T/(e z)
     converged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
-    def checked(self) -> Loaded:
+    def checked(self) -> LoadSharing:
         """Is every case solved? Gives itself back, or raises DidNotConvergeError that says how many are not, and the first."""
         missed = np.argwhere(~self.converged)
         if len(missed):
@@ -110,7 +110,7 @@ class Loaded:
         return self
 
 
-def loaded(
+def load_sharing(
     stage: Stage,
     flanks: Flanks,
     torque: Floats | Sequence[float],
@@ -119,7 +119,7 @@ def loaded(
     supports: Supports | None = None,
     *,
     threads: int = 1,
-) -> Loaded:
+) -> LoadSharing:
     """Which lobes of one disc carry, and how far does it turn, at torques (torque,) x crank angles (crank,) x drawn gearboxes?
 
     `torque` N m about the planet's centre, of either sign; at zero torque the disc lies anywhere in its play, and rotation 0 is given. `gaps` m along
@@ -176,13 +176,13 @@ def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, 
     return kernel.LOGARITHMIC, soft * one, scale + flanks.bending / soft, np.exp(scale - LEAST_LOGARITHM)
 
 
-def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: Floats, forces: Floats) -> Loaded:
+def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: Floats, forces: Floats) -> LoadSharing:
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     converged = np.isfinite(out[..., kernel.ROTATION])
     with np.errstate(invalid="ignore"):
         pressures = peak_pressure(forces / flanks.width, radius[None, :, None, :], flanks.modulus)
-    return Loaded(
+    return LoadSharing(
         rotation=out[..., kernel.ROTATION] + torque[:, None, None] / output,
         forces=forces,
         pressures=pressures,
@@ -199,7 +199,7 @@ def output_pin_stiffness(pin: float, radius: float, count: int) -> float:
     return pin * radius**2 * count / 4
 
 
-def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: Loaded, friction: Friction) -> Floats:
+def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: LoadSharing, friction: Friction) -> Floats:
     """How large (N m, (torque, crank, draw)) is one disc's Coulomb friction, felt at the output, at the crank angles of `answer`?
 
     Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (twin: + Rr); the eccentric's bearing turns, and the

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.contact import Flanks, Loaded, Supports, loaded, output_pin_stiffness
+from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing, output_pin_stiffness
 from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_error, gaps, pin_angles
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
@@ -94,7 +94,7 @@ class Drive:
 
     stage: Stage
     flanks: Flanks
-    made: Modification = field(default_factory=Modification)
+    relief: Modification = field(default_factory=Modification)
     discs: int = 1
     eccentric: Eccentric = field(default_factory=Eccentric)
     output: OutputPins | None = None
@@ -133,22 +133,22 @@ def crank_force(drive: Drive, torque: float) -> float:
     Above `crank_lever` times the torque, for lobes press a little along the line of centres too.
     """
     force = abs(torque) * crank_lever(drive)
-    crank = pitch_of_crank(drive)
-    answer = loaded(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), _supports(drive, force, rigid=False)).checked()
+    crank = crank_angles_of_pitch(drive)
+    answer = load_sharing(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), _supports(drive, force, rigid=False)).checked()
     return float(answer.bearing_force.mean()) * crank_lever(drive) * drive.stage.planet_pitch_radius
 
 
-def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> Loaded:
-    """How does one disc lie under its torque (N m, not zero) at crank angles (crank,) with gaps (crank, draw, N)? As `loaded`, bodies counted in.
+def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> LoadSharing:
+    """How does one disc lie under its torque (N m, not zero) at crank angles (crank,) with gaps (crank, draw, N)? With the bodies.
 
     The eccentric's bearing is taken at the secant of the force that it carries in a stage as drawn. Raises DidNotConvergeError.
     """
     force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_lever(drive)
     supports = _supports(drive, force, rigid=rigid_eccentric)
-    return loaded(drive.stage, drive.flanks, [torque], crank, gap, supports, threads=threads).checked()
+    return load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, threads=threads).checked()
 
 
-def resting_disc(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
+def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
     """Return the angle (crank, draw), rad, at which the flanks of a disc that interfere hold it without torque; NaN where they leave it play.
 
     `gap` (crank, draw, N) m; `torque` N m, above zero: the mean of the angles under a hundredth of it either way. Raises DidNotConvergeError where
@@ -184,22 +184,22 @@ def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
 
 def nominal_gaps(drive: Drive, crank: Floats) -> Floats:
     """Which gaps (crank, 1, N) in m has the stage as drawn?"""
-    return gaps(drive.stage, pin_angles(drive.stage, crank), drive.made)[:, None]
+    return gaps(drive.stage, pin_angles(drive.stage, crank), drive.relief)[:, None]
 
 
-def pitch_of_crank(drive: Drive) -> Floats:
+def crank_angles_of_pitch(drive: Drive) -> Floats:
     """Which crank angles (rad) cover one pitch of pins evenly?"""
     return 2 * math.pi / drive.stage.pins * np.arange(_RIPPLE) / _RIPPLE
 
 
-def members(drive: Drive, torque: Floats) -> dict[str, Floats]:
+def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     """By which angle (rad) does each member let the output turn under torques (torque,) above zero, N m of the whole drive, as drawn?
 
     Counted from where the first flank touches, so the play is not in it, and of flanks that interfere from where they rest; they add up to the
     wind-up. A rigid member stands there with zeros. Raises DidNotConvergeError where the contact law holds no such load.
     """
     torque = np.asarray(torque, dtype=float)
-    crank = pitch_of_crank(drive)
+    crank = crank_angles_of_pitch(drive)
     gap = nominal_gaps(drive, crank)
     bare = replace(drive, flanks=replace(drive.flanks, bending=0.0), disc_body=0.0, ring_body=0.0)
     bent = replace(bare, flanks=drive.flanks)
@@ -207,7 +207,7 @@ def members(drive: Drive, torque: Floats) -> dict[str, Floats]:
     stuck = interferes(drive, crank, gap)[:, 0]
 
     def start(held: Drive, each: float, *, rigid: bool) -> float:
-        return float(np.where(stuck, resting_disc(held, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
+        return float(np.where(stuck, rest_angle(held, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
 
     lobes = "planet pins" if drive.stage.twin else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
     out = {name: np.zeros_like(torque) for name in ("lobe contacts", lobes, "disc body", "ring body", "eccentric bearing", "eccentric shaft")}

@@ -178,23 +178,23 @@ def contact_radius(stage: Stage, theta: Floats) -> Floats:
     return np.asarray(stage.pin_radius * (1 + sign * stage.pin_radius * curvature(stage, theta)))
 
 
-def flank(stage: Stage, t: Floats, made: Modification | None = None) -> tuple[Floats, Floats]:
+def flank(stage: Stage, t: Floats, relief: Modification | None = None) -> tuple[Floats, Floats]:
     """Where does the toothed wheel's flank run at parameters t (any shape, rad; once round is 2 pi), and which way does its normal point?
 
     Points (..., 2) in m and unit normals (..., 2) towards the touching pins' centres (of the flank before any `turn`), in the wheel's own frame;
     a valley lies at t = 0. The offset curve of the trochoid, Litvin and Feng (1996). A `turn` moves the two flanks of a tooth towards each other:
     they meet in front of the tip and leave a step at the valley's bottom.
     """
-    made = made or Modification()
+    relief = relief or Modification()
     t = np.asarray(t, dtype=float)
     out = 1 if stage.twin else -1
-    m, radius = stage._m, stage.ring_radius + out * made.circle  # noqa: SLF001
+    m, radius = stage._m, stage.ring_radius + out * relief.circle  # noqa: SLF001
     k1 = stage.eccentricity * stage.pins / radius
     direction = np.exp(1j * t) - k1 * np.exp(1j * m * t)
     normal = direction / np.abs(direction)
     locus = radius * np.exp(1j * t) + out * stage.eccentricity * np.exp(1j * m * t)
-    points = locus + out * (stage.pin_radius + made.roller) * normal
-    points = points * np.exp(1j * made.turn * np.sign(np.sin(stage.lobes * t)))
+    points = locus + out * (stage.pin_radius + relief.roller) * normal
+    points = points * np.exp(1j * relief.turn * np.sign(np.sin(stage.lobes * t)))
     return _plane(points), _plane(-out * normal)
 
 
@@ -245,14 +245,14 @@ def pressure_angles(stage: Stage, theta: Floats) -> Floats:
     return np.asarray(np.arccos(np.minimum(np.abs(arms(stage, theta)) / distance, 1.0)))
 
 
-def gaps(stage: Stage, theta: Floats, made: Modification) -> Floats:
+def gaps(stage: Stage, theta: Floats, relief: Modification) -> Floats:
     """How wide (m) is the gap along the normal at the pin at theta? g = dRr + dR (1 - K1 cos theta)/D + dpsi |l|, to first order in the modification.
 
     The arm of dpsi is that about the toothed wheel's centre: for the twin (N + 1)/N of the planet's. Where the flank is hollow with a radius of
     0.1 mm, a shift of 10 um is no longer small.
     """
     along = (1 - stage.shortening * np.cos(theta)) / pitch_distance(stage, theta)
-    return np.asarray(made.roller + made.circle * along + made.turn * _wheel_share(stage) * np.abs(arms(stage, theta)))
+    return np.asarray(relief.roller + relief.circle * along + relief.turn * _wheel_share(stage) * np.abs(arms(stage, theta)))
 
 
 def _wheel_share(stage: Stage) -> float:
@@ -271,20 +271,20 @@ def gaps_from_pins(stage: Stage, theta: Floats, radius: Floats, radial: Floats, 
     return np.asarray((-shift if stage.twin else shift) - radius)
 
 
-def play(stage: Stage, made: Modification) -> float:
+def play(stage: Stage, relief: Modification) -> float:
     """Return how far (rad) the planet can turn from one end to the other; below zero its flanks interfere.
 
     2 [dRr + dR sqrt(1-K1^2)]/(e z) + 2 dpsi to first order, where no part is put on. With a larger generating pin circle, dR < 0, flanks touch
     elsewhere: then twice the smallest g/l of all pin angles with an arm above a tenth of the longest. The smallest over a crank turn; between pin
     positions the true play is 0 to 3.5 % larger at N 14 to 16, less with more pins.
     """
-    if made.circle < 0:
+    if relief.circle < 0:
         theta = np.linspace(0.0, math.pi, 20_001)[1:-1]
         arm = arms(stage, theta)
         far = arm > _SHORT_ARM * stage.planet_pitch_radius
-        return float(2 * (gaps(stage, theta, made)[far] / arm[far]).min())
-    deepest = made.roller + made.circle * math.sqrt(1 - stage.shortening**2)
-    return 2 * deepest / stage.planet_pitch_radius + 2 * made.turn * _wheel_share(stage)
+        return float(2 * (gaps(stage, theta, relief)[far] / arm[far]).min())
+    deepest = relief.roller + relief.circle * math.sqrt(1 - stage.shortening**2)
+    return 2 * deepest / stage.planet_pitch_radius + 2 * relief.turn * _wheel_share(stage)
 
 
 def first_contact_error(stage: Stage, theta: Floats, gap: Floats, least: float = 1e-9) -> Floats:

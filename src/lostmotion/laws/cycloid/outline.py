@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cycloid.geometry import flank
-from lostmotion.laws.cycloid.ring import once_round, ring_pitch
+from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,16 +30,16 @@ class Outline:
     chord_error: float
 
 
-def wheel_outline(stage: Stage, made: Modification, tolerance: float) -> Outline:
+def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outline:
     """How does the toothed wheel (the disc; with planet pins the ring) run, with what is ground off it? A valley lies at angle 0; `tolerance` m.
 
     Raises ValueError for flanks that are turned: their two halves do not meet.
     """
-    if made.turn:
+    if relief.turn:
         raise ValueError("turned flanks leave a step in the valley: they make no closed outline")
 
     def pitch(points: int) -> Floats:
-        return flank(stage, np.linspace(-math.pi, math.pi, points) / stage.lobes, made)[0]
+        return flank(stage, np.linspace(-math.pi, math.pi, points) / stage.lobes, relief)[0]
 
     return _refined(pitch, stage.lobes, tolerance)
 
@@ -81,7 +81,7 @@ def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> Ou
         if own <= 0.1 * tolerance:
             chosen, error = _kept(half, 0.9 * tolerance)
             kept = half[chosen]
-            return Outline(once_round(np.concatenate([kept[:0:-1] * [1, -1], kept]), times), error + own)
+            return Outline(repeat_pitch(np.concatenate([kept[:0:-1] * [1, -1], kept]), times), error + own)
         points *= 2
     raise ValueError(f"chords of an outline cannot be kept within {tolerance:g} m of it")
 

@@ -40,7 +40,7 @@ class Branches:
     shift: Floats
 
 
-def preloaded(drive: Drive, torque: Floats, crank: Floats, gap: Floats, branches: Branches, *, threads: int = 1) -> tuple[Floats, Floats]:
+def preloaded_discs(drive: Drive, torque: Floats, crank: Floats, gap: Floats, branches: Branches, *, threads: int = 1) -> tuple[Floats, Floats]:
     """Return where the output rests (end, crank, gearbox), rad, and where it stands under each torque (torque, crank, gearbox), rad.
 
     `torque` (torque,) N m of either sign, not empty, none of them zero; `gap` (disc, crank, gearbox, N) m. The two ends, behind and ahead, differ
@@ -57,14 +57,14 @@ def preloaded(drive: Drive, torque: Floats, crank: Floats, gap: Floats, branches
         torques = np.concatenate([-loads[::-1], [0.0, 0.0], loads])
         angles = _joined(tables, branches)
         low, high = angles[:, 0].max(axis=0), angles[:, -1].min(axis=0)
-        least, largest = (sum(carried(each, torques, end) for each in angles) for end in (low, high))
+        least, largest = (sum(carried_torque(each, torques, end) for each in angles) for end in (low, high))
         if (low < high).all() and (least <= wanted.min()).all() and (largest >= wanted.max()).all():
             break
         more = np.asarray(loads[-1] * _STEP ** np.arange(1.0, 4.0), dtype=float)
         tables.append(_table(drive, more, crank, gap, branches, threads))
         loads = np.concatenate([loads, more])
     points = angles.reshape(-1, *angles.shape[2:])
-    sums = np.stack([sum(carried(each, torques, point) for each in angles) for point in points])
+    sums = np.stack([sum(carried_torque(each, torques, point) for each in angles) for point in points])
     # of the two angles at rest the first is where the sum is no longer below zero, the second where it begins to be above
     found = [_crossing(points, sums, sums <= 0 if k == 1 else sums < whole, whole) for k, whole in enumerate(wanted)]
     rest, turned = np.sort(found[:2], axis=0), np.array(found[2:])
@@ -81,7 +81,7 @@ def _crossing(points: Floats, sums: Floats, below: np.ndarray, whole: float) -> 
     return np.asarray(start + np.clip(share, 0.0, 1.0) * (end - start))
 
 
-def carried(alone: Floats, loads: Floats, angle: Floats) -> Floats:
+def carried_torque(alone: Floats, loads: Floats, angle: Floats) -> Floats:
     """Return the load of one disc at an angle, on straight lines between its own (load, crank, gearbox); that of the nearer end beyond them."""
     at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
     below, above = (np.take_along_axis(alone, k[None], axis=0)[0] for k in (at - 1, at))

@@ -38,7 +38,7 @@ def ring_pitch(stage: Stage, points: int = 401, clearance: float = 0.0) -> Float
     return np.concatenate([side[:0:-1] * [1, -1], side])
 
 
-def once_round(pitch: Floats, times: int) -> Floats:
+def repeat_pitch(pitch: Floats, times: int) -> Floats:
     """What closed outline (times x (n - 1), 2) do `times` copies of one pitch (n, 2) make?"""
     one = pitch[:-1, 0] + 1j * pitch[:-1, 1]
     whole = (np.exp(2j * math.pi / times * np.arange(times))[:, None] * one).ravel()

@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.drive import LEAST_ARM, crank_play, loaded_disc, resting_disc
+from lostmotion.laws.cycloid.drive import LEAST_ARM, crank_play, loaded_disc, rest_angle
 from lostmotion.laws.cycloid.geometry import arms, first_contact_error, gaps, gaps_from_pins, normals, pin_angles
-from lostmotion.laws.cycloid.preload import Branches, carried, preloaded
+from lostmotion.laws.cycloid.preload import Branches, carried_torque, preloaded_discs
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.units import Toleranced
 
@@ -62,7 +62,7 @@ class Scatter:
 
 
 @dataclass(frozen=True, slots=True)
-class Built:
+class SimulatedGearboxes:
     """What came out; leading axes as said, the last one is the gearbox built.
 
     `ahead` and `behind` (crank, gearbox) rad: how far the output turns freely either way from its gapless place, clearances of crank and output pins
@@ -88,7 +88,7 @@ class Built:
         return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
 
 
-def drawn(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -> Floats:
+def sample(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -> Floats:
     """Which values (gearbox, ...) does a stream of this name give within ± size? Each gearbox has a row of its own, whatever their number."""
     if not size:
         return np.zeros(shape)
@@ -98,21 +98,21 @@ def drawn(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -
     return law.quantile(uniforms) * (size / law.bound)
 
 
-def drawn_dimension(dimension: Toleranced, name: str, seed: int, count: int) -> Floats:
+def sample_dimension(dimension: Toleranced, name: str, seed: int, count: int) -> Floats:
     """Which values (gearbox,) does a toleranced dimension take?"""
-    return dimension.nominal + drawn(dimension.tolerance, of_tolerance(dimension.law), name, seed, (count,))
+    return dimension.nominal + sample(dimension.tolerance, of_tolerance(dimension.law), name, seed, (count,))
 
 
-def drawn_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
+def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
     """How wide (disc, crank, gearbox, N; m) are the gaps at crank angles (crank,) in so many gearboxes? Below zero: interference."""
     stage, pins, normal = drive.stage, drive.stage.pins, Normal()
 
     def alike(name: str) -> Floats:
         dimension = getattr(scatter, name)
-        return drawn(dimension.tolerance, of_tolerance(dimension.law), name, seed, (gearboxes,))[:, None]
+        return sample(dimension.tolerance, of_tolerance(dimension.law), name, seed, (gearboxes,))[:, None]
 
     def each(name: str, stream: str) -> Floats:
-        return drawn(getattr(scatter, name), normal, stream, seed, (gearboxes, pins))
+        return sample(getattr(scatter, name), normal, stream, seed, (gearboxes, pins))
 
     radius = alike("pin_radius") + each("pin_size", "pin_size")
     radial = alike("ring_radius") + each("pin_position", "pin_position radial")
@@ -128,11 +128,11 @@ def drawn_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, se
         normal_to = normals(stage, theta)
         shift = normal_to[..., 0] * (off + along[..., None]) + normal_to[..., 1] * across[..., None] + arms(stage, theta) * turned[:, None]
         flank = each("flank_form", f"flank_form disc {disc}")
-        out[disc] = gaps(stage, theta, drive.made) + taken + flank - shift + gaps_from_pins(stage, theta, radius, radial, tangential)
+        out[disc] = gaps(stage, theta, drive.relief) + taken + flank - shift + gaps_from_pins(stage, theta, radius, radial, tangential)
     return out
 
 
-def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearboxes: int, seed: int, *, threads: int = 1) -> Built:
+def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearboxes: int, seed: int, *, threads: int = 1) -> SimulatedGearboxes:
     """What do so many gearboxes do at crank angles (crank,) under torques (torque,) of either sign, N m of the whole drive, none of them zero?
 
     Rotations hold what disc, flanks and eccentric give (see `cycloid_drive`), not the output pins. Raises DidNotConvergeError where a load is
@@ -143,7 +143,7 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     torque, crank = np.asarray(torque, dtype=float), np.asarray(crank, dtype=float)
     if not torque.all():
         raise ValueError("under no torque the output lies anywhere in its play: see `ahead` and `behind`")
-    gap = drawn_gaps(drive, scatter, crank, gearboxes, seed)
+    gap = sample_gaps(drive, scatter, crank, gearboxes, seed)
     angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
     ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
@@ -154,7 +154,7 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
         rest = (ahead[disc] - behind[disc]) / 2
         if len(torque):
             turned = crank + 2 * math.pi * disc / drive.discs
-            rest = resting_disc(drive, turned, gap[disc], float(np.abs(torque).min()))
+            rest = rest_angle(drive, turned, gap[disc], float(np.abs(torque).min()))
         ahead[disc], behind[disc] = np.where(stuck[disc], (rest, -rest), (ahead[disc], behind[disc]))
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
@@ -176,18 +176,18 @@ def built(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearbox
     chosen = np.flatnonzero(pressed.any(axis=0))
     if len(chosen) and len(torque):
         shifts = Branches(-last[..., chosen], first[..., chosen], (free + uneven)[..., chosen])
-        rest, turned = preloaded(drive, torque, crank, gap[:, :, chosen], shifts, threads=threads)
+        rest, turned = preloaded_discs(drive, torque, crank, gap[:, :, chosen], shifts, threads=threads)
         own = pressed[:, chosen]
         rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
         ahead[:, chosen], behind[:, chosen] = np.where(own, rest[1], ahead[:, chosen]), np.where(own, -rest[0], behind[:, chosen])
-    return Built(ahead, behind, torque, rotation, jammed)
+    return SimulatedGearboxes(ahead, behind, torque, rotation, jammed)
 
 
 def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
     """Which play (gearbox,; rad) do the clearances of crank bearings and output pins make: G times `crank_play`, and Gw/Rw?"""
-    out = crank_play(drive) * drawn_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
+    out = crank_play(drive) * sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
     if drive.output is not None:
-        out = out + drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
+        out = out + sample_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
     return np.asarray(out)
 
 
@@ -197,7 +197,7 @@ def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int)
     By least squares, as bearings alike that all carry place it; in the axes of the output.
     """
     count, circle = drive.eccentric.cranks, drive.eccentric.circle
-    off = np.stack([drawn(scatter.crank_position, Normal(), f"crank_position {way} disc {disc}", seed, (gearboxes, count)) for way in "xy"], axis=-1)
+    off = np.stack([sample(scatter.crank_position, Normal(), f"crank_position {way} disc {disc}", seed, (gearboxes, count)) for way in "xy"], axis=-1)
     moved = off.mean(axis=1)
     if count == 1:
         return moved, np.zeros(gearboxes), np.zeros_like(off)
@@ -218,7 +218,7 @@ def _room_lost(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Flo
 
     A bearing off by r within its half clearance g moves as freely as one of sqrt(g^2 - r^2), and not at all from r = g on; the worst one counts.
     """
-    half = np.maximum(drawn_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes), 0.0) / 2
+    half = np.maximum(sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes), 0.0) / 2
     off = np.stack([np.linalg.norm(_bores(drive, scatter, disc, gearboxes, seed)[2], axis=-1).max(axis=1) for disc in range(drive.discs)])
     return np.asarray(crank_play(drive) * (half - np.sqrt(np.maximum(half**2 - off**2, 0.0))))
 
@@ -233,11 +233,11 @@ def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, 
     pins = drive.output
     if pins is None or not scatter.output_position:
         return np.zeros(shape), np.zeros((2, len(crank), gearboxes))
-    half = drawn_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes)[:, None] / 2
+    half = sample_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes)[:, None] / 2
     early, uneven = np.empty(shape), np.empty(shape)
     for disc in range(drive.discs):
         first, second = (
-            drawn(scatter.output_position, Normal(), f"output_position {way} disc {disc}", seed, (gearboxes, pins.count)) for way in "xy"
+            sample(scatter.output_position, Normal(), f"output_position {way} disc {disc}", seed, (gearboxes, pins.count)) for way in "xy"
         )
         turned = (crank + 2 * math.pi * disc / drive.discs)[:, None, None]
         off = first * np.cos(turned) + second * np.sin(turned)
@@ -270,7 +270,7 @@ def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, star
         low, high = alone[:, 0].min(axis=0), alone[:, -1].max(axis=0)
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
-            short = sum(carried(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
+            short = sum(carried_torque(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
             low, high = np.where(short, middle, low), np.where(short, high, middle)
         out[k] = high
     return out

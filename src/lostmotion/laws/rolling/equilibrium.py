@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Settled:
+class ShaftEquilibrium:
     """Where the shaft settles.
 
     stand      (case, 5) m, rad; NaN where no balance was found
@@ -41,21 +41,21 @@ class Settled:
     stiffness  (case, 5, 5) the slope of the load at the stand, N/m, N/rad, N m/rad
     """
 
-    stand: Floats
+    displacement: Floats
     loads: tuple[Floats, ...]
     residual: Floats
     converged: Flags
     stiffness: Floats
 
 
-def settle(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0) -> Settled:
+def shaft_equilibrium(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0) -> ShaftEquilibrium:
     """Where does a shaft on these rows settle under loads (case, 5), and what does each element carry?
 
     `clearance` (case,) or one for all: radial internal clearance of every row, m, diametral; below zero preload. Where loads leave a direction
     free (no load and no stiffness along it) the shaft stays there in the middle. A case without any balance is marked and NaN.
     Raises ValueError for loads of another shape or not finite.
     """
-    from lostmotion.laws.rolling.equilibrium_kernel import settle_cases
+    from lostmotion.laws.rolling.equilibrium_kernel import solve_cases
 
     loads = np.asarray(load, dtype=float)
     if loads.ndim != 2 or loads.shape[1] != 5 or not np.isfinite(loads).all():  # noqa: PLR2004 - case by five
@@ -71,12 +71,12 @@ def settle(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0
     contacts["element"] += np.repeat(ends[:-1], [len(seat.contacts) for seat in seats])
     contacts["across"] *= scale
     contacts["along"] *= scale
-    stand, stiffness, each = np.empty((cases, 5)), np.empty((cases, 5, 5)), np.empty((cases, ends[-1]))
+    displacement, stiffness, each = np.empty((cases, 5)), np.empty((cases, 5, 5)), np.empty((cases, ends[-1]))
     residual, converged = np.empty(cases), np.empty(cases, dtype=bool)
-    settle_cases(contacts, play, wanted, reach, stand, stiffness, each, residual, converged)
+    solve_cases(contacts, play, wanted, reach, displacement, stiffness, each, residual, converged)
     size = np.linalg.norm(wanted, axis=1)
-    return Settled(
-        stand * scale,
+    return ShaftEquilibrium(
+        displacement * scale,
         tuple(np.split(each, ends[1:-1], axis=1)),
         residual / np.where(size > 0, size, 1.0),
         converged,

@@ -24,13 +24,13 @@ _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, 
 
 
 @_jit
-def _closed(contact, clearance, stand):
+def _closed(contact, clearance, displacement):
     """How far is a contact closed here, what is that a difference of, and along which way (parts of across and along) does it close?"""
     radial, axial = contact.radial - contact.share * clearance, contact.axial
     start = radial
     for k in range(5):
-        radial += contact.across[k] * stand[k]
-        axial += contact.along[k] * stand[k]
+        radial += contact.across[k] * displacement[k]
+        axial += contact.along[k] * displacement[k]
     if contact.apart == 0.0:
         return radial, abs(radial) + 2.0 * abs(start), 1.0, 0.0
     if axial <= 0.0 and not contact.shoulders:  # on the side without a shoulder the ball stays at the bottom of the groove
@@ -46,7 +46,7 @@ def _push(contact, approach):
 
 
 @_jit
-def _hold(contacts, clearance, stand, held, slope, way, bow):
+def _hold(contacts, clearance, displacement, held, slope, way, bow):
     """Add up the load held at a stand into `held` (5,), its slope into `slope` (5, 5; lower half). Give what rounding may leave of the sums, N."""
     noise = 0.0
     for k in range(5):
@@ -55,7 +55,7 @@ def _hold(contacts, clearance, stand, held, slope, way, bow):
             slope[k, m] = 0.0
     for i in range(contacts.shape[0]):
         contact = contacts[i]
-        approach, size, cosine, sine = _closed(contact, clearance, stand)
+        approach, size, cosine, sine = _closed(contact, clearance, displacement)
         if approach > 0.0:
             force = _push(contact, approach)
             stiff = contact.exponent * force / approach
@@ -107,7 +107,7 @@ def _step(slope, lack, root, step):
 
 
 @_jit
-def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack, step, root, way, bow):
+def _balance(contacts, clearance, wanted, reach, displacement, held, slope, trial, lack, step, root, way, bow):
     """Find the stand where the contacts hold what is wanted. Give the residual (N) and how far it stands above its allowance: above 1, no balance.
 
     Where nothing touches the step goes straight along the load, doubled until contacts hold half of it; all others are Newton's. Each is cut until
@@ -115,14 +115,14 @@ def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack
     """
     size = np.sqrt(_dot(wanted, wanted))
     for k in range(5):
-        stand[k] = step[k] = 0.0
+        displacement[k] = step[k] = 0.0
     down = low = share = at_low = at_high = 0.0
     high = left = ratio = np.inf
     steps = tries = 0
     free = False
     while True:
         for k in range(5):
-            trial[k] = stand[k] + share * step[k]
+            trial[k] = displacement[k] + share * step[k]
         noise = _hold(contacts, clearance, trial, held, slope, way, bow)
         for k in range(5):
             lack[k] = wanted[k] - held[k]
@@ -141,7 +141,7 @@ def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack
                 share = low + (high - low) * (min(max(at_low / (at_low - at_high), 0.1), 0.9) if tries % 2 else 0.5)
             continue
         for k in range(5):
-            stand[k] = trial[k]
+            displacement[k] = trial[k]
         left = np.sqrt(_dot(lack, lack))
         ratio = 0.0 if left == 0.0 else left / (_CONVERGED * size + noise)
         # Whatever has left the bearing altogether is held by nothing.
@@ -164,12 +164,12 @@ def _balance(contacts, clearance, wanted, reach, stand, held, slope, trial, lack
 
 
 @_jit
-def settle_cases(
+def solve_cases(
     contacts,  # (contact,) as `rolling_rows.CONTACT`, by the stand in metres
     clearance,  # (case,) m
     wanted,  # (case, 5) N
     reach,  # m
-    stand,  # out (case, 5) m
+    displacement,  # out (case, 5) m
     slope,  # out (case, 5, 5) N/m
     loads,  # out (case, element) N
     residual,  # out (case,) N
@@ -179,17 +179,18 @@ def settle_cases(
     held, trial, lack, step, way, bow = np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5)
     half, root = np.zeros((5, 5)), np.zeros((5, 5))
     for case in range(wanted.shape[0]):
-        residual[case], ratio = _balance(contacts, clearance[case], wanted[case], reach, stand[case], held, half, trial, lack, step, root, way, bow)
+        at = displacement[case]
+        residual[case], ratio = _balance(contacts, clearance[case], wanted[case], reach, at, held, half, trial, lack, step, root, way, bow)
         converged[case] = ratio <= 1.0
         blank = 0.0 if ratio <= 1.0 else np.nan
         for element in range(loads.shape[1]):
             loads[case, element] = blank
         for i in range(contacts.shape[0]):
             contact = contacts[i]
-            approach = _closed(contact, clearance[case], stand[case])[0]
+            approach = _closed(contact, clearance[case], displacement[case])[0]
             if approach > 0.0:
                 loads[case, contact.element] += _push(contact, approach)
         for k in range(5):
-            stand[case, k] += blank
+            displacement[case, k] += blank
             for m in range(5):
                 slope[case, k, m] = half[max(k, m), min(k, m)] + blank

@@ -201,7 +201,7 @@ def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """A row on the shaft: at the height `at` (m) along z; `mirrored`: its shoulder faces -z; `pressed` (m): set off along its own +z before any load.
+    """A row on the shaft: at the height `at` (m) along z; `mirrored`: its shoulder faces -z; `preload_shift` (m): along its own +z before any load.
 
     Two mirrored angular-contact rows, each pressed by the same amount, are a preloaded pair.
     """
@@ -209,7 +209,7 @@ class Seat:
     row: Row
     at: float = 0.0
     mirrored: bool = False
-    pressed: float = 0.0
+    preload_shift: float = 0.0
 
     @property
     def view(self) -> Floats:
@@ -224,8 +224,8 @@ class Seat:
     def contacts(self) -> Contacts:
         """Give the row's contacts by the shaft's stand."""
         out = self.row.contacts
-        out["radial"] += out["across"][:, 2] * self.pressed
-        out["axial"] += out["along"][:, 2] * self.pressed
+        out["radial"] += out["across"][:, 2] * self.preload_shift
+        out["axial"] += out["along"][:, 2] * self.preload_shift
         out["across"] @= self.view
         out["along"] @= self.view
         return out

@@ -1,8 +1,8 @@
 """Where a shaft on two rows of rolling elements settles, read from a table instead of solved for: microseconds per load instead of a Newton solve.
 
 A row whose tilt within itself matters little feels two things: its own radial reaction, which statics alone gives, and its part of the axial force.
-So the shaft's stand follows from three numbers, the two reactions' sizes and the axial force, whichever way the reactions point; `settle` fills the
-table over them. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean) apart.
+So the shaft's stand follows from three numbers, the two reactions' sizes and the axial force, whichever way the reactions point; `shaft_equilibrium`
+fills the table over them. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean) apart.
 
 Exact where rows carry no moment of their own and elements are many; what few balls and rows of some width make of it is measured by the tests
 (tests/laws/test_rolling_table.py). Where the elements stand at the moment is averaged out. The pair must look the same from both its ends.
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
 
 if TYPE_CHECKING:
@@ -58,15 +58,15 @@ class Pair:
         """Give the same pair with its elements this share of their distance further round."""
         return replace(self, seats=tuple(replace(seat, row=_turned(seat.row, share)) for seat in self.seats))
 
-    def settled(self, behind: Floats, ahead: Floats, along: Floats, clearance: float) -> tuple[Floats, Floats, Floats]:
+    def solve(self, behind: Floats, ahead: Floats, along: Floats, clearance: float) -> tuple[Floats, Floats, Floats]:
         """Solve for the radial shift of the rows behind and ahead and the axial one (m), under reactions in one plane (N). Errors as `ShiftTable`."""
         zero = np.zeros_like(behind)
         loads = np.stack([behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1)
-        found = settle(self.seats, loads, clearance)
+        found = shaft_equilibrium(self.seats, loads, clearance)
         if not found.converged.all():
             said = f"a shaft on its bearings was not balanced in {np.count_nonzero(~found.converged)} of {len(loads)} cases"
             raise DidNotConvergeError(f"{said}, the largest load among them {np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  are they meant?")
-        x, z, tilt = found.stand[:, 0], found.stand[:, 2], found.stand[:, 4]
+        x, z, tilt = found.displacement[:, 0], found.displacement[:, 2], found.displacement[:, 4]
         return x - tilt * self.span / 2, x + tilt * self.span / 2, z
 
 
@@ -86,7 +86,7 @@ class ShiftTable:
     """Shifts of a pair over its loads up to `top` (N, all reactions together) at one clearance (m); beyond the top each load is solved for."""
 
     def __init__(self, pair: Pair, clearance: float, top: float) -> None:
-        """Fill the table. Raises DidNotConvergeError where `settle` finds no balance, ValueError for a top that is not above zero."""
+        """Fill the table. Raises DidNotConvergeError where `shaft_equilibrium` finds no balance, ValueError for a top that is not above zero."""
         from scipy.interpolate import NdBSpline, make_interp_spline
 
         if not (math.isfinite(top) and top > 0):
@@ -99,7 +99,7 @@ class ShiftTable:
             axes.append((math.pi / 2 - _RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
         grid = np.meshgrid(*axes, indexing="ij")
         behind, ahead, along = self._loads(grid[0].ravel(), grid[1].ravel(), grid[2].ravel() if pair.axial else np.zeros(grid[0].size))
-        values = np.stack(pair.turned(_BETWEEN).settled(behind, ahead, along, clearance), axis=-1)
+        values = np.stack(pair.turned(_BETWEEN).solve(behind, ahead, along, clearance), axis=-1)
         coefficients = values.reshape(*grid[0].shape, 3) / self._growth(grid[0])[..., None]
         if pair.axial:
             # The pair seen from its other end: rows and axial direction change places.
@@ -122,7 +122,7 @@ class ShiftTable:
         out = self._at(np.minimum(size, 1.0), split, lean)
         beyond = size > 1
         if beyond.any():
-            out[beyond] = np.stack(self.pair.settled(behind[beyond], ahead[beyond], along[beyond], self.clearance), axis=-1)
+            out[beyond] = np.stack(self.pair.solve(behind[beyond], ahead[beyond], along[beyond], self.clearance), axis=-1)
         return out
 
     def edges(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
@@ -150,7 +150,7 @@ class ShiftTable:
         if self.clearance > 0:
             return np.ones_like(size)
         grown = np.maximum(size, _BOTTOM ** (1 / self.pair.exponent / 2)) ** 2
-        return np.asarray(grown**self.pair.exponent) if self.clearance < 0 or any(seat.pressed for seat in self.pair.seats) else grown
+        return np.asarray(grown**self.pair.exponent) if self.clearance < 0 or any(seat.preload_shift for seat in self.pair.seats) else grown
 
     def _coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
         """Give loads by size and direction, each component to the power at which contacts give: over them shifts are nearly straight."""

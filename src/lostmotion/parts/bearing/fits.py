@@ -88,7 +88,7 @@ class MountedBearing(Sourced):
     def working(self) -> Toleranced:
         """Give the working clearance: its middle and ± over bearings at random, uniform where the delivered one is."""
         spread = self.spreads["working"]
-        return Toleranced(spread.middle, spread.at_random, self.clearance.law)
+        return Toleranced(spread.middle, spread.statistical, self.clearance.law)
 
     def built(self, count: int, seed: int) -> dict[str, Floats]:
         """Which clearances (bearing,), m, have so many bearings built and mounted at random, at each of `STEPS`? Each dimension by its own law."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import ball_pressure, roller_pressure
 from lostmotion.laws.rolling.rows import BallRow, RollerRow, Row, Seat
 from lostmotion.laws.rolling.table import Pair
@@ -108,9 +108,9 @@ class BallPair(DrawnBearing):
         if not self.contact_angle:
             return _spaced(row, self.span, axial=True)
         back = self.arrangement == "back-to-back"
-        pressed = float(settle([Seat(row)], [[0.0, 0.0, self.preload, 0.0, 0.0]]).stand[0, 2]) if self.preload else 0.0
+        preload_shift = float(shaft_equilibrium([Seat(row)], [[0.0, 0.0, self.preload, 0.0, 0.0]]).displacement[0, 2]) if self.preload else 0.0
         out = self.span / 2 if back else -self.span / 2
-        seats = Seat(row, -out, pressed=pressed), Seat(row, out, mirrored=True, pressed=pressed)
+        seats = Seat(row, -out, preload_shift=preload_shift), Seat(row, out, mirrored=True, preload_shift=preload_shift)
         beyond = self.pitch_diameter * math.tan(self.contact_angle)
         return Pair(seats if back else seats[::-1], self.span + beyond if back else self.span - beyond, axial=True)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cycloid import contact, drive
-from lostmotion.laws.cycloid.tolerances import built, drawn_dimension
+from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.laws.gears import friction_loop
 from lostmotion.parts.error_source import OF_RATED, Condition, Draw, ErrorSource, Friction, Term
@@ -24,7 +24,7 @@ from lostmotion.units import Toleranced
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.laws.cycloid.tolerances import Built
+    from lostmotion.laws.cycloid.tolerances import SimulatedGearboxes
     from lostmotion.parts.error_source import Holding
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
@@ -142,20 +142,20 @@ def gearboxes(gearbox: CycloidalGearbox, torque: Floats, angles: int, count: int
     share, steps = _share(gearbox), abs(gearbox.steps)
     crank = 2 * math.pi * np.arange(angles) / angles
     sign = np.sign(torque)[:, None]
-    main = built(gearbox.drive, gearbox.scatter, share * torque, crank, count, seed)
+    main = simulate(gearbox.drive, gearbox.scatter, share * torque, crank, count, seed)
     play, jammed = share * main.play, main.jammed
     turned = share * _beyond(main, sign)
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
-        before = built(first.drive, first.scatter, torque / steps, crank, count, seed + 1)
+        before = simulate(first.drive, first.scatter, torque / steps, crank, count, seed + 1)
         play, jammed = play + before.play / steps, jammed | before.jammed
         turned = turned + _beyond(before, sign) / steps
     elif first is not None:
-        play = play + drawn_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
+        play = play + sample_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
     return Made(play, turned, float(jammed.mean()))
 
 
-def _beyond(made: Built, sign: Floats) -> Floats:
+def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
     """Give by how much a stage winds up beyond its play (torque, gearbox), on average over the crank; below zero the other way round."""
     ahead, behind = made.ends
     return np.asarray((made.rotation - np.where(sign[:, None] > 0, ahead, behind)).mean(axis=1))
@@ -164,10 +164,10 @@ def _beyond(made: Built, sign: Floats) -> Floats:
 def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
     """By which angle (rad) does each member wind up under torques (torque,) above zero at the output, as drawn, play not counted?"""
     share, steps = _share(gearbox), abs(gearbox.steps)
-    out = {name: share * angle for name, angle in drive.members(gearbox.drive, share * torque).items()}
+    out = {name: share * angle for name, angle in drive.wind_up_by_member(gearbox.drive, share * torque).items()}
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
-        out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in drive.members(first.drive, torque / steps).items()}
+        out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in drive.wind_up_by_member(first.drive, torque / steps).items()}
     return out | _outside(gearbox, torque)
 
 
@@ -231,7 +231,7 @@ def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int
     """Give the mean square (level,), rad^2, of each harmonic of the crank's turn, averaged over gearboxes."""
     angles = 3 * stage.pins
     crank = 2 * math.pi * np.arange(angles) / angles
-    rotation = built(stage.drive, stage.scatter, loads, crank, _WAVING, seed).rotation
+    rotation = simulate(stage.drive, stage.scatter, loads, crank, _WAVING, seed).rotation
     power = 2 * (np.abs(np.fft.rfft(rotation, axis=1) / angles) ** 2).mean(axis=2)
     return [(k, power[:, k]) for k in range(1, power.shape[1])]
 
@@ -247,7 +247,7 @@ def friction(gearbox: CycloidalGearbox, torque: Floats) -> Floats:
         return out
     circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
     rubbing = contact.Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
-    crank = drive.pitch_of_crank(gearbox.drive)
+    crank = drive.crank_angles_of_pitch(gearbox.drive)
     gap = drive.nominal_gaps(gearbox.drive, crank)
     for k, load in enumerate(_share(gearbox) * torque / gearbox.discs):
         answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)

@@ -88,7 +88,7 @@ def _ring(part: CycloidalStage) -> go.Scatter:
     if stage.kind == "ring pins":
         return _scatter(_round(_around(stage.pins, stage.ring_radius), stage.pin_radius), "pins of the ring", INK)
     fine = _FINE * stage.ring_radius
-    outline = wheel_outline(stage, part.drive.made, fine) if stage.twin else ring_outline(stage, fine)
+    outline = wheel_outline(stage, part.drive.relief, fine) if stage.twin else ring_outline(stage, fine)
     return _scatter(_closed(_complex(outline.points)), "ring", INK)
 
 
@@ -100,7 +100,7 @@ def _planet(part: CycloidalStage, disc: int) -> go.Scatter:
     name = f"{name} {disc + 1}" if part.discs > 1 else name
     if stage.twin:
         return _scatter(_round(middle + _around(stage.pins, stage.ring_radius) * turn, stage.pin_radius), f"pins of {name}", _LINES[disc])
-    outline = wheel_outline(stage, part.drive.made, _FINE * stage.ring_radius)
+    outline = wheel_outline(stage, part.drive.relief, _FINE * stage.ring_radius)
     return _scatter(_closed(middle + _complex(outline.points) * turn), name, _LINES[disc], fill="toself", fillcolor=_FILLS[disc])
 
 

@@ -135,7 +135,7 @@ def _geometry(gearbox: CycloidalGearbox) -> Section:
 def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str]]:
     stage, drive = part.stage, part.drive
     wheel = "ring" if stage.twin else "disc"
-    ends = np.linalg.norm(flank(stage, np.array([0.0, math.pi / stage.lobes]), drive.made)[0], axis=-1)
+    ends = np.linalg.norm(flank(stage, np.array([0.0, math.pi / stage.lobes]), drive.relief)[0], axis=-1)
     working = np.linspace(0, math.pi, 2001)[1:-1]
     longest = pressure_angles(stage, np.array(math.acos(stage.shortening)))
     sharpest = smallest_convex_radius(stage)
@@ -171,7 +171,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
         ("pressure angle at the longest arm", of_angle(float(longest)), "where cos θ = K1"),
         (
             "play by the relief alone",
-            _angle(play(stage, drive.made), _DRAWING),
+            _angle(play(stage, drive.relief), _DRAWING),
             "first order, without tolerances and clearances; negative: flanks interfere",
         ),
     ]

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from lostmotion.laws.rolling.equilibrium import settle
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import (
     BALL_EXPONENT,
     ROLLER_EXPONENT,
@@ -27,7 +27,7 @@ GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 ANGULAR = BallRow(count=15, ball=9.5e-3, pitch=60e-3, contact_angle=math.radians(25))
 ROLLERS = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, slices=20)
 CROSSED = CrossedRow(count=40, length=6e-3, pitch=80e-3)
-PAIR = (Seat(ANGULAR, 0.02, pressed=5 * UM), Seat(ANGULAR, -0.02, mirrored=True, pressed=5 * UM))
+PAIR = (Seat(ANGULAR, 0.02, preload_shift=5 * UM), Seat(ANGULAR, -0.02, mirrored=True, preload_shift=5 * UM))
 SHAFTS = [
     pytest.param((Seat(GROOVE),), id="deep groove"),
     pytest.param((Seat(GROOVE, -0.03), Seat(GROOVE, 0.03)), id="two deep grooves"),
@@ -46,7 +46,7 @@ def test_whatever_the_load_it_is_held(seats, clearance):
     """Under random loads every shaft settles with less than 1e-9 of the load unbalanced, and what elements carry is never a pull."""
     rng = np.random.default_rng(3)
     load = rng.normal(size=(40, 5)) * [2000, 2000, 1000, 30, 30]
-    found = settle(seats, load, clearance)
+    found = shaft_equilibrium(seats, load, clearance)
     assert found.converged.all()
     assert found.residual.max() < 1e-9
     assert all((loads >= 0).all() for loads in found.loads)
@@ -57,7 +57,7 @@ def test_the_lightest_loads_are_held_too(seats):
     """Loads from a micronewton to a millinewton find the contacts that hold them on the far side of a play of 40 µm."""
     rng = np.random.default_rng(4)
     load = rng.normal(size=(300, 5)) * [2000, 2000, 1000, 30, 30] * 10 ** rng.uniform(-9, -6, (300, 1))
-    found = settle(seats, load, 40 * UM)
+    found = shaft_equilibrium(seats, load, 40 * UM)
     assert found.converged.all()
     assert found.residual.max() < 1e-3
 
@@ -66,18 +66,18 @@ def test_the_lightest_loads_are_held_too(seats):
 @pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
 def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
     """Balls and rollers under a radial load settle where the law with one unknown says, with the same loads."""
-    found = settle((Seat(GROOVE),), np.array([[load, 0, 0, 0, 0]]), clearance)
+    found = shaft_equilibrium((Seat(GROOVE),), np.array([[load, 0, 0, 0, 0]]), clearance)
     k, angles = ball_stiffness(12.7e-3, 65e-3), element_angles(9)
     alone = radial_shift(load, clearance, k, BALL_EXPONENT, angles)
-    np.testing.assert_allclose(found.stand[0], [alone, 0, 0, 0, 0], rtol=1e-8, atol=1e-15)
+    np.testing.assert_allclose(found.displacement[0], [alone, 0, 0, 0, 0], rtol=1e-8, atol=1e-15)
     np.testing.assert_allclose(found.loads[0][0], element_loads(alone, clearance, k, BALL_EXPONENT, angles), rtol=1e-7, atol=1e-6)
     plain = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, crowned=False)
-    found = settle((Seat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
+    found = shaft_equilibrium((Seat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
     alone = radial_shift(load, clearance, roller_stiffness(10e-3), ROLLER_EXPONENT, element_angles(16))
-    assert found.stand[0, 0] == pytest.approx(float(alone), rel=1e-8)
+    assert found.displacement[0, 0] == pytest.approx(float(alone), rel=1e-8)
 
 
-def stored(seat, stand, clearance):
+def stored(seat, displacement, clearance):
     """Give the energy (N m) in one row's contacts and the load (5,) it holds, from points, motions and lines of contact as vectors in space."""
     row, up = seat.row, np.array([0.0, 0.0, -1.0 if seat.mirrored else 1.0])
     rollers = isinstance(row, RollerRow)
@@ -90,7 +90,7 @@ def stored(seat, stand, clearance):
     if rollers:
         along = np.tile((np.arange(row.slices) + 0.5) / row.slices - 0.5, row.count)
         point += row.length * along[:, None] * up
-    moved = stand[:3] + np.cross([*stand[3:], 0.0], point) + seat.pressed * up
+    moved = displacement[:3] + np.cross([*displacement[3:], 0.0], point) + seat.preload_shift * up
     if isinstance(row, BallRow):
         line = (apart * math.cos(bend) - clearance / 2 + (moved * out).sum(axis=1))[:, None] * out + apart * math.sin(bend) * up
         line[:, 2] += moved[:, 2]
@@ -121,7 +121,7 @@ def test_the_balance_is_scipys_least_energy(seats, clearance):
             parts = [stored(seat, place * unit, clearance) for seat in seats]
             return (sum(part[0] for part in parts) - load @ (place * unit)) * 1e6, (sum(part[1] for part in parts) - load) * unit * 1e6
 
-        found = settle(seats, load[None], clearance).stand[0] / unit
+        found = shaft_equilibrium(seats, load[None], clearance).displacement[0] / unit
         least = minimize(potential, np.zeros(5), jac=True, method="BFGS", options={"gtol": 1e-4, "maxiter": 2000})
         assert potential(found)[0] <= least.fun + 1e-9 * abs(least.fun)
         np.testing.assert_allclose(sum(stored(seat, found * unit, clearance)[1] for seat in seats), load, atol=1e-8 * np.linalg.norm(load))
@@ -131,11 +131,11 @@ def test_the_balance_is_scipys_least_energy(seats, clearance):
 def test_loads_add_up_by_statics():
     """Summed by hand about the origin, a deep groove's ball loads along their lines of contact balance the load."""
     load = np.array([[1500.0, -400.0, 700.0, 8.0, -5.0]])
-    found = settle((Seat(GROOVE),), load, 15 * UM)
+    found = shaft_equilibrium((Seat(GROOVE),), load, 15 * UM)
     angles = element_angles(9)
     apart = 0.04 * 12.7e-3
     radius = 65e-3 / 2 + 0.02 * 12.7e-3
-    x, y, z, a, b = found.stand[0]
+    x, y, z, a, b = found.displacement[0]
     radial = apart - 7.5 * UM + x * np.cos(angles) + y * np.sin(angles)
     axial = z + radius * (a * np.sin(angles) - b * np.cos(angles))
     tilt = np.arctan2(axial, radial)
@@ -150,13 +150,13 @@ def test_loads_add_up_by_statics():
 def test_stiffness_is_the_slope_of_the_load_and_symmetric(seats):
     """The stiffness found is what finite differences of the balance give, symmetric and never negative: no bearing feeds energy."""
     load = np.array([[1500.0, 500.0, 400.0, 6.0, -4.0]])
-    found = settle(seats, load, 0.0)
+    found = shaft_equilibrium(seats, load, 0.0)
     stiffness = found.stiffness[0]
     np.testing.assert_allclose(stiffness, stiffness.T, rtol=1e-9, atol=1e-6 * np.abs(stiffness).max())
     assert np.linalg.eigvalsh(stiffness).min() > 0
     scale = np.array([1500.0, 1500.0, 1500.0, 40.0, 40.0]) * 1e-4
-    more = settle(seats, load + np.diag(scale), 0.0).stand
-    less = settle(seats, load - np.diag(scale), 0.0).stand
+    more = shaft_equilibrium(seats, load + np.diag(scale), 0.0).displacement
+    less = shaft_equilibrium(seats, load - np.diag(scale), 0.0).displacement
     compliance = ((more - less) / (2 * scale[:, None])).T
     np.testing.assert_allclose(compliance @ stiffness, np.eye(5), atol=0.02)
 
@@ -165,14 +165,14 @@ def test_a_deep_groove_has_an_axial_dead_band_by_its_clearance():
     """Along its axis a deep groove of clearance G and groove centres A apart is free by +-sqrt(A G - G^2/4), far more than its radial play."""
     apart, clearance = 0.04 * 12.7e-3, 20 * UM
     free = math.sqrt(apart * clearance - clearance**2 / 4)
-    found = settle((Seat(GROOVE),), np.array([[0, 0, 1e-3, 0, 0], [0, 0, -1e-3, 0, 0]]), clearance)
-    np.testing.assert_allclose(found.stand[:, 2], [free, -free], rtol=1e-3)
+    found = shaft_equilibrium((Seat(GROOVE),), np.array([[0, 0, 1e-3, 0, 0], [0, 0, -1e-3, 0, 0]]), clearance)
+    np.testing.assert_allclose(found.displacement[:, 2], [free, -free], rtol=1e-3)
     assert free > 4 * clearance
 
 
 def test_an_axial_load_is_shared_alike():
     """An angular-contact row under a pure axial load puts F/(Z sin a) on every ball, at an angle that grows a little beyond 25 degrees."""
-    found = settle((Seat(ANGULAR),), np.array([[0, 0, 1500.0, 0, 0]]))
+    found = shaft_equilibrium((Seat(ANGULAR),), np.array([[0, 0, 1500.0, 0, 0]]))
     loads = found.loads[0][0]
     np.testing.assert_allclose(loads, loads[0], rtol=1e-9)
     angle = math.degrees(math.asin(1500 / 15 / loads[0]))
@@ -181,23 +181,23 @@ def test_an_axial_load_is_shared_alike():
 
 def test_an_angular_row_pulled_off_its_shoulder_is_marked():
     """A single angular-contact row holds no load the other way: no number is given."""
-    found = settle((Seat(ANGULAR),), np.array([[0, 0, -500.0, 0, 0], [0, 0, 500.0, 0, 0]]))
+    found = shaft_equilibrium((Seat(ANGULAR),), np.array([[0, 0, -500.0, 0, 0], [0, 0, 500.0, 0, 0]]))
     assert found.converged.tolist() == [False, True]
-    assert np.isnan(found.stand[0]).all()
+    assert np.isnan(found.displacement[0]).all()
     assert np.isnan(found.loads[0][0]).all()
-    assert np.isfinite(found.stand[1]).all()
+    assert np.isfinite(found.displacement[1]).all()
 
 
 def test_cylindrical_rollers_hold_nothing_along_the_axis():
     """An axial load on cylindrical rollers alone has no balance, and is marked; a radial load leaves the axis where it is."""
-    found = settle((Seat(ROLLERS),), np.array([[500.0, 0, 100.0, 0, 0], [500.0, 0, 0, 0, 0]]))
+    found = shaft_equilibrium((Seat(ROLLERS),), np.array([[500.0, 0, 100.0, 0, 0], [500.0, 0, 0, 0, 0]]))
     assert found.converged.tolist() == [False, True]
-    assert abs(found.stand[1, 2]) < 1e-15
+    assert abs(found.displacement[1, 2]) < 1e-15
 
 
 def test_crossed_rollers_tilt_by_an_eighth():
     """A preloaded crossed roller is as stiff against tilting as its axial stiffness x pitch^2/8 (N m/rad), and half as stiff across as along."""
-    found = settle((Seat(CROSSED),), np.array([[1.0, 0, 0, 0, 0]]), -10 * UM)
+    found = shaft_equilibrium((Seat(CROSSED),), np.array([[1.0, 0, 0, 0, 0]]), -10 * UM)
     stiffness = found.stiffness[0]
     assert stiffness[3, 3] == pytest.approx(stiffness[2, 2] * 0.08**2 / 8, rel=2e-3)
     assert stiffness[4, 4] == pytest.approx(stiffness[3, 3], rel=2e-3)
@@ -207,17 +207,17 @@ def test_crossed_rollers_tilt_by_an_eighth():
 def test_a_spaced_pair_tilts_in_its_clearance():
     """Two deep grooves of clearance G at span B let the axis tilt by G/B under the lightest moment, if nothing else holds it: 20 µm over 60 mm."""
     plain = RollerRow(count=20, length=1e-3, roller=5e-3, pitch=40e-3, slices=2, crowned=False)
-    found = settle((Seat(plain, -0.03), Seat(plain, 0.03)), np.array([[0, 0, 0, 0, 1e-4]]), 20 * UM)
-    assert found.stand[0, 4] == pytest.approx(20 * UM / 0.06, rel=1e-2)
-    np.testing.assert_allclose(found.stand[0, :3], 0, atol=1e-9)
+    found = shaft_equilibrium((Seat(plain, -0.03), Seat(plain, 0.03)), np.array([[0, 0, 0, 0, 1e-4]]), 20 * UM)
+    assert found.displacement[0, 4] == pytest.approx(20 * UM / 0.06, rel=1e-2)
+    np.testing.assert_allclose(found.displacement[0, :3], 0, atol=1e-9)
 
 
 def test_preload_stiffens_a_pair():
     """The further two angular rows are pressed together, the stiffer the pair is along, across and against tilting; unpressed it is soft at rest."""
     stiff = []
-    for pressed in (1 * UM, 5 * UM, 15 * UM):
-        seats = (Seat(ANGULAR, 0.02, pressed=pressed), Seat(ANGULAR, -0.02, mirrored=True, pressed=pressed))
-        found = settle(seats, np.array([[1.0, 0, 0, 0, 0]]))
+    for preload_shift in (1 * UM, 5 * UM, 15 * UM):
+        seats = (Seat(ANGULAR, 0.02, preload_shift=preload_shift), Seat(ANGULAR, -0.02, mirrored=True, preload_shift=preload_shift))
+        found = shaft_equilibrium(seats, np.array([[1.0, 0, 0, 0, 0]]))
         stiff.append(np.diag(found.stiffness[0]))
     assert (np.diff(stiff, axis=0) > 0).all()
 
@@ -227,8 +227,8 @@ def test_a_mirrored_load_mirrors_the_shaft(seats):
     """Both shafts look the same from either end: turned end for end about x, load and stand turn together."""
     flip = np.array([1, -1, -1, 1, -1])
     load = np.array([[1200.0, 0.0, 300.0, 0.0, 9.0]])
-    here, there = settle(seats, load, 0.0), settle(seats, load * flip, 0.0)
-    np.testing.assert_allclose(there.stand, here.stand * flip, rtol=1e-6, atol=1e-12)
+    here, there = shaft_equilibrium(seats, load, 0.0), shaft_equilibrium(seats, load * flip, 0.0)
+    np.testing.assert_allclose(there.displacement, here.displacement * flip, rtol=1e-6, atol=1e-12)
 
 
 @given(LOAD, st.floats(1.1, 3))
@@ -238,9 +238,9 @@ def test_more_load_gives_more_way_and_stiffness(load, more):
     if np.linalg.norm(load) < 1:
         return
     loads = np.array([load, np.array(load) * more])
-    found = settle((Seat(CROSSED),), loads, 0.0)
+    found = shaft_equilibrium((Seat(CROSSED),), loads, 0.0)
     assert found.converged.all()
-    way = np.einsum("ck,ck->c", found.stand, loads)
+    way = np.einsum("ck,ck->c", found.displacement, loads)
     assert way[1] > way[0] * more
     assert way[1] < way[0] * more**2
 
@@ -249,18 +249,18 @@ def test_a_batch_is_its_cases_one_by_one():
     """A thousand loads with a thousand clearances in one call settle as each would alone."""
     rng = np.random.default_rng(5)
     load, play = rng.normal(size=(200, 5)) * [1000, 1000, 500, 10, 10], rng.uniform(0, 30e-6, 200)
-    whole = settle((Seat(GROOVE),), load, play)
+    whole = shaft_equilibrium((Seat(GROOVE),), load, play)
     assert whole.converged.all()
     for index in (0, 77, 199):
-        alone = settle((Seat(GROOVE),), load[index : index + 1], play[index])
-        np.testing.assert_allclose(alone.stand[0], whole.stand[index], rtol=1e-6, atol=1e-12)
+        alone = shaft_equilibrium((Seat(GROOVE),), load[index : index + 1], play[index])
+        np.testing.assert_allclose(alone.displacement[0], whole.displacement[index], rtol=1e-6, atol=1e-12)
 
 
 def test_no_load_moves_nothing():
     """Without load the shaft stays in the middle, and a preloaded one is held there."""
-    found = settle(PAIR, np.zeros((1, 5)))
+    found = shaft_equilibrium(PAIR, np.zeros((1, 5)))
     assert found.converged.all()
-    np.testing.assert_allclose(found.stand, 0, atol=1e-15)
+    np.testing.assert_allclose(found.displacement, 0, atol=1e-15)
     assert found.stiffness[0, 0, 0] > 1e6
 
 
@@ -268,7 +268,7 @@ def test_no_load_moves_nothing():
 def test_loads_that_are_none_are_refused(load):
     """A load has five components per case, all finite."""
     with pytest.raises(ValueError, match="shape"):
-        settle((Seat(GROOVE),), load)
+        shaft_equilibrium((Seat(GROOVE),), load)
 
 
 def test_crossed_rollers_come_in_pairs():

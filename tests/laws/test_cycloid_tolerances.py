@@ -11,9 +11,9 @@ from scipy.optimize import brentq, linprog
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, loaded_disc, members
+from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, loaded_disc, wind_up_by_member
 from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
-from lostmotion.laws.cycloid.tolerances import LEAST_ARM, Scatter, built, clearance_angle, drawn, drawn_gaps
+from lostmotion.laws.cycloid.tolerances import LEAST_ARM, Scatter, clearance_angle, sample, sample_gaps, simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.units import Toleranced
 
@@ -27,10 +27,10 @@ CRANK = 2 * math.pi * np.arange(8) / 8
 
 def test_without_scatter_all_gearboxes_are_as_drawn():
     """Play by the formula, wind-up by the sum of the members."""
-    found = built(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
-    np.testing.assert_allclose(found.play, play(STAGE, DRIVE.made), rtol=5e-3)
+    found = simulate(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
+    np.testing.assert_allclose(found.play, play(STAGE, DRIVE.relief), rtol=5e-3)
     wind_up = (found.rotation[0] - found.ahead).mean(axis=0)
-    np.testing.assert_allclose(wind_up, sum(members(DRIVE, np.array([100.0])).values())[0], rtol=3e-3)
+    np.testing.assert_allclose(wind_up, sum(wind_up_by_member(DRIVE, np.array([100.0])).values())[0], rtol=3e-3)
     np.testing.assert_array_equal(found.play, found.play[0])
     assert not found.jammed.any()
 
@@ -40,8 +40,8 @@ def test_discs_share_the_torque_so_that_they_turn_alike():
     scatter = replace(SCATTER, flank_form=4e-6)
     crank = np.array([0.7])
     torque = 60.0
-    found = built(DRIVE, scatter, np.array([0.2 * torque, 0.5 * torque, torque, 2 * torque]), crank, 12, 3)
-    gap = drawn_gaps(DRIVE, scatter, crank, 12, 3)
+    found = simulate(DRIVE, scatter, np.array([0.2 * torque, 0.5 * torque, torque, 2 * torque]), crank, 12, 3)
+    gap = sample_gaps(DRIVE, scatter, crank, 12, 3)
 
     def carried(disc: int, gearbox: int, angle: float) -> float:
         turned = crank + math.pi * disc
@@ -65,12 +65,12 @@ def test_errors_average_under_load_and_one_decides_without():
     scatter = Scatter(flank_form=3 * deviation)
     one = replace(DRIVE, discs=1, eccentric=Eccentric())
     # the load winds it up far more than the flanks differ
-    found = built(one, scatter, np.array([3000.0]), np.array([0.3]), 1500, 1)
+    found = simulate(one, scatter, np.array([3000.0]), np.array([0.3]), 1500, 1)
     spread = found.rotation[0, 0].std()
     assert spread == pytest.approx(2 * deviation / (LEVER * math.sqrt(40)), rel=0.1)
     assert found.ahead[0].std() > 1.3 * spread
-    assert found.play.mean() < play(STAGE, DRIVE.made)
-    two = built(replace(one, discs=2), scatter, np.array([6000.0]), np.array([0.3]), 1500, 1)
+    assert found.play.mean() < play(STAGE, DRIVE.relief)
+    two = simulate(replace(one, discs=2), scatter, np.array([6000.0]), np.array([0.3]), 1500, 1)
     assert two.rotation[0, 0].std() == pytest.approx(spread / math.sqrt(2), rel=0.1)
 
 
@@ -81,10 +81,10 @@ def test_every_dimension_moves_the_flanks_as_geometry_says():
     psi = 0.4
     for name, size in wrong.items():
         scatter = Scatter(**{name: Toleranced(getattr(STAGE, name), size)})
-        gap = drawn_gaps(replace(DRIVE, made=Modification()), scatter, np.array([psi]), 1, 1)[0, 0, 0]
+        gap = sample_gaps(replace(DRIVE, relief=Modification()), scatter, np.array([psi]), 1, 1)[0, 0, 0]
         made = {key: getattr(STAGE, key) for key in ("ring_radius", "pin_radius", "eccentricity")}
-        drawn = _drawn_size(scatter, name)
-        made[name] += drawn
+        sample = _drawn_size(scatter, name)
+        made[name] += sample
         # the disc is cut as drawn; pins and crank are as made
         points = flank(STAGE, t)[0] @ [1, 1j]
         centre, turn = planet_pose(replace(STAGE, eccentricity=made["eccentricity"]), np.array(psi))
@@ -92,12 +92,12 @@ def test_every_dimension_moves_the_flanks_as_geometry_says():
         angle = 2 * math.pi * np.arange(STAGE.pins) / STAGE.pins
         pins = made["ring_radius"] * np.exp(1j * angle)
         seen = np.array([np.abs(placed - pin).min() for pin in pins]) - made["pin_radius"]
-        np.testing.assert_allclose(gap, seen, atol=0.02 * abs(drawn))
+        np.testing.assert_allclose(gap, seen, atol=0.02 * abs(sample))
 
 
 def _drawn_size(scatter: Scatter, name: str) -> float:
     """Read which size was drawn off a stage on which it alone counts."""
-    gap = drawn_gaps(replace(DRIVE, made=Modification(), discs=1), scatter, np.array([0.0]), 1, 1)[0, 0, 0]
+    gap = sample_gaps(replace(DRIVE, relief=Modification(), discs=1), scatter, np.array([0.0]), 1, 1)[0, 0, 0]
     per_unit = {"ring_radius": 1.0, "pin_radius": -1.0, "eccentricity": -float(normals(STAGE, np.array(0.0))[0])}[name]
     return float(gap[0] / per_unit)
 
@@ -108,9 +108,9 @@ def test_clearances_add_as_levers_say():
     scatter = replace(SCATTER, crank_clearance=Toleranced(10e-6), output_clearance=Toleranced(8e-6))
     np.testing.assert_allclose(clearance_angle(drive, scatter, 4, 1), 10e-6 / LEVER + 8e-6 / 0.04)
     crank = np.array([0.2])
-    gap = drawn_gaps(drive, scatter, crank, 60, 1)[0, 0]
+    gap = sample_gaps(drive, scatter, crank, 60, 1)[0, 0]
     theta = pin_angles(STAGE, crank)[0]
-    found = built(drive, scatter, np.array([]), crank, 60, 1)
+    found = simulate(drive, scatter, np.array([]), crank, 60, 1)
     around = 2 * math.pi * np.arange(64) / 64
     circle = np.stack([np.zeros(64), np.cos(around), np.sin(around)], axis=-1)
     held = np.column_stack([arms(STAGE, theta) * 1e3, -normals(STAGE, theta)])
@@ -126,7 +126,7 @@ def test_clearances_add_as_levers_say():
 
 def test_either_direction_alike():
     """Mirrored errors answer a torque the other way round as the unmirrored ones answer this way."""
-    found = built(DRIVE, SCATTER, np.array([-40.0, 40.0]), CRANK, 400, 1)
+    found = simulate(DRIVE, SCATTER, np.array([-40.0, 40.0]), CRANK, 400, 1)
     assert (found.rotation[0] < 0).all()
     assert found.rotation[1].mean() == pytest.approx(-found.rotation[0].mean(), rel=0.01)
     assert found.behind.mean() == pytest.approx(found.ahead.mean(), rel=0.02)
@@ -134,8 +134,8 @@ def test_either_direction_alike():
 
 def test_gearboxes_that_interfere_are_counted():
     """No relief and pins too large by up to 5 µm: flanks press on each other with no torque, and there is no play."""
-    tight = replace(DRIVE, made=Modification())
-    found = built(tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1)
+    tight = replace(DRIVE, relief=Modification())
+    found = simulate(tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1)
     assert 0.4 < found.jammed.mean() < 0.6
     assert (found.play[found.jammed] == 0).all()
     assert (found.play[~found.jammed] > 0).all()
@@ -143,29 +143,29 @@ def test_gearboxes_that_interfere_are_counted():
 
 def test_the_same_gearboxes_whatever_else_is_asked():
     """More gearboxes keep the first; threads change nothing; another tolerance leaves the other draws alone; another seed, other gearboxes."""
-    few = built(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 5, 7)
-    many = built(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 9, 7, threads=2)
+    few = simulate(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 5, 7)
+    many = simulate(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 9, 7, threads=2)
     np.testing.assert_array_equal(few.rotation, many.rotation[..., :5])
     np.testing.assert_array_equal(few.ahead, many.ahead[..., :5])
-    wider = drawn_gaps(DRIVE, replace(SCATTER, ring_radius=Toleranced(0.064, 4e-6)), CRANK[:1], 5, 7)
-    plain = drawn_gaps(DRIVE, SCATTER, CRANK[:1], 5, 7)
+    wider = sample_gaps(DRIVE, replace(SCATTER, ring_radius=Toleranced(0.064, 4e-6)), CRANK[:1], 5, 7)
+    plain = sample_gaps(DRIVE, SCATTER, CRANK[:1], 5, 7)
     along = (wider - plain)[0, 0]  # dR (1 - K1 cos theta)/D: one draw a gearbox
     np.testing.assert_allclose(along / along[:, :1], np.broadcast_to(along[0] / along[0, 0], along.shape), rtol=1e-6)
-    assert not np.array_equal(built(DRIVE, SCATTER, np.array([]), CRANK[:1], 5, 8).ahead, few.ahead[:1])
+    assert not np.array_equal(simulate(DRIVE, SCATTER, np.array([]), CRANK[:1], 5, 8).ahead, few.ahead[:1])
 
 
 def test_no_torque_is_refused():
     """Under no torque there is no one angle."""
     with pytest.raises(ValueError, match="play"):
-        built(DRIVE, SCATTER, np.array([0.0]), CRANK, 2, 1)
+        simulate(DRIVE, SCATTER, np.array([0.0]), CRANK, 2, 1)
 
 
 def test_first_contact_counts_both_discs():
     """The free way ahead is the shorter one of the two discs'."""
     crank = CRANK[:3]
-    gap = drawn_gaps(DRIVE, SCATTER, crank, 6, 2)
+    gap = sample_gaps(DRIVE, SCATTER, crank, 6, 2)
     each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
-    np.testing.assert_array_equal(built(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
+    np.testing.assert_array_equal(simulate(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
 
 
 def test_misplaced_output_pins_meet_their_holes_as_circles_do():
@@ -174,12 +174,12 @@ def test_misplaced_output_pins_meet_their_holes_as_circles_do():
     drive = replace(DRIVE, discs=1, output=pins)
     scatter = Scatter(output_clearance=Toleranced(clearance), output_position=position)
     crank = np.array([0.5])
-    found = built(drive, scatter, np.array([]), crank, 40, 3)
-    without = built(drive, replace(scatter, output_position=0.0), np.array([]), crank, 40, 3)
+    found = simulate(drive, scatter, np.array([]), crank, 40, 3)
+    without = simulate(drive, replace(scatter, output_position=0.0), np.array([]), crank, 40, 3)
     place = pins.circle * np.exp(2j * math.pi * np.arange(8) / 8)
     way = STAGE.eccentricity * np.exp(1j * crank[0])
     law = Normal()
-    off = [drawn(position, law, f"output_position {axis} disc 0", 3, (40, 8)) for axis in "xy"]
+    off = [sample(position, law, f"output_position {axis} disc 0", 3, (40, 8)) for axis in "xy"]
     for ends, sign in ((found.ahead - without.ahead, 1), (found.behind - without.behind, -1)):
         for gearbox in range(40):
 
@@ -191,7 +191,7 @@ def test_misplaced_output_pins_meet_their_holes_as_circles_do():
             true = brentq(room, 0, 5e-3, args=(error,)) - brentq(room, 0, 5e-3, args=(np.zeros(8),))
             assert ends[0, gearbox] == pytest.approx(true, abs=0.02 * clearance / pins.circle)
     assert (found.play < without.play).mean() > 0.9  # one of many comes early
-    heavy = built(replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1).rotation[0, 0]
+    heavy = simulate(replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1).rotation[0, 0]
     # along the line of centres each pin errs with the deviation s: s/(Rw sqrt(sum of squared sines)), a quarter of the pins' count for half of them
     assert heavy.std() == pytest.approx(position / law.bound / (pins.circle * math.sqrt(8 / 4)), rel=0.1)
 
@@ -201,15 +201,15 @@ CRANKS = Eccentric(bearing=4e8, cranks=2, circle=0.036)
 
 def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.ndarray:
     """Read off by how much (gearbox, crank) a disc's bores stand beside their places, as complex numbers."""
-    x, y = (drawn(position, Normal(), f"crank_position {way} disc {disc}", 3, (gearboxes, cranks)) for way in "xy")
+    x, y = (sample(position, Normal(), f"crank_position {way} disc {disc}", 3, (gearboxes, cranks)) for way in "xy")
     return x + 1j * y
 
 
 @pytest.mark.parametrize("eccentric", [Eccentric(), CRANKS, Eccentric(cranks=3, circle=0.036)])
 def test_bores_beside_their_places_move_and_turn_the_disc(eccentric):
     """The disc laid on its cranks by rotation and shift of all bores at once, and the gaps measured on its true profile."""
-    drive, psi, gearbox = replace(DRIVE, made=Modification(), eccentric=eccentric), 0.4, 0
-    found = drawn_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
+    drive, psi, gearbox = replace(DRIVE, relief=Modification(), eccentric=eccentric), 0.4, 0
+    found = sample_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
     points = flank(STAGE, np.linspace(0, 2 * math.pi, 400_001))[0] @ [1, 1j]
     pins = STAGE.ring_radius * np.exp(2j * math.pi * np.arange(STAGE.pins) / STAGE.pins)
     circle = eccentric.circle if eccentric.cranks > 1 else 0.0
@@ -230,11 +230,11 @@ def test_bores_beside_their_places_move_and_turn_the_disc(eccentric):
 def test_bores_that_do_not_fit_take_room_from_the_bearings(cranks, missing):
     """How far a rigid disc moves with all its bores in their bearings' clearance, by linear programming, against the room that is left."""
     clearance = 10e-6
-    drive = replace(DRIVE, discs=1, made=Modification(), eccentric=replace(CRANKS, cranks=cranks))
+    drive = replace(DRIVE, discs=1, relief=Modification(), eccentric=replace(CRANKS, cranks=cranks))
     scatter = Scatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)
     crank, many = 2 * math.pi * np.arange(6) / 6, 40
-    free = built(drive, scatter, np.array([]), crank, many, 3)
-    tight = built(drive, replace(scatter, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
+    free = simulate(drive, scatter, np.array([]), crank, many, 3)
+    tight = simulate(drive, replace(scatter, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
     left = ((free.ahead - tight.ahead) / (clearance_angle(drive, scatter, 1, 3) / 2))[0]
     off = _bores_off(4e-6, cranks, many, 0)
     around = np.exp(2j * math.pi * np.arange(64) / 64)
@@ -253,6 +253,6 @@ def test_bores_that_do_not_fit_take_room_from_the_bearings(cranks, missing):
     true /= float(clearance_angle(drive, scatter, 1, 3)[0]) / 2
     assert (left.mean() - true.mean()) == pytest.approx(missing, abs=0.02)
     assert left.mean() < 0.995
-    jammed = built(drive, replace(scatter, crank_position=60e-6), np.array([]), crank, many, 3)
-    alone = built(drive, replace(scatter, crank_position=60e-6, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
+    jammed = simulate(drive, replace(scatter, crank_position=60e-6), np.array([]), crank, many, 3)
+    alone = simulate(drive, replace(scatter, crank_position=60e-6, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
     assert ((jammed.ahead - alone.ahead).mean(axis=0) < 1e-12).mean() > 0.5  # then bearings are pressed instead of free
