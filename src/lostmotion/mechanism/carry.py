@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.spatial import cross
-
 if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
@@ -22,11 +20,11 @@ def carry(tree: Tree, at: Floats, place: int) -> Floats:
     """
     out = np.zeros((6, 6, at.shape[1]))  # poses lie innermost in memory
     if place in tree.way:
-        axes = at[place].transpose(1, 2, 0)[:3, :3]
+        frame, tool = at[place].transpose(1, 2, 0), at[-1].transpose(1, 2, 0)
+        axes, to_tool = frame[:3, :3], tool[:3, 3] - frame[:3, 3]
         out[:3, :3] = out[3:, 3:] = axes
-        to_tool = at[-1, :, :3, 3] - at[place, :, :3, 3]
-        for column in range(3):
-            out[3:, column] = cross(axes[:, column].T, to_tool).T
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # each axis x the way to the tool point
+            out[3 + i, :3] = axes[j] * to_tool[k] - axes[k] * to_tool[j]
     return out.transpose(2, 0, 1)
 
 

@@ -41,10 +41,14 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
             step = np.eye(4)
     fixed.append(step)
     drives = list(arm.tree.drives)
-    twists = np.array([arm.tree.places[arm.tree.moved[k]].twist for k in drives])
+    moving = [arm.tree.places[arm.tree.moved[drive]].twist for drive in drives]
+    turning, sliding = (np.array([twist[half] for twist in moving]) for half in (slice(3), slice(3, 6)))
     frame, levers = np.empty((len(values), 4, 4)), np.empty((len(values), 6, len(drives)))
-    tool_and_levers(np.ascontiguousarray(values[:, drives]), np.array(fixed), twists[:, :3].copy(), twists[:, 3:].copy(), frame, levers)
-    out = np.zeros((len(values), 6, values.shape[1]))
+    every = len(drives) == values.shape[1]
+    tool_and_levers(np.ascontiguousarray(values if every else values[:, drives]), np.array(fixed), turning, sliding, frame, levers)
+    if every:
+        return frame, levers
+    out = np.zeros((len(values), 6, values.shape[1]))  # joints on a branch do not move the tool
     out[:, :, drives] = levers
     return frame, out
 
