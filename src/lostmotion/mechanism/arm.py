@@ -95,7 +95,7 @@ class Arm(Part):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return what makes the arm's own description doubtful, as its reader found: shown as warnings with every figure."""
+        """Return the reader's doubts about the arm's description, which are shown as warnings with every figure."""
         return self._doubts
 
     def with_doubts(self, doubts: Iterable[str]) -> Self:
@@ -111,7 +111,7 @@ class Arm(Part):
 
     @functools.cached_property
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:
-        """Give the friction that parts with a play are taken to have where none is stated, and why so much: by names of joint and part, N m or N."""
+        """Return the assumed friction (N m or N) of parts with play that state none, with its reason, by names of joint and part."""
         out = {}
         for k, joint in enumerate(self.joints):
             for name, source in joint.sources.items():
@@ -121,11 +121,11 @@ class Arm(Part):
         return out
 
     def holding(self, joint: int) -> Holding:
-        """Return the most that a joint, by its number in `joints`, holds at rest, in any pose and on any slope: what assumed friction is measured by.
+        """Return the largest static load of a joint, by its number in `joints`, over poses and tilts of the base: the scale of assumed friction.
 
-        Exact over slopes; over poses the largest of 256 that are spread evenly between the joints' limits. Never less than 0.1 kg at the arm's reach
-        asks for, so that an axis through every centre of mass, or an arm whose file states no mass, has friction all the same: that of 2 g there,
-        less than any drive that carries a tool. No study's poses or seed, and no tilt of the base, changes it.
+        Exact over tilts; over poses the largest of 256 that are spread evenly between the joint limits. Not less than the load of 0.1 kg at the arm's
+        reach, so that an axis through the centre of mass, or an arm without stated masses, still has friction. Independent of the poses, the seed and
+        the nominal tilt of a study.
         """
         return self._holdings[joint]
 
@@ -134,7 +134,7 @@ class Arm(Part):
         return holdings(self.tree, self.limits, self.payload, self.gravity, _LEAST_HELD * STANDARD_GRAVITY)
 
     def carrying(self, payload: Payload) -> Self:
-        """Return the arm with another payload and the drives that it has, so with the friction that is assumed of them under its own payload."""
+        """Return the arm with another payload; assumed friction stays that under its own payload, since the drives stay the same."""
         other = self.model_copy(update={"payload": payload})
         other.__dict__["_holdings"] = self._holdings
         return other
@@ -152,11 +152,11 @@ class Arm(Part):
 
     @property
     def gravity_in_base(self) -> Floats:
-        """Give the acceleration of free fall (3,) in the base's axes, its nominal tilt included."""
+        """Return the acceleration of free fall (3,) in the base's axes, m/s^2, at the base's nominal tilt."""
         return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))
 
     def __repr__(self) -> str:
-        """Tell the arm in a line."""
+        """Return the arm in one line."""
         kinds = "".join("F" if isinstance(j, FixedJoint) else "P" if isinstance(j, PrismaticJoint) else "R" for j in self.joints)
         weighs = self.mass
         return f"<Arm '{self.name}': {kinds}, {weighs:.3g} kg, payload {self.payload.mass:g} kg>"

@@ -41,7 +41,7 @@ _RIGID: Final = 1e-10
 
 @dataclass(frozen=True, repr=False)
 class Compliances:
-    """What gives at the tool: `by_part` (part, pose, 6, 6) in rad, m per N m, N, for the parts that give at all; `tool` (pose, 3), m."""
+    """Compliance at the tool by elastic part: `by_part` (part, pose, 6, 6) in rad, m per N m, N; `tool` (pose, 3) the tool point, m."""
 
     parts: tuple[str, ...]
     by_part: Floats
@@ -49,26 +49,26 @@ class Compliances:
 
     @property
     def whole(self) -> Floats:
-        """Give the compliance of the whole arm (pose, 6, 6)."""
+        """Return the compliance of the whole arm (pose, 6, 6)."""
         return np.asarray(self.by_part.sum(axis=0))
 
     @property
-    def give(self) -> Floats:
-        """Give by part (part, pose) the displacement along a force per newton, on average over all directions of the force, m/N."""
+    def mean_compliance(self) -> Floats:
+        """Return by part (part, pose) the displacement along a force per newton, averaged over all directions of the force, m/N."""
         return np.asarray(np.einsum("tpii->tp", self.by_part[:, :, 3:, 3:])) / 3
 
     @property
     def shares(self) -> Floats:
-        """Give each part's share (part, pose) of `give`; NaN at poses where nothing gives."""
-        give = self.give
+        """Return each part's share (part, pose) of `mean_compliance`; NaN at poses where every part is rigid."""
+        own = self.mean_compliance
         with np.errstate(invalid="ignore"):
-            return np.asarray(give / give.sum(axis=0))
+            return np.asarray(own / own.sum(axis=0))
 
     @property
     def asymmetry(self) -> Floats:
-        """Give by how much displacement under a force differs from what reciprocity asks (pose,), as a share of the largest; NaN where nothing gives.
+        """Return the departure of the displacement under a force from reciprocity (pose,), as a share of the largest; NaN where every part is rigid.
 
-        Rounding, but for bearings by their drawing: their springs are read from a table, and this is how sure its slopes are.
+        Rounding only, except with bearings described by drawings: there it is the uncertainty of the slopes of their tables.
         """
         shift = self.whole[:, 3:, 3:]
         off = np.abs(shift - shift.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
@@ -103,17 +103,17 @@ def compliances(arm: Arm, q: Floats) -> Compliances:
 
 
 def compliance(arm: Arm, q: Floats) -> Floats:
-    """How far does the tool turn and shift per moment and force on it? (pose, 6, 6), rad and m per N m and N; arguments, errors as `compliances`.
+    """Return the twist of the tool per wrench on it (pose, 6, 6), rad and m per N m and N; arguments and errors as `compliances`.
 
-    Symmetric and without negative directions, as long as the parts' own laws are (reciprocity).
+    Symmetric and positive semidefinite, as long as the parts' own laws are (reciprocity).
     """
     return compliances(arm, q).whole
 
 
 def stiffness(arm: Arm, q: Floats) -> Floats:
-    """Which moment and force move the tool by a unit turn and shift? (pose, 6, 6), the inverse of `compliance`; arguments and errors as there.
+    """Return the stiffness of the tool (pose, 6, 6), N m and N per rad and m, the inverse of `compliance`; arguments and errors as there.
 
-    NaN at poses where some direction is rigid: nothing finite moves it.
+    NaN at poses where some direction is rigid.
     """
     return _inverse(compliance(arm, q))
 
@@ -173,10 +173,10 @@ class Ellipsoid:
 
 
 def ellipsoid(matrix: Floats, *, rotation_held: bool = False) -> Ellipsoid:
-    """Along which directions does the tool point give most and least under a force, for compliances (pose, 6, 6)?
+    """Return the principal directions of the tool point's displacement under a force, for compliances (pose, 6, 6).
 
-    The tool turns as it likes, or not at all (`rotation_held`, as one does that is guided: the inverse of the stiffness's own translational
-    block). Where nothing gives all values are zero and any directions will do.
+    The tool is free to rotate, or its rotation is constrained (`rotation_held`: the inverse of the stiffness's translational block). For a rigid arm
+    all values are zero, and the directions are arbitrary.
     """
     shift = matrix[..., 3:, 3:]
     if rotation_held:
@@ -187,7 +187,7 @@ def ellipsoid(matrix: Floats, *, rotation_held: bool = False) -> Ellipsoid:
 
 
 def _inverse(matrix: Floats) -> Floats:
-    """Invert (pose, 6, 6), NaN where some direction gives nothing."""
+    """Return the inverse (pose, 6, 6), NaN where some direction is rigid."""
     out = np.full_like(matrix, np.nan)
     turn, shift = (np.sqrt(np.einsum("pii->p", matrix[:, each, each])) for each in (slice(3), slice(3, 6)))
     some = np.flatnonzero((turn > 0) & (shift > 0))

@@ -1,4 +1,4 @@
-"""Whose weight is it? The same arm with one cause of load at a time, and how much each of them bends each link."""
+"""Loads by cause: the same arm with one cause of load at a time, and the bending of each link by cause."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from lostmotion.parts.error_source import Condition, ErrorSource
     from lostmotion.spatial import Floats
 
-# In the order in which they are told.
+# In the order of the tables.
 CAUSES: Final = ("payload", "process force", "tool", "links", "joints and drives")
 OWN_WEIGHT: Final = "own weight"
-# What a link's tip carries of them are those outboard of it.
+# Names for a link: only masses outboard of its tip load it.
 NEXT: Final = {"links": "next links", "joints and drives": "next joints and drives"}
 _BLOCK: Final = 1024
 _NONE: Final = (0.0, 0.0, 0.0)
 
 
 def alone(arm: Arm) -> dict[str, Arm]:
-    """How would this arm be with one cause of load at a time, by name out of `CAUSES`? Causes that there are not are left out.
+    """Return the arm with one cause of load at a time, by its name in `CAUSES`; causes that the arm does not have are omitted.
 
-    Wrenches are linear in the masses and in the process force, so what each arm carries adds up to what the whole one does.
+    Wrenches are linear in the masses and in the process force, so the wrenches of these arms add up to those of the whole arm.
     """
     joints = arm.joints
     weightless = tuple(joint.model_copy(update={"mass": 0.0, "link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
@@ -54,12 +54,11 @@ def alone(arm: Arm) -> dict[str, Arm]:
 
 @dataclass(frozen=True)
 class LinkBending:
-    """How one link bends under its load, and by whose weight.
+    """The bending of one link under its load.
 
-    deflection, slope  of the tip against the joint, across the link (m, rad), at the poses deflection_index, slope_index where they are largest
-    by_cause           of each cause (deflection, slope, share): how far it moves the tip along the whole deflection and turns it with the whole
-                       slope, at those poses, so that parts add up; and its share of the tool's mean-square error over all poses, which adds up to
-                       what the link's bending has in the budget
+    deflection, slope  largest of the tip against the joint, across the link (m, rad), at the poses deflection_index and slope_index
+    by_cause           (deflection, slope, share) of each cause: its components along the whole deflection and slope at those poses, which add up to
+                       them; and its share of the tool's mean-square error over all poses, which adds up to the share of the link's bending
     """
 
     joint: str
@@ -72,10 +71,13 @@ class LinkBending:
 
 
 def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkBending]:
-    """How much does each link that gives bend over these poses: by payload, own weight, next links, next joints and drives?
+    """Return the bending of each elastic link over these poses, by payload, own weight, next links, next joints and drives.
 
-    q (pose, joint) rad or m; bias (pose, 3) m, the tool's error that follows from load and pose, and mean_square (m^2) its whole one, for the shares.
-    Exact, by superposition: one cause at a time is let act on links that give in proportion.
+    q            (pose, joint) rad or m
+    bias         (pose, 3) m, the tool's error that follows from load and pose
+    mean_square  m^2, of the tool's whole error, for the shares
+
+    Exact by superposition: links are linear in their load.
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
@@ -87,10 +89,10 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
             for cause, shift in bent.at_tool.items():
                 sums[cause] += float(np.vdot(shift, bias[here]))
-    return [_told(arm, q, joint, sizes, shared[joint], mean_square * len(q)) for joint, sizes in whole.items() if sizes.any()]
+    return [_link_bending(arm, q, joint, sizes, shared[joint], mean_square * len(q)) for joint, sizes in whole.items() if sizes.any()]
 
 
-def _told(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float) -> LinkBending:
+def _link_bending(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float) -> LinkBending:
     slopest, furthest = (int(each) for each in sizes.argmax(axis=0))
     slopes = _along_whole({cause: twist[0, :3] for cause, twist in _bent(arm, q[[slopest]])[joint].across.items()})
     shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _bent(arm, q[[furthest]])[joint].across.items()})
@@ -100,7 +102,7 @@ def _told(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, floa
 
 
 def _along_whole(parts: dict[str, Floats]) -> dict[str, float]:
-    """Give each part's component along their sum."""
+    """Return the component of each contribution along their sum."""
     whole = np.sum(list(parts.values()), axis=0)
     size = float(np.linalg.norm(whole))
     return {cause: float(part @ whole) / size if size else 0.0 for cause, part in parts.items()}

@@ -66,7 +66,7 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
     blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
     by_block = [compliances(arm, block) for block in blocks]
     largest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in by_block])
-    by_part = np.concatenate([each.give for each in by_block], axis=1)
+    by_part = np.concatenate([each.mean_compliance for each in by_block], axis=1)
     mean = by_part.sum(axis=0)
     with np.errstate(invalid="ignore"):
         shares = by_part / mean
