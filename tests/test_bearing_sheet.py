@@ -131,7 +131,7 @@ def test_the_command_writes_the_sheet(tmp_path):
     words = (EXAMPLES / "nu212-pair.toml", "--force-radial", "6 kN")
     done = ran(*words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    for title in ("delivered to working", "as built", "Load of the elements", "Stiffness", "60 µm does not hold"):
+    for title in ("delivered to working", "Simulated bearings", "Load of the elements", "Stiffness", "60 µm does not hold"):
         assert title in done.stdout
     folder = tmp_path / "nu212-pair-bearing"
     assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]

@@ -70,7 +70,7 @@ def test_the_headline_of_a_study_says_at_most_and_names_the_limit(tmp_path, meth
     assert not any("≤" in card.number for card in limit.cards)
     assert {each["key"] for each in limit.facts["states"]["upper_limits"]} == {"hysteresis"}
     if method == "montecarlo":
-        assert "95 % of the robots built repeat within at most" in limit.verdict
+        assert "95 % of the robots repeat within at most" in limit.verdict
     typical = lostmotion.study(arm_of(tmp_path, "typical"), poses=64, robots=32, visits=4, method=method).sheet
     assert "at most" not in typical.verdict
     assert "upper limit" not in typical.verdict

@@ -29,20 +29,20 @@ PLACES, BESIDE = 20, 0.03
 
 
 def visited(arm: lostmotion.Arm, q: np.ndarray, approach: np.ndarray, first: int, visits: int = VISITS) -> np.ndarray:
-    """Give the errors (pose, visit, 3) of the one robot, m."""
+    """Return the errors (pose, visit, 3) of the one robot, m."""
     matrix = screws(arm, q, approach=approach)
     numbers = np.arange(visits)
     return np.stack([(matrix.tool[k, 3:] @ draws_of(matrix, SEED, first + k, np.full(visits, ROBOT), numbers)).T for k in range(len(q))])
 
 
 def read(at: np.ndarray, readings: np.random.Generator) -> str:
-    """Give what the tracker reads of a point (3,), m."""
+    """Return what the tracker reads of a point (3,), m."""
     attained = FRAME[:3, :3] @ at + FRAME[:3, 3] + readings.normal(0, READING, 3)
     return ",".join(f"{1e3 * value:.4f}" for value in attained)
 
 
 def stated(command: np.ndarray) -> str:
-    """Give a commanded point (3,), m, as the file has it."""
+    """Return a commanded point (3,), m, as the file has it."""
     return ",".join(f"{1e3 * value:.4f}" for value in command)
 
 

@@ -69,7 +69,7 @@ class ZArm:
 
     @property
     def ranges(self) -> Floats:
-        """Give the joint ranges in rad (4, 2)."""
+        """Return the joint ranges in rad (4, 2)."""
         return np.radians(np.array(self.ranges_deg, dtype=float))
 
 
@@ -87,7 +87,7 @@ class Weights:
 
 
 def directions(arm: ZArm, q: Floats) -> tuple[Floats, Floats, Floats]:
-    """Which way do AB, BC and CD point, measured up from the horizontal (rad), for q (sample, 4)? OA points along q0.
+    """Return the directions of AB, BC and CD, measured up from the horizontal (rad), for q (sample, 4). OA points along q0.
 
     phi2 = q0 - q1 + pi, phi3 = q0 - q1 + q2, phi4 = q0 - q1 + q2 + q3 + pi: the signs in front of L2 and L4 in (1) are the half turns.
     """
@@ -97,7 +97,7 @@ def directions(arm: ZArm, q: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def position(arm: ZArm, q: Floats, reading: Reading = "corrected") -> Floats:
-    """Where is D in the chassis frame (sample, 3), m? Eq. (1)."""
+    """Return the position of D in the chassis frame (sample, 3), m. Eq. (1)."""
     return _point(arm, q, q[:, 0], reading)
 
 
@@ -110,7 +110,7 @@ def _point(arm: ZArm, q: Floats, omega_in_y: Floats, reading: Reading) -> Floats
 
 
 def displaced(arm: ZArm, q: Floats, angles: Floats, offsets: Floats, reading: Reading = "corrected") -> Floats:
-    """Where does D come to lie (sample, 3), m, with these angle errors (sample, 4) and bearing offsets o, a, b, c (sample, 4)? Eq. (8).
+    """Return the position of D (sample, 3), m, with these angle errors (sample, 4) and bearing offsets o, a, b, c (sample, 4). Eq. (8).
 
     Offsets as (8) adds them, along the chassis: the same Delta o in X and in Y, Delta a + Delta b + Delta c in Z. The printed reading turns Y
     by Delta A in place of Delta O.
@@ -124,7 +124,7 @@ def displaced(arm: ZArm, q: Floats, angles: Floats, offsets: Floats, reading: Re
 
 
 def displaced_across_axes(arm: ZArm, q: Floats, angles: Floats, offsets: Floats) -> Floats:
-    """Where does D come to lie (sample, 3), m, when the bearing offsets act where bearings are, across each joint's axis? Not in the paper.
+    """Return the position of D (sample, 3), m, with the bearing offsets across each joint's axis. Not in the paper.
 
     Offsets (sample, 4, 2), m: at O along and across the arm's plane, horizontally; at A, B and C in the plane, along the joint's link and across it.
     Corrected eq. (8) in all else.
@@ -141,7 +141,7 @@ def displaced_across_axes(arm: ZArm, q: Floats, angles: Floats, offsets: Floats)
 
 
 def deviation(disturbed: Floats, undisturbed: Floats) -> Floats:
-    """How far apart are two points (sample,), m? Eq. (9)."""
+    """Return the distances of two points (sample,), m. Eq. (9)."""
     apart = disturbed - undisturbed
     return np.sqrt(np.einsum("ij,ij->i", apart, apart))
 
@@ -156,13 +156,13 @@ def cut_normal(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
 
 
 def workspace_poses(arm: ZArm, rng: np.random.Generator, samples: int) -> Floats:
-    """Which poses does the paper's Monte Carlo visit (sample, 4), rad? Normal around mid-range, sigma = range/6, cut at the range."""
+    """Return the poses of the paper's Monte Carlo (sample, 4), rad. Normal around mid-range, sigma = range/6, cut at the range."""
     low, high = arm.ranges.T
     return (low + high) / 2 + (high - low) / 6 * cut_normal(rng, (samples, 4))
 
 
 def angle_errors(rng: np.random.Generator, samples: int, largest: float) -> Floats:
-    """Which angle errors are drawn (sample, 4), rad? "Normal law, from zero to maximum": mean max/2, sigma max/6, cut to 0..max."""
+    """Return the drawn angle errors (sample, 4), rad. "Normal law, from zero to maximum": mean max/2, sigma max/6, cut to 0..max."""
     return largest / 2 + largest / 6 * cut_normal(rng, (samples, 4))
 
 
@@ -175,7 +175,7 @@ def deviations(
     largest_angle: float = JOINT_ARCMIN * ARCMIN,
     offset: float = OFFSET,
 ) -> Floats:
-    """Which deviations (sample,), m, does the paper's Monte Carlo find? Eqs. (1), (8), (9); a fresh pose for every sample.
+    """Return the deviations (sample,), m, of the paper's Monte Carlo. Eqs. (1), (8), (9); a fresh pose for every sample.
 
     A longer run begins with a shorter one's samples. `offset` is the +- limit of the bearing offsets, uniform.
     """
@@ -190,7 +190,7 @@ def deviations(
 
 
 def deviations_across_axes(arm: ZArm, samples: int, seed: int, *, largest_angle: float = JOINT_ARCMIN * ARCMIN, offset: float = OFFSET) -> Floats:
-    """Which deviations (sample,), m, follow when the offsets act across the joints' axes? As `deviations` in all else."""
+    """Return the deviations (sample,), m, with the offsets across the joints' axes. As `deviations` in all else."""
 
     def some(rng: np.random.Generator) -> Floats:
         q = workspace_poses(arm, rng, _CHUNK)
@@ -219,7 +219,7 @@ def _gather(some: Callable[[np.random.Generator], Floats], samples: int, seed: i
 
 
 def quantile_with_interval(ordered: Floats, level: float) -> tuple[float, float, float]:
-    """Which value leaves the share `level` of independent values below it, and between which does it lie at 95 % confidence? All in m.
+    """Return the quantile `level` of independent values with its 95 % confidence interval. All in m.
 
     `ordered` (sample,) must rise. Order statistics, free of any law (W. Conover, Practical Nonparametric Statistics, 1999, 3.2).
     """
@@ -231,14 +231,14 @@ def quantile_with_interval(ordered: Floats, level: float) -> tuple[float, float,
 
 
 def projections(arm: ZArm, q: Floats) -> tuple[Floats, Floats]:
-    """How long are AB, BC, CD along X and along Z (3, sample), m? z counts up; the paper draws z4 down, so its z4 is minus this one."""
+    """Return the lengths of AB, BC, CD along X and along Z (3, sample), m. z counts up; the paper draws z4 down, so its z4 is minus this one."""
     length = np.array(arm.lengths[1:])[:, None]
     phi = np.stack(directions(arm, q))
     return length * np.cos(phi), length * np.sin(phi)
 
 
 def static_moment(arm: ZArm, weights: Weights, q: Floats, reading: Reading = "corrected") -> tuple[Floats, Floats, Floats]:
-    """Which moments load node A (sample,), N m? Mx and Mz by eq. (2), and the total by eq. (3).
+    """Return the moments at node A (sample,), N m. Mx and Mz by eq. (2), and the total by eq. (3).
 
     On a level chassis gravity makes Mx alone. The total is the largest over all tilts of the chassis in the plane of the arm.
     """
@@ -257,7 +257,7 @@ def static_moment(arm: ZArm, weights: Weights, q: Floats, reading: Reading = "co
 
 
 def cantilever_slope(length: float, stiffness: float, force: float, moment: float, own_weight: float) -> float:
-    """By which angle (rad) does a link's tip turn? What (6) must say: theta = (F l^2/2 + M l + W l^2/6) / (E I).
+    """Return the slope (rad) of a link's tip. What (6) must say: theta = (F l^2/2 + M l + W l^2/6) / (E I).
 
     force (N) and moment (N m) at the tip and the link's own weight (N, spread evenly), as they act across the link; stiffness = E I, N m^2.
     """
@@ -265,12 +265,12 @@ def cantilever_slope(length: float, stiffness: float, force: float, moment: floa
 
 
 def cantilever_deflection(length: float, stiffness: float, force: float, moment: float, own_weight: float) -> float:
-    """By how much (m) does a link's tip deflect? What (7) must say: delta = (F l^3/3 + M l^2/2 + W l^3/8) / (E I). Arguments as for the slope."""
+    """Return the deflection (m) of a link's tip. What (7) must say: delta = (F l^3/3 + M l^2/2 + W l^3/8) / (E I). Arguments as for the slope."""
     return (force * length**3 / 3 + moment * length**2 / 2 + own_weight * length**3 / 8) / stiffness
 
 
 def stiffness_for_limits(length: float, force: float, moment: float, own_weight: float) -> tuple[float, float]:
-    """Which E I (N m^2) just holds the slope limit of condition (4), and which the deflection limit? The larger of the two is needed."""
+    """Return the E I (N m^2) at the slope limit of condition (4), and at the deflection limit. The larger of the two is needed."""
     slope = cantilever_slope(length, 1.0, force, moment, own_weight) / (SLOPE_LIMIT_ARCMIN * ARCMIN)
     deflection = cantilever_deflection(length, 1.0, force, moment, own_weight) / (length * DEFLECTION_LIMIT)
     return slope, deflection
@@ -295,10 +295,10 @@ def slope_as_printed(
 
 
 def sum_of_maxima(transmission_arcmin: float) -> float:
-    """Which largest angle error per joint, arcmin, follows from section 6.3: link, transmission, backlash and manufacture, added."""
+    """Return the largest angle error per joint, arcmin, of section 6.3: link, transmission, backlash and manufacture, added."""
     return LINK_ARCMIN + transmission_arcmin + BACKLASH_ARCMIN + MANUFACTURE_ARCMIN
 
 
 def strain_read_as_angle(strain: float = STRAIN) -> float:
-    """Which angle, arcmin, is this number of radians? What the paper does with a strain; a strain is no rotation."""
+    """Return the angle, arcmin, of this number of radians. What the paper does with a strain; a strain is no rotation."""
     return strain / ARCMIN

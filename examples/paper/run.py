@@ -98,19 +98,19 @@ def studied(poses: int, robots: int) -> lostmotion.Study:
 
 
 def error_figures(study: lostmotion.Study) -> dict[str, dict[str, Any]]:
-    """Give the study's printed figures of the position error, by label."""
+    """Return the study's printed figures of the position error, by label."""
     section = next(s for s in study.result()["sections"] if s["key"] == "error")
     return {row["label"]: row["figures"][0] for row in section["rows"]}
 
 
 def smallest_and_largest(study: lostmotion.Study) -> tuple[float, float]:
-    """Give the ends of a study's histogram, m; the smallest to the 0.3 % width of its bin."""
+    """Return the ends of a study's histogram, m; the smallest to the 0.3 % width of its bin."""
     counts = study.sampled.group_hist.sum(axis=0)
     return float(bin_edges()[np.flatnonzero(counts)[0]]), float(study.sampled.per_pose[:, 3].max())
 
 
 def part_screws(arm: lostmotion.Arm, q: paper.Floats, owner: str) -> dict[str, tuple[paper.Floats, float]]:
-    """Give a part's terms at one pose in its own frame: name -> screw (6,) per unit draw, and the largest draw."""
+    """Return a part's terms at one pose in its own frame: name -> screw (6,) per unit draw, and the largest draw."""
     matrix = lostmotion.screws(arm, q)
     return {info.name.removeprefix(owner + "."): (matrix.local[0, :, k], info.bound) for k, info in enumerate(matrix.infos) if info.owner == owner}
 

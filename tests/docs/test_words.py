@@ -1,5 +1,6 @@
 """The language is the trade's: expressions to avoid occur in no text, and a search for a common term finds its explanation."""
 
+import ast
 import re
 
 import pytest
@@ -35,7 +36,10 @@ AVOID = {
 }
 # Senses of these words that the trade uses.
 ALLOWED = (r"strain[ -]wave|wave[ _]generator|wavelength|wavy rim|waves or thinner rings",)
-FOLDERS = ("examples",)
+FOLDERS = (
+    "examples",
+    *(f"src/lostmotion/{name}" for name in ("io", "catalogue", "runs", "reporting", "analyses/bearing", "analyses/catalog", "analyses/sweep/tables")),
+)
 SUFFIXES = {".py", ".toml", ".md", ".urdf"}
 SOURCES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES)
 
@@ -70,6 +74,16 @@ def test_a_text_is_written_in_the_terms_of_the_trade(path):
 def test_the_search_for_unwanted_words_finds_them(text, count):
     """The test of the texts is itself able to fail, and does not object to the trade's own words."""
     assert len(unwanted(text)) == count
+
+
+@pytest.mark.parametrize("path", [path for path in SOURCES if path.suffix == ".py"], ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_docstring_states_what_a_function_returns_or_does(path):
+    """Documentation opens with a statement, "Return the ...", "Write ...", and asks no question."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            opening = (ast.get_docstring(node) or "").partition("\n\n")[0]
+            assert "?" not in opening, opening
+            assert opening.partition(" ")[0] not in {"Give", "Gives", "Tell", "Say"}, opening
 
 
 # A search term, the page and the heading that must explain it, and a word of the explanation.

@@ -187,8 +187,8 @@ def test_three_mistakes_are_told_at_once_with_their_lines(urdf):
     [
         ('<link name="base"/>', '<link name="base"/><link name="other"/>', "2 links without a parent: base, other"),
         ('<parent link="base"/>', '<parent link="two"/>', "loop"),
-        ('name="b" type', 'name="a" type', "once more"),
-        ('<link name="base"/>', '<link name="base"/><link name="base"/>', "once more"),
+        ('name="b" type', 'name="a" type', "twice"),
+        ('<link name="base"/>', '<link name="base"/><link name="base"/>', "twice"),
         ('<link name="base"/>', '<link name="base"/><link/>', "no name"),
         ('<child link="two"/>', '<child link="one"/>', "a second parent of link 'one'"),
         ('xyz="0.4 0 0"', 'xyz="0.4 0"', "0.4 0"),

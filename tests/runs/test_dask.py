@@ -81,7 +81,7 @@ def test_a_scheduler_that_dies_early_is_one_message(arm, tmp_path):
     done = subprocess.run([sys.executable, "-c", DIES, arm, tmp_path / "run"], capture_output=True, text=True, check=False, timeout=240)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("the Dask scheduler is gone")
-    assert "the same command goes on" in done.stdout
+    assert "the same command resumes" in done.stdout
     assert "Traceback" not in done.stderr
 
 

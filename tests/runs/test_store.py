@@ -225,11 +225,11 @@ def test_figures_do_not_outlive_an_edited_order(small, copy):
     for name in ("blocks.zarr/zarr.json",):
         path = copy / name
         path.write_text(path.read_text().replace('"seed": 1', '"seed": 2'))
-    with pytest.raises(LostmotionError, match=r"of another order than its run\.json"):
+    with pytest.raises(LostmotionError, match=r"of another job than its run\.json"):
         Store.open(copy).read(0, 0)
     done = lostmotion("replay", copy, cwd=copy.parent)
     assert done.returncode == 2
-    assert "of another order" in done.stderr
+    assert "of another job" in done.stderr
     assert carry_out(Store.begin(copy, edited)) == edited.blocks
 
 

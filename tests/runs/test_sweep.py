@@ -69,8 +69,8 @@ ratio = { from = 10, to = 1000, steps = 3, spacing = "log" }
     assert [axis.key for axis in axes] == ["gearboxes.small.backlash", "payload.mass", "joints.A.gearbox.ratio"]
     assert axes[1].values == ("1 kg", "2 kg", "3 kg")
     assert axes[2].values == (10, 100, 1000)
-    assert axes[1].amounts == ((1.0, 2.0, 3.0), "kg")
-    assert axes[0].amounts is None
+    assert axes[1].quantities == ((1.0, 2.0, 3.0), "kg")
+    assert axes[0].quantities is None
     assert designs(axes) == 18
     assert changes(axes, 0)["joints.A.gearbox.ratio"] == 10
     assert changes(axes, 4) == {"gearboxes.small.backlash": "0.5 arcmin", "payload.mass": "2 kg", "joints.A.gearbox.ratio": 100}

@@ -18,7 +18,7 @@ Surface = Literal["shaft", "bearing bore", "housing", "bearing outside"]
 
 _MILLIMETRE: Final = 1e-3
 _MICROMETRE: Final = 1e-6
-# The largest working clearance of the paper, S. Strutynskyi, R. Semenchuk, doi:10.15587/2706-5448.2021.237326, said to hold to 100 mm bore.
+# The largest working clearance of the paper, S. Strutynskyi, R. Semenchuk, doi:10.15587/2706-5448.2021.237326, stated for bores up to 100 mm.
 PAPERS_CLEARANCE: Final = 60e-6
 
 
@@ -31,7 +31,7 @@ class Range:
     limits: dict[str, tuple[float, float]]
 
     def contains(self, diameter: float) -> bool:
-        """Tell whether a diameter (m) lies in the row; to a nanometre, so that 0.05 is 50 mm however it was worked out."""
+        """Return whether a diameter (m) lies in the row; to a nanometre, so that 0.05 is 50 mm however it was worked out."""
         return round(diameter - self.over, 9) > 0 and round(diameter - self.to, 9) <= 0
 
     def __str__(self) -> str:
@@ -67,16 +67,16 @@ def _of_zones(zones: tuple[str, ...]) -> Table:
 
 
 def delivered_clearance(bearing: Bearing, bore: float, group: str = "CN") -> tuple[float, float]:
-    """Between which limits (m) lies the radial clearance of a bearing as delivered? Diametral: the full free way across.
+    """Return the limits (m) of the radial clearance of a bearing as delivered. Diametral: the full free way across.
 
-    `bore` m; `group` C2, CN (normal), C3 or C4. Within the band any value alike, or a cut normal law. Source: ISO 5753-1.
+    `bore` m; `group` C2, CN (normal), C3 or C4. Within the band uniform, or a cut normal distribution. Source: ISO 5753-1.
     Raises InputError for another kind or group, or a bore outside the table, with the nearest there is.
     """
     return _limits("clearances", bearing, bore, group)
 
 
 def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[float, float]:
-    """Between which deviations (m, lower and upper) from its nominal diameter (m) lies a shaft, a housing bore, or a bearing's ring?
+    """Return the limit deviations (m, lower and upper) of a shaft, a housing bore or a bearing ring of this nominal diameter (m).
 
     `zone` as k5 of a shaft or J7 of a housing (ISO 286, zones f to s, over 3 mm to 250 mm), "normal" of a bearing's ring (ISO 492). Raises InputError
     for what they do not hold, with the nearest there is.
@@ -95,7 +95,7 @@ def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[
 
 
 def clearance_of_group(bearing: Bearing, bore: float, group: str = "CN") -> Toleranced:
-    """Which clearance has a bearing of this group as delivered, as a dimension: the middle of its band, any value of it alike?
+    """Return the clearance of a bearing of this group as delivered: the middle of its band, uniform within it.
 
     Arguments, source and errors as `delivered_clearance`.
     """
@@ -104,7 +104,7 @@ def clearance_of_group(bearing: Bearing, bore: float, group: str = "CN") -> Tole
 
 
 def interference_of_zone(seat: Literal["shaft", "housing"], diameter: float, zone: str) -> Toleranced:
-    """Which interference (m, on the diameter) has a ring of the normal class with a shaft or housing of this zone? Its middle and its limits.
+    """Return the interference (m, on the diameter) of a ring of the normal class with a shaft or housing of this zone. Its middle and its limits.
 
     `diameter` m of the seat, `zone` as k5 of a shaft or H7 of a housing. Below zero they sit loose. Source and errors as `deviation`.
     """
@@ -116,9 +116,9 @@ def interference_of_zone(seat: Literal["shaft", "housing"], diameter: float, zon
 
 
 def clearance_warning(bearing: Bearing, bore: float, group: str = "CN", assumed: float = PAPERS_CLEARANCE) -> str:
-    """What speaks against assuming that no clearance is larger than this (m, 60 µm unless told)? Empty where nothing does.
+    """Return the objection to assuming that no clearance exceeds this limit (m, 60 µm unless stated). Empty where nothing does.
 
-    Only delivered clearance is looked at: fits and warmth make it smaller. Raises InputError as `delivered_clearance`.
+    Only delivered clearance counts: fits and temperature rise reduce it. Raises InputError as `delivered_clearance`.
     """
     low, high = (limit / _MICROMETRE for limit in delivered_clearance(bearing, bore, group))
     limit = assumed / _MICROMETRE

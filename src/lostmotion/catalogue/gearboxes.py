@@ -133,7 +133,7 @@ class GearboxRow(_Printed):
 
     @functools.cached_property
     def figures(self) -> CheckedRow:
-        """Give the row with its gearbox in SI."""
+        """Return the row with its gearbox in SI."""
         fields = {name: getattr(self, name) for name in type(self).model_fields if name not in {"part", "typical"}}
         typical = Typical.model_validate(self.typical, context={"text": True}) if self.typical else None
         gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount].model_validate(self.with_stated({}), context={"text": True})
@@ -142,18 +142,18 @@ class GearboxRow(_Printed):
     @property
     def unstated(self) -> list[str]:
         """Name the errors of which the row says nothing, so that they count as none."""
-        said = set(self.part) | ({"backlash"} if "lost_motion" in self.part else {"lost_motion"} if "backlash" in self.part else set())
-        return [name for name in _SOUGHT if name not in said]
+        stated = set(self.part) | ({"backlash"} if "lost_motion" in self.part else {"lost_motion"} if "backlash" in self.part else set())
+        return [name for name in _SOUGHT if name not in stated]
 
     @property
     def ratios(self) -> str:
-        """Say in words for which ratios the row holds."""
+        """Describe the ratios for which the row is valid."""
         if self.ratio is not None:
             return f"{self.ratio:g}"
         return "any ratio" if self.ratio_above is None else f"above {self.ratio_above:g}"
 
     def applies_to(self, ratio: float) -> bool:
-        """Tell whether the row holds for a ratio."""
+        """Return whether the row holds for a ratio."""
         return (self.ratio is None or ratio == self.ratio) and (self.ratio_above is None or ratio > self.ratio_above)
 
     @property
@@ -176,7 +176,7 @@ class GearboxRow(_Printed):
         limits = [name for name in self.upper_limits if name in kept and name not in stated and name not in typical]
         own = stated.get("source")
         others = {"typical": self.typical["source"] if typical else "", "mass": self.mass_source, "inertia": self.inertia_source}
-        besides = [f"{name}: {said}" for name, said in others.items() if said and (name == "typical" or (name in kept and name not in stated))]
+        besides = [f"{name}: {text}" for name, text in others.items() if text and (name == "typical" or (name in kept and name not in stated))]
         known = source_in_words("; ".join([self.source, *besides]))
         source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
         if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # an own source that is too long by itself is refused by the model
@@ -196,7 +196,7 @@ class GearboxRow(_Printed):
         return name in typical or bool(mark and mark["sure"])
 
     def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
-        """Say in one line what a user of this row should know of the fields they did not state themselves."""
+        """Return one line on the fields of this row that the user did not state."""
         fields = self.with_stated(stated, values)
         limits = [field for field in fields.get("upper_limits", ()) if field not in stated]
         typical = [field for field in self.typical_fields if field in fields and field not in stated]
@@ -217,7 +217,7 @@ def source_in_words(source: str) -> str:
 
 @functools.cache
 def gearboxes() -> tuple[GearboxRow, ...]:
-    """Which reducers are known? In the order of the data file: by maker, series, size and ratio."""
+    """Return the known reducers. In the order of the data file: by maker, series, size and ratio."""
     return tuple(GearboxRow.model_validate(row, context={"text": True}) for row in data_file("gearboxes.toml")["reducers"])
 
 
@@ -227,7 +227,7 @@ def _packaged_by_model() -> dict[str, list[GearboxRow]]:
 
 
 def by_model(rows: Iterable[GearboxRow]) -> dict[str, list[GearboxRow]]:
-    """Which rows are found under each name?"""
+    """Return the rows that are found under each name."""
     out: dict[str, list[GearboxRow]] = {}
     for row in rows:
         for model in row.models:
@@ -236,12 +236,12 @@ def by_model(rows: Iterable[GearboxRow]) -> dict[str, list[GearboxRow]]:
 
 
 def gearbox_models() -> tuple[str, ...]:
-    """Under which names are reducers found, without a ratio behind them?"""
+    """Return the names of reducers without a ratio behind them."""
     return tuple(_packaged_by_model())
 
 
 def find_gearbox(name: str, ratio: float | None = None, own: Rows = _NONE) -> tuple[GearboxRow, float | None]:
-    """Which row belongs to this name, and which ratio was stated: in the name ("CSG-25-100"), beside it, or not at all (None)?
+    """Return the row of this name and the stated ratio: in the name ("CSG-25-100"), beside it, or not at all (None).
 
     `own` are a user's rows by model; they go before those of the package. Raises InputError with one problem for an unknown name (with the
     nearest known one), for a name that needs its ratio and has none, for two ratios that differ, and for a ratio of which the rows say nothing.
@@ -264,7 +264,7 @@ def find_gearbox(name: str, ratio: float | None = None, own: Rows = _NONE) -> tu
 
 
 def find_rows(name: str, own: Rows = _NONE) -> tuple[Sequence[GearboxRow], str, float | None]:
-    """Which rows are found under this name, which model does it mean, and which ratio stands behind it? Raises InputError for an unknown name."""
+    """Return the rows under this name, the model that it means, and the ratio behind it. Raises InputError for an unknown name."""
     model, behind = name, None
     rows = own.get(model) or _packaged_by_model().get(model)
     if not rows:

@@ -19,7 +19,7 @@ _SAME: Final = 1 + 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """What a reducer shall be; what is left out may be anything. In SI.
+    """Search criteria for reducers, in SI; what is not stated may be anything.
 
     maker            a part of the maker's name, capitals or not
     ratio            a ratio of which the row's figures hold
@@ -36,7 +36,7 @@ class Criteria:
 
     @property
     def empty(self) -> bool:
-        """Tell whether nothing is asked for."""
+        """Return whether nothing is asked for."""
         return self == Criteria()
 
 
@@ -49,7 +49,7 @@ class SearchResult:
 
 
 def searchable_figures(row: GearboxRow) -> dict[str, float]:
-    """What does a row state that can be searched for? In SI; NaN where it says nothing. Stiffness is that of the softest zone."""
+    """Return the searchable values of a row. In SI; NaN where it says nothing. Stiffness is that of the softest zone."""
     part = row.figures.part
     lost_motion = row.lost_motion if part.lost_motion is None else part.lost_motion
     return {
@@ -61,7 +61,7 @@ def searchable_figures(row: GearboxRow) -> dict[str, float]:
 
 
 def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
-    """Which rows are as wanted? Raises InputError for a maker of whom there is no row."""
+    """Return the rows that match. Raises InputError for a maker of whom there is no row."""
     makers = tuple(dict.fromkeys(row.maker for row in rows))
     sought = wanted.maker.casefold()
     if not any(sought in maker.casefold() for maker in makers):

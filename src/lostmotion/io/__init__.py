@@ -24,9 +24,9 @@ READERS: Final = {
 
 
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
-    """Which arm does this file describe? The ending says which format it is in, and XML by its first letters.
+    """Return the arm that a file describes. The ending says which format it is in, and XML by its first letters.
 
-    `sidecar` is the TOML that says what a URDF cannot; left out, NAME.toml beside NAME.urdf is taken where it exists. Raises InputError with every
+    `sidecar` is the TOML with what a URDF cannot state; unless given, NAME.toml beside NAME.urdf is used if it exists. Raises InputError with every
     mistake found: in the file, its sidecar, or the path itself.
     """
     path = Path(path)

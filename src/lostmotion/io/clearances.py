@@ -92,7 +92,7 @@ def _fit(draft: Draft, stated: dict[str, Any], names: tuple[str, str, str, str],
         draft.refuse((*path, key), shown(zone), f"a zone of ISO 286-2 for the {surface}", f'{key} = "{example}"')
         return
     if size is None:
-        return  # the model tells what is wrong with the size
+        return  # the model reports what is wrong with the size
     try:
         stated[field] = interference_of_zone("shaft" if surface == "shaft" else "housing", size, zone)
     except InputError as error:

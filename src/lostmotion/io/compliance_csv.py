@@ -40,7 +40,7 @@ _HEADER: Final = "compliance, Mx [N m], My [N m], Mz [N m], Fx [N], Fy [N], Fz [
 
 
 def read_compliance(path: Path) -> dict[str, tuple[tuple[float, ...], ...]]:
-    """Which compliance does this file hold? Fields of a `Compliance`: matrix and own_weight, in SI; a stiffness is inverted.
+    """Return the fields of a `Compliance` from a CSV: matrix and own_weight, in SI; a stiffness is inverted.
 
     Raises InputError with every mistake in the file, and for a matrix that is not symmetric or not positive definite.
     """
@@ -79,7 +79,7 @@ def read_compliance(path: Path) -> dict[str, tuple[tuple[float, ...], ...]]:
 
 
 def _labels(file: str, labels: list[tuple[int, str]], known: dict[str, str], mistakes: list[Problem]) -> list[tuple[int, float]]:
-    """Give the position and the unit in SI of every row or column; note what is none, missing or there twice."""
+    """Return the position and the unit in SI of every row or column; note what is none, missing or there twice."""
     order = {name.lower(): k for k, name in enumerate(known)}
     example = ", ".join(f"{name} [{unit}]" for name, unit in known.items())
     out: list[tuple[int, float]] = []

@@ -47,13 +47,13 @@ _STAND_IN: Final = Row(a=1.0, alpha=0.0, d=1.0, theta=0.0)
 
 
 def standard(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
-    """Where does each joint sit in the link before, and where does its link lead? (origin, tip) per row of standard values; axes along z."""
+    """Return (origin, tip) of each row of standard Denavit-Hartenberg values: the joint's seat and the end of its link; axes along z."""
     stated = (row for row in rows if row is not None)
     return [(Frame(rpy=(0.0, 0.0, row.theta)), Frame(xyz=(row.a, 0.0, row.d), rpy=(row.alpha, 0.0, 0.0))) for row in stated]
 
 
 def modified(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
-    """Where does each joint sit in the link before, and where does its link lead? (origin, tip) per row of modified values; axes along z.
+    """Return (origin, tip) of each row of modified Denavit-Hartenberg values: the joint's seat and the end of its link; axes along z.
 
     Row i's a and alpha describe link i-1, so they go into its tip, and every link is the body between two joints; the first row's, and those of
     a row behind a joint without one (None), go into its own joint's origin, for want of a link before it that is a row's.
@@ -72,7 +72,7 @@ def modified(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
 
 
 def rpy_of(rotation: Floats) -> tuple[float, float, float]:
-    """Which roll, pitch and yaw (rad) make this rotation (3, 3)? Exact to rounding everywhere; at a pitch of 90 degrees one of many answers."""
+    """Return roll, pitch and yaw (rad) of a rotation (3, 3). Exact to rounding everywhere; at a pitch of 90 degrees one of many answers."""
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
     # Without the yaw, pitch and roll stand in entries of full size, also where the yaw itself was free.
     rest = turn((0, 0, 1), -yaw)[:3, :3] @ rotation

@@ -40,7 +40,7 @@ class Draft:
     mistakes: list[Problem] = field(default_factory=list)
 
     def key(self, path: Path) -> str:
-        """Under which key did the user write this?"""
+        """Return the key under which the user wrote this."""
         kept = next((length for length in range(len(path), 0, -1) if path[:length] in self.written), 0)
         key = self.written.get(path[:kept], "")
         for step in path[kept:]:
@@ -54,11 +54,11 @@ class Draft:
 
     @property
     def full(self) -> bool:
-        """Tell whether more mistakes are known than will be listed: no need to look for others."""
+        """Return whether more mistakes are known than will be listed: no need to look for others."""
         return len(self.mistakes) > MOST_MISTAKES
 
     def note(self, text: str) -> None:
-        """Add a line to what the arm's own notes say; once, however often it is said."""
+        """Add a line to the arm's notes, once."""
         notes = self.tree.get("notes", [])
         text = cut(text, LONGEST_NOTE)
         if isinstance(notes, list) and len(notes) < MOST_NOTES and text not in notes:
@@ -66,7 +66,7 @@ class Draft:
 
     @property
     def joints(self) -> list[tuple[int, dict[str, Any]]]:
-        """Give the joints that are tables, with their positions; anything else is refused later, by the model."""
+        """Return the joints that are tables, with their positions; anything else is refused later, by the model."""
         return [(index, joint) for index, joint in enumerate(self.tree.get("joints", ())) if isinstance(joint, dict)]
 
     def fill_in(self, table: str, stock: dict[str, Any], holder: dict[str, Any], path: Path) -> str:

@@ -28,12 +28,12 @@ _COLOURS: Final = (5, 1, 3, 6, 4, 8)
 
 
 def can_draw() -> bool:
-    """Is ezdxf, which writes the drawing, installed?"""
+    """Return whether ezdxf, which writes the drawing, is installed."""
     return importlib.util.find_spec("ezdxf") is not None
 
 
 def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
-    """How does the drawing of these wheels read, as the bytes of a DXF file (R2010, mm)?
+    """Return the drawing of these wheels as the bytes of a DXF file (R2010, mm).
 
     Every wheel about its own centre, as with the crank at zero, what is ground off taken off: layers DISC_1, DISC_2 … (each turned against the first
     by its share of a pitch, for the holes are common), RING or PINS with PIN_CIRCLE, DISC_BORE, OUTPUT_HOLES or CRANK_CENTRES; those of a first

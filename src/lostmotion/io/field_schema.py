@@ -17,7 +17,7 @@ _ORIGIN: Final = frozenset({"assumed", "source", "upper_limits"})
 
 
 def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: ANN401 - any annotation
-    """Which alternatives does an annotation allow? Quantities, models, lists and plain types; unions opened, None left out."""
+    """Return the alternatives that an annotation allows. Quantities, models, lists and plain types; unions opened, without None."""
     quantities: Options = [mark for mark in marks if isinstance(mark, Quantity | Distribution)]
     if quantities:
         return quantities
@@ -35,29 +35,29 @@ def _origin(annotation: Any) -> Any:  # noqa: ANN401 - any annotation
 
 
 def models(options: Options) -> list[type[BaseModel]]:
-    """Which of the alternatives are tables?"""
+    """Return those alternatives that are tables."""
     return [option for option in options if isinstance(option, type) and issubclass(option, BaseModel)]
 
 
 def tag(model: type[BaseModel]) -> str:
-    """Which value of `kind` or `type` chooses this table among others? Empty where none does."""
+    """Return the value of `kind` or `type` that selects this table. Empty where none does."""
     fields = [model.model_fields[name] for name in ("kind", "type") if name in model.model_fields]
     return next((word for field in fields for word in literals([field.annotation])), "")
 
 
 def keys(model: type[BaseModel]) -> list[str]:
-    """Which keys does this table take? Those that say where its values come from last."""
+    """Return the keys of this table. Those that say where its values come from last."""
     return sorted(model.model_fields, key=_ORIGIN.__contains__)
 
 
 def literals(options: Options) -> list[str]:
-    """Which words are allowed?"""
+    """Return the allowed words."""
     named = [word for option in options if isinstance(option, Distribution) for word in option.words]
     return [*named, *(str(word) for option in options if _origin(option) is Literal for word in get_args(option))]
 
 
 def inside(options: Options, item: str | int) -> Options:
-    """What is allowed one step further in: under a key, or at a position of a list?"""
+    """Return the alternatives one step further in: under a key, or at a position of a list."""
     if isinstance(item, str):
         fields = [model.model_fields[item] for model in models(options) if item in model.model_fields]
         named = [get_args(option)[1] for option in options if _origin(option) is dict]  # a table of free keys
@@ -74,7 +74,7 @@ def inside(options: Options, item: str | int) -> Options:
 
 
 def words(options: Options) -> str:
-    """Say in words what is allowed."""
+    """Describe what is allowed."""
     return " or ".join(dict.fromkeys(_words(option) for option in options))
 
 
@@ -93,7 +93,7 @@ def _words(option: Any) -> str:  # noqa: ANN401 - any annotation
 
 
 def example(options: Options) -> str:
-    """Give one example that passes, as it stands in a file."""
+    """Return one example that passes, as it stands in a file."""
     return _example(options[0]) if options else '"..."'
 
 

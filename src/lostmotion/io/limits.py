@@ -1,4 +1,4 @@
-"""How much is said about one file, and how long it is thought about: what a person can act on, whatever the file holds."""
+"""Parsing limits: how many mistakes are listed for one file, and how much work a file may cause."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def refuse_all(mistakes: Sequence[Problem], most: int = MOST_MISTAKES) -> NoRetu
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Which of the first 200 known names did the writer probably mean? Empty where none is close, or the word is none."""
+    """Return which of the first 200 known names was probably meant. Empty where none is close, or the word is none."""
     return errors.nearest(word, itertools.islice(known, _CANDIDATES)) if len(word) <= _LONGEST_WORD else ""
 
 
@@ -42,6 +42,6 @@ def listed(names: Collection[str], show: Callable[[str], str] = str) -> str:
 
 
 def cut(text: str, longest: int) -> str:
-    """Give a text without what cannot be printed, and not longer than this."""
+    """Return a text without what cannot be printed, and not longer than this."""
     text = "".join(char if char.isprintable() else "?" for char in text[: longest + 1])
     return text if len(text) <= longest else text[: longest - 3] + "..."

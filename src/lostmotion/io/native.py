@@ -29,7 +29,7 @@ _STAND_IN = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"]}
 
 
 def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
-    """Which arm does this TOML file describe? Keys are Arm's fields, and tables of parts that joints share by name (`draft.SHARED`).
+    """Return the arm that a TOML file describes. Keys are Arm's fields, and tables of parts that joints share by name (`draft.SHARED`).
 
     A joint may carry a row of Denavit-Hartenberg values (`dh`, `mdh`) in place of origin and axis. Raises InputError with every mistake found, each
     under the key as the user wrote it.
@@ -40,7 +40,7 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
 
 
 def arm_of(file: str, tree: dict[str, Any]) -> Arm:
-    """Which arm does this tree describe? `file` is named in the mistakes; the tree is used up."""
+    """Return the arm that a tree describes. `file` is named in the mistakes; the tree is used up."""
     draft = Draft(file, tree, _ALSO)
     _check_joints(draft)
     place_by_rows(draft)
@@ -82,7 +82,7 @@ def _check_names(draft: Draft) -> None:
         elif name in met:
             draft.refuse(
                 ("joints", index, "name"),
-                f"the name '{plain(name)}' once more",
+                f"the name '{plain(name)}' twice",
                 "a name of its own for every joint",
                 f"name = {quoted(f'{plain(name)[:70]}2')}",
             )

@@ -40,7 +40,7 @@ _MOST_ROWS: Final = 500
 
 
 def read_reducers(path: Path) -> tuple[GearboxRow, ...]:
-    """Which reducers does this file hold? A file of rows, or an arm file with some. Raises InputError with every mistake in the rows."""
+    """Return the reducers of a file. A file of rows, or an arm file with some. Raises InputError with every mistake in the rows."""
     tree = read_toml(path)
     whole_arm = "joints" in tree
     rows, mistakes = take_reducers(str(path), tree) if whole_arm else _rows_of_file(path, tree)
@@ -60,7 +60,7 @@ def take_reducers(file: str, tree: dict[str, Any]) -> tuple[tuple[GearboxRow, ..
 
 
 def _rows_beside(file: str, stated: Any) -> tuple[tuple[GearboxRow, ...], list[Problem]]:  # noqa: ANN401 - whatever a file holds
-    """Read the file of rows that an arm file names; nothing outside the arm's folder is looked at."""
+    """Read the file of rows that an arm file names; nothing outside the arm's folder is read."""
     if not isinstance(stated, str) or not stated.isprintable() or not stated:
         return (), [Problem(file, FILE, shown(stated), "the name of a file of reducers in the arm's folder", FILE_EXAMPLE)]
     path = beside(file, stated)
@@ -125,7 +125,7 @@ def _clashes(file: str, rows: tuple[GearboxRow, ...] | list[GearboxRow]) -> list
 
 
 def _both_hold(one: GearboxRow, other: GearboxRow) -> bool:
-    """Tell whether some ratio belongs to both rows."""
+    """Return whether some ratio belongs to both rows."""
     if one.ratio is not None:
         return other.applies_to(one.ratio)
     return True if other.ratio is None else one.applies_to(other.ratio)

@@ -1,6 +1,6 @@
 """One part by itself, a gearbox or a bearing: from a file about that part alone, or from an arm file and the name of a joint.
 
-name = "shoulder"               # left out: the file's name
+name = "shoulder"               # the file's name unless stated
 [gearbox]                       # or [bearing], with the keys that a joint's has; or gearbox = "RV-40E-121"
 kind = "catalogue"              # a bearing's kind may also be "ball bearing" or "roller bearing", one by itself without span
 
@@ -55,7 +55,7 @@ class OnePart(Generic[P]):
 
 
 def read_gearbox(path: str | Path, joint: str | None = None) -> OnePart[ErrorSource]:
-    """Which gearbox does this file describe? A TOML with `gearbox`, or an arm file and the joint whose gearbox is meant.
+    """Return the gearbox that a file describes. A TOML with `gearbox`, or an arm file and the joint whose gearbox is meant.
 
     Names of the catalogue work as in an arm. Raises InputError with every mistake in the file, and for an arm without `joint` with its joints' names.
     """
@@ -63,7 +63,7 @@ def read_gearbox(path: str | Path, joint: str | None = None) -> OnePart[ErrorSou
 
 
 def read_bearing(path: str | Path, joint: str | None = None) -> OnePart[Bearing]:
-    """Which bearing does this file describe? A TOML with `[bearing]`, or an arm file and the joint that has it. Errors as `read_gearbox`."""
+    """Return the bearing that a file describes. A TOML with `[bearing]`, or an arm file and the joint that has it. Errors as `read_gearbox`."""
     return _read(Path(path), joint, "bearing")
 
 

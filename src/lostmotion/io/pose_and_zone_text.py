@@ -26,7 +26,7 @@ _ROUNDING: Final = 1e-9
 
 
 def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
-    """Which pose is meant: a pose's number, or the value of every moving joint, q (joint,) in rad and m?
+    """Return the joint values (joint,) in rad and m of a pose given by its number or by the value of every moving joint.
 
     Raises InputError with every mistake: joints that are unknown, missing or named twice, values without a unit of their kind or outside the limits.
     """
@@ -48,7 +48,7 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
         at = match.end()
         name = match["name"]
         if name not in joints or name in found:
-            what = f"joint '{name}' once more" if name in found else shown(name)
+            what = f"joint '{name}' twice" if name in found else shown(name)
             meant = "" if name in found else nearest(name, joints)
             mistakes.append(Problem("", option, what, f"each joint once, of {listed(joints)}", example, meant))
             continue
@@ -76,7 +76,7 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
 
 
 def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float]]:
-    """Between which ends (m) along which of the base's axes does this zone lie?
+    """Return the limits (m) of a zone along each of the base's axes that it names.
 
     `option` is what the text was given as: an option, or the argument of a call. Raises InputError with every mistake: an axis that is none of
     x, y, z or comes twice, ends in the wrong order, no unit of length.
@@ -113,7 +113,7 @@ def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float
 
 
 def _amiss(part: str) -> str:
-    """Say what keeps a part of a zone's text from being read."""
+    """Return the problem of a part of a zone's text."""
     axis, _, ends = part.strip().partition(" ")
     if ".." not in part:
         return "no '..' between two ends"

@@ -34,9 +34,9 @@ _ROUNDING: Final = 1e-9
 
 
 def read_poses(path: str | Path, arm: Arm) -> Floats:
-    """Which poses does this CSV list? q (pose, joint) in rad and m, columns in the arm's order.
+    """Return the poses (pose, joint) of a CSV, in rad and m, columns in the arm's order.
 
-    Columns may stand in any order. Raises InputError with the first 20 mistakes, and tells where there are more: unknown, missing or
+    Columns may stand in any order. Raises InputError with the first 20 mistakes, and a count of the others: unknown, missing or
     doubled columns, units of another kind, cells that are no finite number, values outside a joint's limits.
     """
     file = str(path)
@@ -65,7 +65,7 @@ def _example(arm: Arm) -> str:
 
 
 def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]:
-    """Give the SI value of each column's unit, and which column holds each joint."""
+    """Return the SI value of each column's unit, and which column holds each joint."""
     joints = {joint.name: joint for joint in arm.moving}
     mistakes: list[Problem] = []
     found: dict[str, int] = {}
@@ -80,7 +80,7 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
             near = nearest(name, joints)
             mistakes.append(Problem(file, key, shown(heading), f"a joint with its unit, one of {listed(joints)}", _example(arm), near))
         elif name in found:
-            mistakes.append(Problem(file, key, f"joint '{name}' once more", "one column per joint", _example(arm)))
+            mistakes.append(Problem(file, key, f"joint '{name}' twice", "one column per joint", _example(arm)))
         else:
             found[name] = column
             si, unit = ("m", "mm") if isinstance(joints[name], PrismaticJoint) else ("rad", "deg")
@@ -97,7 +97,7 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
 
 
 def _cells(rows: Iterable[list[str]], header: list[str], file: str) -> tuple[array[float], array[int], list[Problem]]:
-    """Give all values row by row, the line of each row, and what is no finite number."""
+    """Return all values row by row, the line of each row, and what is no finite number."""
     values, lines = array("d"), array("q")
     mistakes: list[Problem] = []
     for line, row in enumerate(rows, 2):

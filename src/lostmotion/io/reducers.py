@@ -2,7 +2,7 @@
 
     gearbox = "RV-40E-121"                                           # the maker's own name, with its ratio
     gearbox = { catalogue = "RV-40E", ratio = 121, backlash = "0.4 arcmin" }   # what is stated goes before the catalogue
-    gearbox = { catalogue = "CSG-25-100", values = "typical" }       # typical values where the maker prints upper limits; left out: "limit"
+    gearbox = { catalogue = "CSG-25-100", values = "typical" }       # typical values where the maker prints upper limits; default "limit"
     [gearboxes.shoulder]                                             # the same for joints to share
     catalogue = "CSG-25-100"
 
@@ -68,11 +68,11 @@ def _names_row(stated: Any) -> TypeGuard[dict[str, Any]]:  # noqa: ANN401 - what
 
 
 def _means_reducer(name: str, shared: dict[str, Any], own: Rows) -> bool:
-    """Tell whether a name that is not under [gearboxes] is one of the catalogue, or a slip of one rather than of a shared gearbox."""
+    """Return whether a name that is not under [gearboxes] is one of the catalogue, or a slip of one rather than of a shared gearbox."""
     try:
         find_gearbox(name, own=own)
     except InputError as error:
-        # A known name whose ratio is missing or unknown has no near name: the catalogue tells what it lacks.
+        # A known name whose ratio is missing or unknown has no near name: the catalogue reports what it lacks.
         return any(name.startswith(model) for model in (*own, *gearbox_models())) or (bool(error.problems[0].nearest) and not nearest(name, shared))
     return True
 
@@ -92,7 +92,7 @@ def _with_row(draft: Draft, stated: dict[str, Any], path: Path, key: str, own_ro
         draft.refuse((*path, key), problem.found, problem.expected, f'{key} = "{problem.example}"', problem.nearest)
         return own
     except (TypeError, ValueError, OverflowError):
-        return own  # the model tells what is wrong with the ratio
+        return own  # the model reports what is wrong with the ratio
     if values not in ("limit", "typical"):
         draft.refuse((*path, VALUES), shown(values), "limit (where nothing is stated) or typical", f'{VALUES} = "typical"')
         values = "limit"

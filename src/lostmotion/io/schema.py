@@ -43,7 +43,7 @@ class _ForToml(GenerateJsonSchema):
 
 
 def json_schema() -> Schema:
-    """Which TOML files describe an arm? A JSON Schema (2020-12) for editors; the reader itself checks more (ranges, units, what fits together)."""
+    """Return the JSON Schema (2020-12) of arm files, for editors. The reader itself checks more (ranges, units, what fits together)."""
     schema = Arm.model_json_schema(schema_generator=_ForToml)
     kinds: dict[str, Schema] = schema["$defs"]
     kinds["DenavitHartenbergRow"] = {**Row.model_json_schema(schema_generator=_ForToml), "title": "DenavitHartenbergRow"}
@@ -78,7 +78,7 @@ def json_schema() -> Schema:
 
 _ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
 _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
-_VALUES: Final = "with `catalogue`: typical values where the maker prints only upper limits; left out: the limits"
+_VALUES: Final = "with `catalogue`: typical values where the maker prints only upper limits; default: the limits"
 _FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
 _SWEEP: Final = "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, to, steps, spacing }"
 _COMPLIANCE_FILE: Final = {"type": "string", "description": "a CSV with a matrix (6, 6), beside this file or below", "examples": ["forearm.csv"]}
@@ -89,7 +89,7 @@ _ROW: Final = {
 
 
 def _value(assignment: str) -> str:
-    """Give what stands behind the key of an example."""
+    """Return what stands behind the key of an example."""
     return assignment.partition(" = ")[2].strip('"')
 
 

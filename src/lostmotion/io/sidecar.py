@@ -54,7 +54,7 @@ _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
 
 
 def find_sidecar(urdf: Path) -> Path | None:
-    """Which sidecar belongs to this URDF? NAME.toml beside it, or none. Raises InputError for a link that leads out of its folder."""
+    """Return the sidecar of a URDF. NAME.toml beside it, or none. Raises InputError for a link that leads out of its folder."""
     beside = urdf.with_suffix(".toml")
     if not os.path.lexists(beside):
         return None
@@ -70,13 +70,13 @@ def find_sidecar(urdf: Path) -> Path | None:
     return beside
 
 
-def add_sidecar(draft: Draft, said: dict[str, Any], all_joints: Iterable[str]) -> None:
+def add_sidecar(draft: Draft, content: dict[str, Any], all_joints: Iterable[str]) -> None:
     """Put what a sidecar says onto a draft made from a URDF; note joints and keys that do not belong. `all_joints` are those of the URDF."""
-    by_name = said.pop("joints", {})
+    by_name = content.pop("joints", {})
     notes = draft.tree["notes"]
-    draft.tree.update(said)
-    if isinstance(said.get("notes", []), list):
-        own = said.get("notes", [])
+    draft.tree.update(content)
+    if isinstance(content.get("notes", []), list):
+        own = content.get("notes", [])
         draft.tree["notes"] = [*own, *notes[: max(MOST_NOTES - len(own), 0)]]
     if not isinstance(by_name, dict):
         expected = "a table of joints by name; a list of joints is a whole arm, which is read by itself"
@@ -108,8 +108,8 @@ def _add_joint(draft: Draft, index: int, parts: dict[str, Any]) -> None:
         draft.refuse(("joints", index, "link"), shown(link), "a table", _OF_JOINT["link"])
 
 
-def _add(draft: Draft, onto: dict[str, Any], said: dict[str, Any], known: dict[str, str], path: validation_errors.Path) -> None:
-    for key, value in said.items():
+def _add(draft: Draft, onto: dict[str, Any], content: dict[str, Any], known: dict[str, str], path: validation_errors.Path) -> None:
+    for key, value in content.items():
         if key in known:
             onto[key] = value
         elif not draft.full:

@@ -59,7 +59,7 @@ def skeleton(arm: Arm, path: Path, sidecar: Path | None = None) -> Skeleton:
     names = _free_names(tree)
     lines = [
         "# Example values: replace them by those of your parts, each then taken out of its list `assumed`.",
-        "# Joints need not share parts. Leave out what is not known: it counts as perfect, and the result says so.",
+        "# Joints need not share parts. Omit what is not known: it counts as ideal, and the result lists it.",
     ]
     for kind, tables in _EXAMPLES.items():
         if any(_kind(joint) == kind for joint in arm.moving):

@@ -33,7 +33,7 @@ MOST_VALUES: Final = 1000
 MOST_DESIGNS: Final = 10_000
 _LONGEST_KEY: Final = 200
 _LONG_LABEL: Final = 12
-# With a key of its own, since other keys take other amounts.
+# With a key of its own, since other keys take other quantities.
 _RANGE: Final = '"gearboxes.cycloidal.backlash" = { from = "0.5 arcmin", to = "1 arcmin", steps = 5 }'
 _RANGE_KEYS: Final = ("from", "to", "steps", "spacing")
 _SPACINGS: Final = ("even", "log")
@@ -55,34 +55,34 @@ class Axis(BaseModel):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Give each value as a person reads it; amounts of a range with four digits, where that tells them apart."""
+        """Return each value as text for people; quantities of a range with four digits, where that distinguishes them."""
         plain = tuple(value if isinstance(value, str) else shown(value) for value in self.values)
-        if self.amounts is None:
+        if self.quantities is None:
             return plain
-        numbers, unit = self.amounts
+        numbers, unit = self.quantities
         short = tuple(f"{number:.4g} {unit}".strip() for number in numbers)
         return short if len(set(short)) == len(set(numbers)) and max(map(len, plain)) > _LONG_LABEL else plain
 
     @property
-    def amounts(self) -> tuple[tuple[float, ...], str] | None:
-        """Give the values as numbers, and the unit they are all stated in; None where they are no plain amounts in one unit."""
+    def quantities(self) -> tuple[tuple[float, ...], str] | None:
+        """Return the values as numbers, and the unit they are all stated in; None where they are no plain quantities in one unit."""
         found = [_amount(value) for value in self.values]
-        amounts = [each for each in found if each is not None]
-        units = {unit for _, unit in amounts}
-        return (tuple(number for number, _ in amounts), units.pop()) if len(amounts) == len(found) and len(units) == 1 else None
+        quantities = [each for each in found if each is not None]
+        units = {unit for _, unit in quantities}
+        return (tuple(number for number, _ in quantities), units.pop()) if len(quantities) == len(found) and len(units) == 1 else None
 
 
 def read_axes(path: Path | None, by: Path | None = None) -> tuple[tuple[Axis, ...], list[Problem]]:
-    """Which keys does this sweep, and over which values? Of the table in `by`, or else in the file `path`; none where it has no such table.
+    """Return the keys that are swept, with their values. Of the table in `by`, or else in the file `path`; none where it has no such table.
 
-    Gives the axes that can be read, and every mistake in the table, each under its key; whether the arm takes the values is told by
+    Gives the axes that can be read, and every mistake in the table, each under its key; whether the arm accepts the values is checked by
     `designs.read_sweep`. Raises InputError for a file that is no TOML.
     """
-    said = by or path
-    if said is None:
+    source = by or path
+    if source is None:
         return (), []
-    file = str(said)
-    tree = read_toml(said)
+    file = str(source)
+    tree = read_toml(source)
     mistakes = []
     if by is not None:
         mistakes = [
@@ -98,12 +98,12 @@ def read_axes(path: Path | None, by: Path | None = None) -> tuple[tuple[Axis, ..
 
 
 def designs(axes: tuple[Axis, ...]) -> int:
-    """How many designs are there: all combinations of the values?"""
+    """Return the number of designs: all combinations of the values."""
     return math.prod(len(axis.values) for axis in axes)
 
 
 def changes(axes: tuple[Axis, ...], design: int) -> dict[str, Any]:
-    """Which value does each key take in this design? The last key changes fastest."""
+    """Return the value of each key in this design. The last key changes fastest."""
     shape = tuple(len(axis.values) for axis in axes)
     at = np.unravel_index(design, shape) if axes else ()
     return {axis.key: axis.values[int(index)] for axis, index in zip(axes, at, strict=True)}
@@ -124,13 +124,13 @@ def _axes(file: str, stated: Any, mistakes: list[Problem]) -> tuple[Axis, ...]: 
     axes = [_axis(file, key, value, mistakes) for key, value in flat]
     found = tuple(axis for axis in axes if axis is not None)
     if designs(found) > MOST_DESIGNS:
-        said = " x ".join(str(len(axis.values)) for axis in found)
-        mistakes.append(Problem(file, TABLE, f"{said} = {designs(found)} designs", f"at most {MOST_DESIGNS}", "fewer values, or several sweeps"))
+        grid = " x ".join(str(len(axis.values)) for axis in found)
+        mistakes.append(Problem(file, TABLE, f"{grid} = {designs(found)} designs", f"at most {MOST_DESIGNS}", "fewer values, or several sweeps"))
     return found
 
 
 def _flat(stated: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    """Give keys and values; a key may be written as one text, as TOML's dotted key, or as tables."""
+    """Return keys and values; a key may be written as one text, as TOML's dotted key, or as tables."""
     out = []
     for key, value in stated.items():
         if isinstance(value, dict) and value and not set(_RANGE_KEYS) & value.keys():
@@ -163,7 +163,7 @@ def _axis(file: str, key: str, value: Any, mistakes: list[Problem]) -> Axis | No
 
 
 def _is_plain(value: Any) -> bool:  # noqa: ANN401 - whatever a file holds
-    """Tell values that JSON can hold as they are; dates and what is not finite are none."""
+    """Return whether JSON can hold a value as it is; not dates, not what is not finite."""
     if isinstance(value, list | dict):
         return all(_is_plain(each) for each in (value.values() if isinstance(value, dict) else value))
     return isinstance(value, str | bool | int) or (isinstance(value, float) and math.isfinite(value))
@@ -193,7 +193,7 @@ def _range(file: str, where: str, stated: dict[str, Any], mistakes: list[Problem
 
 
 def _ends(file: str, where: str, stated: dict[str, Any], mistakes: list[Problem]) -> tuple[float, float, str] | None:
-    """Give the ends of a range and their unit; None where they are wrong, which is noted."""
+    """Return the ends of a range and their unit; None where they are wrong, which is noted."""
     ends = []
     for key in ("from", "to"):
         amount = _amount(stated.get(key))

@@ -32,7 +32,7 @@ _MEGABYTES: Final = 20
 
 
 def read_design(path: Path, sidecar: Path | None, stated: Mapping[str, Any]) -> Arm:
-    """Which arm is it with these values at these keys? Keys of a URDF's arm are those of its sidecar.
+    """Return the arm with these values at these keys. Keys of a URDF's arm are those of its sidecar.
 
     Raises InputError with every mistake, in the reader's words.
     """
@@ -40,13 +40,13 @@ def read_design(path: Path, sidecar: Path | None, stated: Mapping[str, Any]) -> 
 
 
 def find_tree(path: Path, sidecar: Path | None) -> Path | None:
-    """Which TOML says what can be swept: the arm file itself, or a URDF's sidecar? None for a URDF without one."""
+    """Return the TOML whose keys can be swept: the arm file itself, or a URDF's sidecar. None for a URDF without one."""
     return path if path.suffix.lower() == ".toml" else sidecar or find_sidecar(path)
 
 
 def _tree(path: Path, sidecar: Path | None) -> dict[str, Any]:
-    said = find_tree(path, sidecar)
-    tree = {} if said is None else read_toml(said)
+    source = find_tree(path, sidecar)
+    tree = {} if source is None else read_toml(source)
     tree.pop(TABLE, None)
     return tree
 
@@ -98,7 +98,7 @@ def _inner(here: Any, step: str, *, by_name: bool) -> Any:  # noqa: ANN401 - wha
 
 
 def _names(tree: dict[str, Any], steps: list[str]) -> dict[str, Any] | None:
-    """Give the names to choose among where a key's second step must be one that exists: a joint, or a part that joints share."""
+    """Return the names to choose among where a key's second step must be one that exists: a joint, or a part that joints share."""
     if len(steps) != 2:  # noqa: PLR2004 - the table and the name in it
         return None
     stock = tree.get(steps[0])
@@ -108,7 +108,7 @@ def _names(tree: dict[str, Any], steps: list[str]) -> dict[str, Any] | None:
 
 
 def _own(tree: dict[str, Any], steps: list[str], name: str) -> Any:  # noqa: ANN401 - whatever a file holds
-    """Give a joint a copy of its own of the part that it shares under this name; a reducer of the catalogue stays named inside it."""
+    """Replace a joint's shared part by a copy of its own; a reducer of the catalogue stays named inside it."""
     table = next((table for table, where in SHARED.items() if steps[0] == "joints" and tuple(steps[2:]) == where), None)
     stock = tree.get(table) if table else None
     if isinstance(stock, dict) and name in stock:
@@ -135,16 +135,16 @@ def read_sweep(
     progress: Callable[[str, int, int], None] | None = None,
     look: Callable[[Arm], None] | None = None,
 ) -> tuple[Arm, tuple[Axis, ...]]:
-    """Which designs are asked for: the arm of the first, and the keys with their values? One design where nothing is swept.
+    """Return the arm of the first design, and the swept keys with their values. One design where nothing is swept.
 
     The arm file as it stands is read first. Then raises InputError with every mistake in the table and in each value by itself, under its key; where
     those pass, in the combinations. `look` is called with the arm of every design, in order.
     """
     arm = read(path, sidecar)
     tree = _tree(path, sidecar)
-    said = find_tree(path, sidecar)
-    axes, mistakes = read_axes(said, by)
-    file = str(by or said)
+    source = find_tree(path, sidecar)
+    axes, mistakes = read_axes(source, by)
+    file = str(by or source)
     for axis in axes:
         mistakes += _of_axis(path, sidecar, tree, axis, file)
     if mistakes:
@@ -175,7 +175,7 @@ def read_sweep(
 
 
 def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str) -> list[Problem]:
-    """Which values of a key does the arm not take? What is wrong with the key itself is said once."""
+    """Return the values of a key that the arm does not accept. What is wrong with the key itself is reported once."""
     out: list[Problem] = []
     where = f"{TABLE}.{key_said(axis.key)}"
     for k, value in enumerate(axis.values):
@@ -193,17 +193,17 @@ def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis,
 
 
 def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
-    """What do the files say that this arm, and every design of it, is read from? Text by name; the arm's folder is the root.
+    """Return the texts of all files from which this arm, and every design of it, is read. Text by name; the arm's folder is the root.
 
     A sidecar is put beside its URDF under its own name. Files that the arm names beside itself, or that the sweep puts there, come along.
     """
-    said = find_tree(path, sidecar)
+    source = find_tree(path, sidecar)
     out = {path.name: _text(path)}
-    if said is not None and said != path:
-        out[path.with_suffix(".toml").name] = _text(said)
-    if said is not None:
+    if source is not None and source != path:
+        out[path.with_suffix(".toml").name] = _text(source)
+    if source is not None:
         for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
-            named = beside(str(said), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
+            named = beside(str(source), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
             if named is not None and named.is_file():
                 out.setdefault(Path(text).as_posix(), _text(named))
     return out

@@ -29,7 +29,7 @@ def refuse(*fields: str) -> NoReturn:
 
 
 def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") -> str:
-    """What does this file say? Its text, at most so many megabytes (1e6 bytes); `example` is a file of its kind, for the message.
+    """Return the text of a file of at most so many megabytes (1e6 bytes); `example` is a file of its kind, for the message.
 
     Nothing is read from a folder, device or pipe, nor beyond the size. A byte order mark is dropped. Raises InputError where the file is missing,
     no regular file, unreadable, too big, not UTF-8, or holds a NUL.
@@ -86,7 +86,7 @@ def _without_nul(text: str, file: str) -> str:
 
 
 def begins_as_xml(path: Path) -> bool:
-    """Tell a regular file whose first visible letter opens a tag; False where it cannot be read, which its reader tells."""
+    """Return whether a regular file's first visible letter opens a tag; False where it cannot be read, which its reader reports."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return False
@@ -97,7 +97,7 @@ def begins_as_xml(path: Path) -> bool:
 
 
 def _near_file(path: Path) -> str:
-    """Which file of the same folder was probably meant? One of the same ending and a name alike, or of the same name and another ending."""
+    """Return the file of the same folder that was probably meant: a similar name with the same ending, or the same name with another one."""
     try:
         others = sorted(itertools.islice(path.parent.iterdir(), _NAMES_LOOKED_AT), key=lambda other: other.suffix == path.suffix)
     except OSError:
@@ -107,7 +107,7 @@ def _near_file(path: Path) -> str:
 
 
 def beside(file: str, stated: object) -> Path | None:
-    """Which file of its folder, or of one below, does a file name? None for what is no name, and for one that leads out of the folder."""
+    """Return the file in the folder, or in one below, that a file names. None for what is no name, and for one that leads out of the folder."""
     if not isinstance(stated, str) or not stated.isprintable() or not stated:
         return None
     folder = Path(file).parent
@@ -117,7 +117,7 @@ def beside(file: str, stated: object) -> Path | None:
 
 
 def numbers(words: Sequence[str]) -> list[float]:
-    """Which numbers do these words state, in plain decimal notation? Raises ValueError for any other word; one too large is infinite."""
+    """Return the numbers that these words state in plain decimal notation. Raises ValueError for any other word; one too large is infinite."""
     if _FOREIGN.search(" ".join(words)):
         raise ValueError("not a plain decimal number")
     return [float(word) for word in words]

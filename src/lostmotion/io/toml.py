@@ -26,7 +26,7 @@ _PLACE: Final = re.compile(r" \((at line (?P<line>\d+), column (?P<column>\d+)|a
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """What does this TOML file say? Raises InputError, with line and column where the text is no TOML."""
+    """Return the content of a TOML file. Raises InputError, with line and column where the text is no TOML."""
     file, text = str(path), read_text(path, MEGABYTES)
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > _LONGEST_LINE:
@@ -78,7 +78,7 @@ def key_steps(key: str) -> list[str]:
 
 
 def _bare_at(text: str, where: re.Match[str]) -> str:
-    """Give the value with its unit that stands without quotes where reading broke off, if that is what is wrong there."""
+    """Return the value with its unit that stands without quotes where reading broke off, if that is what is wrong there."""
     if not where["line"]:
         return ""
     line, column = text.split("\n")[int(where["line"]) - 1], int(where["column"]) - 1

@@ -41,7 +41,7 @@ _LEVEL: Final = 1e-12  # rad; less is rounding
 
 
 def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
-    """Which arm do this URDF and its sidecar describe?
+    """Return the arm that a URDF and its sidecar describe.
 
     A sidecar that is not given is NAME.toml beside NAME.urdf, where there is one. Joints may be revolute, continuous (taken as +-180 degrees, with
     a note), prismatic and fixed. Raises InputError with every mistake found, each with its line and element.
@@ -50,23 +50,23 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
     return arm_of(path, sidecar, {} if sidecar is None else read_toml(sidecar))
 
 
-def arm_of(path: Path, sidecar: Path | None, said: dict[str, Any]) -> Arm:
-    """Which arm do this URDF and what its sidecar says describe? The tree `said` is used up; mistakes in it are told of the file `sidecar`."""
+def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
+    """Return the arm that a URDF and the content of its sidecar describe. `content` is consumed; its mistakes name the file `sidecar`."""
     text, line = read_old_text(path, MEGABYTES)
     tree = read_tree(text, str(path))
     if line:
         tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
-    chain = find_chain(tree, said, str(sidecar or path), path.with_suffix(".toml").name)
-    _stand_as_in_the_file(tree, chain, said)
+    chain = find_chain(tree, content, str(sidecar or path), path.with_suffix(".toml").name)
+    _stand_as_in_the_file(tree, chain, content)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
     draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
-    add_sidecar(draft, said, tree.joints)
+    add_sidecar(draft, content, tree.joints)
     arm = build_arm(draft)
     return with_doubts(arm, tree, chain)
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
-    """Give the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
+    """Return the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
     notes = [*chain.notes, *tree.notes]
     joints = []
     weighs = any(tree.links[joint.child].mass for joint in chain.joints)
@@ -107,20 +107,20 @@ def _motion(joint: UrdfJoint) -> dict[str, Any]:
     return {"type": "prismatic" if joint.type == "prismatic" else "revolute", "axis": joint.axis, "limits": [f"{low!r} {unit}", f"{high!r} {unit}"]}
 
 
-def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, said: dict[str, Any]) -> None:
+def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, content: dict[str, Any]) -> None:
     """Tilt a base that is not the root as the joints before it do at zero, unless the sidecar says how it is tilted."""
     pose = pose_of()
     for joint in chain.before:
         pose = pose @ pose_of(joint.xyz, joint.rpy)
     roll, pitch, _ = rpy_of(pose[:3, :3])
-    stated = said.setdefault("base", {}) if chain.before else None
+    stated = content.setdefault("base", {}) if chain.before else None
     if isinstance(stated, dict) and not {"roll", "pitch"} & stated.keys() and max(abs(roll), abs(pitch)) > _LEVEL:
         stated |= {"roll": f"{roll!r} rad", "pitch": f"{pitch!r} rad"}
         tree.notes.append(f"the base is tilted as in the URDF: roll {math.degrees(roll):.4g} deg, pitch {math.degrees(pitch):.4g} deg")
 
 
 def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
-    """What do a link and all that hangs on it beside the chain weigh (kg), where is the common centre (m, link's frame), which joints were held?"""
+    """Return mass (kg) and centre (m, link's frame) of a link with everything beside the chain that it carries, and the joints held at zero."""
     mass, moment = 0.0, [0.0, 0.0, 0.0]
     held = []
     waiting = [(link, pose_of())]
@@ -142,7 +142,7 @@ def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float,
 
 
 def _notes_of_held(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> list[str]:
-    """Say which joints on a link are no joints of the arm, what they carry, and what is odd about them."""
+    """Describe the joints on a link that are not joints of the arm, what they carry, and what is doubtful about them."""
     if not held:
         return []
     weight = math.fsum(tree.links[name].mass for name in {name for joint in held for name in _beyond(tree, joint.child)})

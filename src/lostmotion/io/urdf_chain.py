@@ -30,14 +30,14 @@ class Chain:
     doubts: list[str] = field(default_factory=list)
 
 
-def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name: str) -> Chain:
+def find_chain(tree: UrdfTree, content: dict[str, Any], sidecar: str, sidecar_name: str) -> Chain:
     """Return the chain of joints that is the arm.
 
     Parameters
     ----------
     tree
         The links and joints of the file.
-    said
+    content
         The sidecar, of which `tip` and the name of the link in `base` are taken out.
     sidecar, sidecar_name
         The file that these mistakes stand in, and the name of the one that should be written.
@@ -49,8 +49,8 @@ def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name:
         `tip = "..."` leads to a chain that is read.
 
     """
-    base = _base(tree, said, sidecar)
-    tip = said.pop("tip", None)
+    base = _base(tree, content, sidecar)
+    tip = content.pop("tip", None)
     notes: list[str] = []
     doubts: list[str] = []
     if tip is None:
@@ -76,9 +76,9 @@ def find_chain(tree: UrdfTree, said: dict[str, Any], sidecar: str, sidecar_name:
     return Chain(base, tip, joints, before, notes, doubts)
 
 
-def _base(tree: UrdfTree, said: dict[str, Any], sidecar: str) -> str:
+def _base(tree: UrdfTree, content: dict[str, Any], sidecar: str) -> str:
     """Take the link where the chain starts out of the sidecar: `base = "torso_link"`, or `link` in a table [base]; the root where none is named."""
-    stated = said.get("base")
+    stated = content.get("base")
     key = "base"
     if isinstance(stated, dict):
         if "link" not in stated:
@@ -87,9 +87,9 @@ def _base(tree: UrdfTree, said: dict[str, Any], sidecar: str) -> str:
     elif stated is None:
         return tree.roots[0]
     else:
-        said.pop("base")
+        content.pop("base")
     if not isinstance(stated, str) or stated not in tree.links:
-        tip = said.get("tip")
+        tip = content.get("tip")
         near = nearest(str(stated), (link for link in tree.links if _starts(tree, link, tip)))
         expected = f"the name of a link of {tree.file}, where the chain starts, or a table [base]"
         _refuse(tree, sidecar, key, shown(stated), expected, f"{key.rpartition('.')[2]} = {quoted(near or tree.roots[0])}", near)
@@ -165,7 +165,7 @@ def _check(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> None
 
 
 def _starts(tree: UrdfTree, base: str, tip: object) -> bool:
-    """Tell a link from which the chain to a tip is a serial arm; without a tip, one that something moves behind."""
+    """Return whether the chain from a link to a tip is a serial arm; without a tip, whether something moves behind the link."""
     if isinstance(tip, str) and tip in tree.links:
         return _reads(tree, base, tip)
     return any(_reads(tree, base, link) for link in _behind(tree, base))

@@ -1,4 +1,4 @@
-"""Which link of a URDF is the tool? By names first, then by structure, as a person decides; never between two arms.
+"""Find the tool link of a URDF. By names first, then by structure, as a person decides; never between two arms.
 
 Fingers, balancers, legs and wheels are set aside by their names, sliding pairs and joints that follow others by their structure. Among the links
 that are left, behind three moving joints or more, the name decides (`tcp` before `tool0` before `flange`); without one, the end of the longest chain.
@@ -96,7 +96,7 @@ def choose_tip(tree: UrdfTree, base: str) -> Choice | None:
 
 
 def _goes_on(found: Choice, behind: Choice) -> bool:
-    """Tell a tool behind a coupled joint: by its name where none stands before it, or by several joints more."""
+    """Return whether a tool is behind a coupled joint: by its name where none comes before it, or by several joints more."""
     return (behind.by_name and not found.by_name) or behind.joints - found.joints >= _FOLLOWED
 
 
@@ -152,7 +152,7 @@ def _depths(tree: UrdfTree, base: str) -> dict[str, int]:
 
 
 def _is_aside(joint: UrdfJoint, beyond: int) -> bool:
-    """Tell a joint that belongs to a gripper, a balancer, a sensor or a body and not to an arm; `beyond`: how many more move behind it."""
+    """Return whether a joint belongs to a gripper, a balancer, a sensor or a body and not to an arm; `beyond` how many more move behind it."""
     own, link = _words(joint.name), _words(joint.child)
     both = f"{own} {link}"
     words = [own, link]
@@ -226,7 +226,7 @@ def _without_hands(tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named:
 
 
 def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
-    """Tell the end of an arm that is as good as the first: of as many joints, or its mirror image by name."""
+    """Return whether the end of an arm is as good as the first of as many joints, or its mirror image by name."""
     common = _common(spot.way, first.way)
     own = len(spot.way) - common
     if common in (len(first.way), len(spot.way)):
@@ -242,7 +242,7 @@ def _common(one: tuple[str, ...], other: tuple[str, ...]) -> int:
 
 
 def _mirrored(one: str, other: str) -> bool:
-    """Tell names that differ by left and right, l and r, or 1 and 2 only."""
+    """Return whether names differ by left and right, l and r, or 1 and 2 only."""
     if one == other:
         return False
     a, b = (re.split(r"_|(?<=[a-z])(?=[0-9]+$)", _words(name)) for name in (one, other))

@@ -1,4 +1,4 @@
-"""The links and joints of a URDF file as one tree, checked as a whole; meshes, materials and extensions are never looked at.
+"""The links and joints of a URDF file as one tree, checked as a whole; meshes, materials and extensions are never read.
 
 Mistakes that count only where a joint moves the tool (axis, limits, type) stay with the joint: beside the chain it is held at zero.
 """
@@ -69,12 +69,12 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Tell a joint that turns or slides."""
+        """Return whether the joint turns or slides."""
         return self.type in _MOVING and not self.locked
 
     @property
     def path(self) -> str:
-        """Give the element as an XPath."""
+        """Return the element as an XPath."""
         return f'/robot/joint[@name="{self.name}"]'
 
 
@@ -98,11 +98,11 @@ class UrdfTree:
 
     @property
     def full(self) -> bool:
-        """Tell whether more mistakes are known than will be listed: no need to look for others."""
+        """Return whether more mistakes are known than will be listed: no need to look for others."""
         return len(self.mistakes) > MOST_MISTAKES
 
     def children(self, link: str) -> list[UrdfJoint]:
-        """Which joints lead away from this link?"""
+        """Return the joints that lead away from this link."""
         return self._children.get(link, [])
 
     @property
@@ -111,7 +111,7 @@ class UrdfTree:
         return [name for name in self.links if name not in self._parent]
 
     def path_to(self, link: str, base: str | None = None) -> list[UrdfJoint] | None:
-        """Which joints lead from the base (left out: the root) to this link? None where the base does not lead there."""
+        """Return the joints from the base (the root unless stated) to this link. None where the base does not lead there."""
         out = []
         while link in self._parent and link != base:
             out.append(self._parent[link])
@@ -162,7 +162,7 @@ class UrdfTree:
 
 
 def read_tree(text: str, file: str) -> UrdfTree:
-    """Which links and joints does this URDF text describe?
+    """Return the links and joints that a URDF text describes.
 
     Mistakes in numbers stay in `tree.mistakes`, for the caller to raise with its own. Raises InputError where there is no tree: with every mistake,
     each with its line and element.
@@ -206,7 +206,7 @@ class _Reader:
 
     def __init__(self, tree: UrdfTree) -> None:
         self.tree = tree
-        self.lost = False  # an element is left out, and others would seem to lead nowhere
+        self.lost = False  # an element is missing, and others would seem to lead nowhere
 
     def link(self, element: etree._Element) -> None:
         name = self._name(element, "link", self.tree.links)
@@ -276,7 +276,7 @@ class _Reader:
         if name in taken:
             self.lost = True
             self.tree.refuse(
-                line, f"/robot/{what}/@name", f"the name {shown(name)} once more", f"a name of its own for every {what}", f'<{what} name="{what}_2">'
+                line, f"/robot/{what}/@name", f"the name {shown(name)} twice", f"a name of its own for every {what}", f'<{what} name="{what}_2">'
             )
             return None
         return name
@@ -312,7 +312,7 @@ class _Reader:
         return x, y, z
 
     def _numbers(self, element: etree._Element, path: str, name: str, left_out: tuple[float, ...], example: str) -> tuple[float, ...]:
-        """Give the numbers of an attribute; those left out, where it is missing or wrong."""
+        """Return the numbers of an attribute; the default, where it is missing or wrong."""
         stated = element.get(name)
         if stated is None:
             return left_out

@@ -143,7 +143,7 @@ def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree.
 
 
 def _uncommented(text: str) -> tuple[str, list[int]]:
-    """Blank the comments out, where some hold what no comment may, and tell where those begin."""
+    """Blank the comments out, where some hold what no comment may, and return where those begin."""
     out, odd = [], []
     at = 0
     # Not by a pattern: one that looks for an end behind every beginning takes the square of the length where none ends.

@@ -1,6 +1,6 @@
 """From pydantic's account of what is wrong to the user's: the key as written, what was found, what belongs there, an example that passes.
 
-Pydantic names a spot by fields, list positions, and the labels of the alternatives it tried. Walking the model along that path tells the
+Pydantic names a spot by fields, list positions, and the labels of the alternatives it tried. Walking the model along that path finds the
 labels from the user's own keys, and says what the spot takes.
 """
 
@@ -59,7 +59,7 @@ class _Spot:
 
 
 def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: Callable[[Path], str], also: Also | None = None) -> list[Problem]:
-    """Which mistakes did the user make? One Problem per mistake, whatever the number of alternatives that pydantic tried.
+    """Return the user's mistakes. One Problem per mistake, whatever the number of alternatives that pydantic tried.
 
     `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes besides a model's fields, with an example of each.
     """
@@ -74,13 +74,13 @@ def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: 
             break
         together = [spot] if spot.fork is None else forks.pop(spot.path[: spot.fork], [])
         for chosen in _of_one_alternative(together):
-            said = _SAY.get(chosen.detail["type"], _say_value)(chosen, also or {})
-            out[Problem(file, key_of(said.path), said.found, said.expected, said.example, said.near)] = None
+            found = _DESCRIBE.get(chosen.detail["type"], _describe_value)(chosen, also or {})
+            out[Problem(file, key_of(found.path), found.found, found.expected, found.example, found.near)] = None
     return list(out)
 
 
 def _is_echo(detail: Any) -> bool:  # noqa: ANN401 - pydantic's error details
-    """Tell a list that only seems too short because pydantic dropped its faulty members."""
+    """Return whether a list only seems too short because pydantic dropped its faulty members."""
     least = detail.get("ctx", {}).get("min_length", 0)
     return detail["type"] == "too_short" and isinstance(detail["input"], list) and len(detail["input"]) >= least
 
@@ -110,28 +110,28 @@ def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydan
     return spot
 
 
-def _say_value(spot: _Spot, _: Also) -> _Said:
+def _describe_value(spot: _Spot, _: Also) -> _Said:
     allowed = spot.trail[-1]
     why = f" ({spot.context['why']})" if "why" in spot.context else ""
     near = nearest(spot.given, literals(allowed)) if isinstance(spot.given, str) else ""
     return _Said(spot.path, shown(spot.given) + why, words(allowed), _assignment(spot.path, f'"{near}"' if near else example(allowed)), near)
 
 
-def _say_rule(spot: _Spot, _: Also) -> _Said:
+def _describe_rule(spot: _Spot, _: Also) -> _Said:
     """Pass on what a part's own rule says: it carries its words with it."""
     shape = spot.context["example"]
     example = shape if "=" in shape else _assignment(spot.path, shape)
     return _Said((*spot.path, *spot.context.get("path", ())), spot.context["why"], spot.context["expected"], example, spot.context.get("near", ""))
 
 
-def _say_missing(spot: _Spot, _: Also) -> _Said:
+def _describe_missing(spot: _Spot, _: Also) -> _Said:
     if isinstance(spot.path[-1], int):  # speak of the short list, not of the hole in it
         path, allowed = spot.path[:-1], spot.trail[-2]
         return _Said(path, shown(spot.given), words(allowed), _assignment(path, example(allowed)))
     return _Said(spot.path, "nothing", words(spot.trail[-1]), _assignment(spot.path, example(spot.trail[-1])))
 
 
-def _say_unknown(spot: _Spot, also: Also) -> _Said:
+def _describe_unknown(spot: _Spot, also: Also) -> _Said:
     owners = models(spot.trail[-2])
     examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in keys(owner)}
     for owner in owners:
@@ -141,7 +141,7 @@ def _say_unknown(spot: _Spot, also: Also) -> _Said:
     return _Said(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
 
 
-def _say_tag(spot: _Spot, _: Also) -> _Said:
+def _describe_tag(spot: _Spot, _: Also) -> _Said:
     name = spot.context["discriminator"].strip("'")
     tags = [tag(option) for option in models(spot.trail[-1])]
     stated = spot.context.get("tag")
@@ -150,24 +150,24 @@ def _say_tag(spot: _Spot, _: Also) -> _Said:
     return _Said((*spot.path, name), found, "one of " + ", ".join(f'"{each}"' for each in tags), f'{name} = "{near or tags[0]}"', near)
 
 
-def _say_count(spot: _Spot, _: Also) -> _Said:
+def _describe_count(spot: _Spot, _: Also) -> _Said:
     least, most = spot.context.get("min_length"), spot.context.get("max_length")
     of = "characters" if isinstance(spot.given, str) else "entries"
     expected = f"at least {least} {of}" if most is None else f"at most {most} {of}"
     return _Said(spot.path, f"{len(spot.given)} {of}", f"{words(spot.trail[-1])}, {expected}", _assignment(spot.path, example(spot.trail[-1])))
 
 
-_SAY: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
-    "missing": _say_missing,
-    "extra_forbidden": _say_unknown,
-    "union_tag_invalid": _say_tag,
-    "union_tag_not_found": _say_tag,
-    "too_short": _say_count,
-    "too_long": _say_count,
-    "string_too_short": _say_count,
-    "string_too_long": _say_count,
+_DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
+    "missing": _describe_missing,
+    "extra_forbidden": _describe_unknown,
+    "union_tag_invalid": _describe_tag,
+    "union_tag_not_found": _describe_tag,
+    "too_short": _describe_count,
+    "too_long": _describe_count,
+    "string_too_short": _describe_count,
+    "string_too_long": _describe_count,
     # raised by the parts themselves
-    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox"), _say_rule),
+    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox"), _describe_rule),
 }
 
 

@@ -26,7 +26,7 @@ _SOUND_CARDS: Final = frozenset({"reach from the base", "test cube"})
 
 
 def judged(check: ExactCheck, error: float) -> str:
-    """Say in a remark whether first order holds for errors of this size (m)."""
+    """Return a remark on the validity of first order for errors of this size (m)."""
     share = share_left_out(check, error)
     if share <= ENOUGH:
         return "first order is enough" if check.samples else "nothing was compared"
@@ -34,7 +34,7 @@ def judged(check: ExactCheck, error: float) -> str:
 
 
 def failure(check: ExactCheck, error: float) -> str:
-    """Say for the headline that first order fails for errors of this size (m); empty where it holds."""
+    """Return the headline's remark that first order fails for errors of this size (m); empty where it is valid."""
     share = share_left_out(check, error)
     if share <= FAILS:
         return ""
@@ -49,13 +49,13 @@ def checked(sheet: Sheet, check: ExactCheck, error: float) -> Sheet:
 
     The intervals would claim a certainty that is not there; the figures themselves stay, for whoever looks for the mistake.
     """
-    said = failure(check, error)
-    if not said:
+    message = failure(check, error)
+    if not message:
         return sheet
     kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]
     first = Card("first order fails by", str(length(check.largest)), "largest difference from exact composition")
     return replace(
-        sheet, verdict=said, cards=(first, *kept), sections=_without_intervals(sheet.sections), facts={**sheet.facts, "first_order_fails": True}
+        sheet, verdict=message, cards=(first, *kept), sections=_without_intervals(sheet.sections), facts={**sheet.facts, "first_order_fails": True}
     )
 
 
@@ -90,9 +90,9 @@ def _alone(found: Estimate) -> Estimate:
 
 
 def failed(failing: Sequence[Outcome], designs: int, named: Callable[[int], str]) -> list[str]:
-    """Say for the headline where first order fails: nowhere, in the one design, or in so many of them, with the worst one's name."""
+    """Return the headline's remark on designs where first order fails, with the worst one's name."""
     if not failing:
         return []
     worst = max(failing, key=lambda each: share_left_out(each.check, each.quantiles[_LEVEL].value))
-    said = failure(worst.check, worst.quantiles[_LEVEL].value)
-    return [said if designs == 1 else f"In {several(len(failing), 'design')} of {designs}, first of all {named(worst.design)}: {said}"]
+    message = failure(worst.check, worst.quantiles[_LEVEL].value)
+    return [message if designs == 1 else f"In {several(len(failing), 'design')} of {designs}, first of all {named(worst.design)}: {message}"]

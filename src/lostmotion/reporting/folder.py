@@ -27,7 +27,9 @@ FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", "sized
 
 
 def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:
-    """Where do the results lie? Writes these contents, by name out of `FILES`, into the folder `out`, whole or not at all; gives the folder.
+    """Write these contents, by name out of `FILES`, into the folder `out`, whole or not at all, and return the folder.
+
+    Writes these contents, by name out of `FILES`, into the folder `out`, whole or not at all; gives the folder.
 
     Missing parents are made. With `force` an earlier output folder is replaced, once the new one is complete.
     Raises OutputExistsError as `refuse_existing`, LostmotionError where the folder cannot be written; then nothing is left behind.
@@ -51,7 +53,7 @@ def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool =
 
 
 def refuse_existing(out: str | Path, *, force: bool) -> Path:
-    """May results be written to this folder? Gives it as an absolute path.
+    """Return the folder for results as an absolute path. Gives it as an absolute path.
 
     Raises OutputExistsError where something is there already: a file or a link always, a folder unless `force` is set and it holds only our files;
     LostmotionError where no folder can be made there, so that nobody works for results that then have no place.
@@ -65,7 +67,7 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
         _try_beside(target)
         return target
     except OSError as error:
-        raise LostmotionError(f"'{target}' cannot be looked at: {error.strerror}") from error
+        raise LostmotionError(f"'{target}' cannot be read: {error.strerror}") from error
     if stat.S_ISLNK(kind):
         raise OutputExistsError(f"'{target}' is a symbolic link, which is never replaced\n  name the folder itself, or another one, with --out")
     if not stat.S_ISDIR(kind):
@@ -85,7 +87,7 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
 
 
 def _try_beside(target: Path) -> None:
-    """Make a folder where the results would go, and take it away: permissions alone do not tell whether that works."""
+    """Make a folder where the results would go, and take it away: permissions alone do not show whether that works."""
     parent = next(parent for parent in target.parents if parent.exists())
     try:
         with tempfile.TemporaryDirectory(prefix=".lostmotion-", dir=parent):
@@ -134,7 +136,7 @@ def _beside(target: Path, token: str, state: str) -> Path:
 
 
 def exchange(one: Path, other: Path) -> bool:
-    """Exchange two folders in one step, so that none is ever missing (renameat2 of Linux, renamex_np of macOS)? False where the system cannot."""
+    """Exchange two folders in one step, so that none is ever missing (renameat2 of Linux, renamex_np of macOS). False where the system cannot."""
     import ctypes
 
     try:

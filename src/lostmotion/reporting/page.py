@@ -95,11 +95,11 @@ for (const block of document.querySelectorAll('script[type="application/json"]')
 
 
 def contents(sheet: Sheet, drawn: Sequence[Plot]) -> dict[str, bytes]:
-    """What goes into report.html and result.json? Made in memory, so that what fails to be made never reaches the disk."""
+    """Return the contents of report.html and result.json. Made in memory, so that what fails to be made never reaches the disk."""
     from lostmotion.version import __version__
 
-    said = json.dumps(plain(sheet, __version__), indent=2, sort_keys=True, ensure_ascii=False, allow_nan=False)
-    return {"report.html": page(sheet, drawn, __version__).encode(), "result.json": f"{said}\n".encode()}
+    result = json.dumps(plain(sheet, __version__), indent=2, sort_keys=True, ensure_ascii=False, allow_nan=False)
+    return {"report.html": page(sheet, drawn, __version__).encode(), "result.json": f"{result}\n".encode()}
 
 
 def tables(sheet: Sheet) -> str:

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.spatial import Floats
 
-# Colours told apart by colour-blind eyes and in grey print (M. Okabe, K. Ito 2008); the scale is viridis, dark where the error is large.
+# Colours that colour-blind readers distinguish, also in grey print (M. Okabe, K. Ito 2008); the scale is viridis, dark where the error is large.
 BLUE: Final = "#0072B2"
 ORANGE: Final = "#E69F00"
 GREEN: Final = "#009E73"
 RED: Final = "#B23A00"
-# Whose weight it is, wherever loads are told apart by cause.
+# Colours of loads by cause.
 OF_CAUSE: Final = {
     "payload": BLUE,
     "process force": RED,

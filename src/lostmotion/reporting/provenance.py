@@ -73,8 +73,8 @@ def error_said(within: str, known: States) -> str:
 def repeats_said(repeats: str, known: States) -> str:
     """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
     if known.ideal_joints:
-        return f"RP is at least {repeats} for 95 % of the robots built."
-    return f"95 % of the robots built repeat within {repeats_bounded(repeats, known)}."
+        return f"RP is at least {repeats} for 95 % of the robots."
+    return f"95 % of the robots repeat within {repeats_bounded(repeats, known)}."
 
 
 def repeats_bounded(repeats: object, known: States) -> str:

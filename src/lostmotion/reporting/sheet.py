@@ -128,9 +128,9 @@ class Lines:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
-    """All that is said about one thing, an arm or a part: the screen prints it, the report lays it out, result.json holds it.
+    """All results for one arm or part: the screen prints them, the report lays them out, result.json contains them.
 
-    name, subject  what it is called, and what is told about it ("predicted accuracy")
+    name, subject  its name, and the subject of the results ("predicted accuracy")
     counts         what the figures were counted from, in a few words; empty where nothing was drawn
     verdict        the answer in a sentence or three
     cards          the figures that are asked for first
@@ -141,7 +141,7 @@ class Sheet:
     arrays         what the NetCDF beside the page holds; empty where there is none
     drawing        what the DXF beside the page holds; empty where there is none
     seed           of all that was drawn, None where nothing was
-    facts          what result.json tells besides, at its top
+    facts          further entries of result.json, at its top
     lines          lines for the user's file, where it lacks some
     """
 
@@ -163,7 +163,7 @@ class Sheet:
 
 
 def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
-    """Which row of the section `key` has this label? None where there is none."""
+    """Return the row of the section `key` with this label. None where there is none."""
     return next((row for section in sections if section.key == key for row in section.rows if row.label == label), None)
 
 
@@ -198,7 +198,7 @@ def _share(value: float) -> str:
 
 
 def several(count: int, noun: str) -> str:
-    """Say how many there are: "1 pose", "2 poses"."""
+    """Return a count with its noun: "1 pose", "2 poses"."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
@@ -209,7 +209,7 @@ def length(value: float, low: float = math.nan, high: float = math.nan, samples:
 
 
 def plain(sheet: Sheet, version: str) -> dict[str, Any]:
-    """Give every printed figure as plain data for result.json: no clock time, so that two runs can be compared byte by byte."""
+    """Return every printed figure as plain data for result.json: no clock time, so that two runs can be compared byte by byte."""
     return {
         "lostmotion": version,
         **sheet.facts,

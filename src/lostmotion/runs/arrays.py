@@ -19,9 +19,9 @@ _ENDS = ("value", "low", "high")
 
 
 def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
-    """Give the figures of every design over the keys swept; `end` tells value, low and high end of the 95 % interval, in m.
+    """Return the figures of every design over the keys swept; `end` is value, low or high end of the 95 % interval, in m.
 
-    A key's coordinate holds its values as numbers in the unit they are stated in where they are plain amounts, else as text.
+    A key's coordinate holds its values as numbers in the unit they are stated in where they are plain quantities, else as text.
     """
     import xarray
 
@@ -44,7 +44,7 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
         data[name] = (dims, np.array(values).reshape(shape), {"units": "m"})
     coordinates: dict[str, Any] = {"end": list(_ENDS)}
     for axis in order.axes:
-        amounts = axis.amounts
-        coordinates[axis.key] = (axis.key, list(axis.labels)) if amounts is None else (axis.key, list(amounts[0]), {"units": amounts[1]})
+        quantities = axis.quantities
+        coordinates[axis.key] = (axis.key, list(axis.labels)) if quantities is None else (axis.key, list(quantities[0]), {"units": quantities[1]})
     about = {"arm": order.arm, "poses": order.poses, "robots": order.robots, "visits": order.visits, "seed": str(order.seed)}
     return xarray.Dataset(data, coordinates, about)

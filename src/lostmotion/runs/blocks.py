@@ -74,7 +74,7 @@ class Piece(NamedTuple):
 
 
 def pieces(order: Order) -> dict[str, Piece]:
-    """Which arrays make a record of this order?"""
+    """Return the arrays of a record of this job."""
     return {
         "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "of_pose"), ", ".join(COLUMNS)),
         "histogram": Piece((design_of(order, 0).plan.groups, error_bins.BINS), "<i8", ("group", "bin"), "samples by size of the error"),
@@ -84,7 +84,7 @@ def pieces(order: Order) -> dict[str, Piece]:
 
 
 def pack(record: Record) -> dict[str, bytes]:
-    """Which bytes stand for a record? Each array as a chunk of Zarr: little-endian, Zstandard."""
+    """Return a record as bytes. Each array as a chunk of Zarr: little-endian, Zstandard."""
     from numcodecs.zstd import Zstd
 
     codec = Zstd(level=ZSTD_LEVEL, checksum=False)
@@ -92,7 +92,7 @@ def pack(record: Record) -> dict[str, bytes]:
 
 
 def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
-    """Which record do these bytes stand for? Raises ValueError for bytes that are none of this order's, before they take any room."""
+    """Return the record that these bytes encode. Raises ValueError for bytes that are none of this order's, before they take any room."""
     from numcodecs.zstd import Zstd
 
     found = {}
@@ -130,7 +130,7 @@ def check_record(order: Order, block: int, record: Record) -> Record:
 
 
 def _unpacked_size(raw: bytes) -> int:
-    """How many bytes does a Zstandard frame say it holds? -1 where it does not say (RFC 8878, 3.1.1.1); if it lies, decoding fails."""
+    """Return the number of bytes that a Zstandard frame declares. -1 where it does not say (RFC 8878, 3.1.1.1); if it lies, decoding fails."""
     if raw[:4] != b"\x28\xb5\x2f\xfd" or len(raw) < 6:  # noqa: PLR2004 - shorter than any frame
         return -1
     flag, alone, dictionary = raw[4] >> 6, raw[4] >> 5 & 1, raw[4] & 3
@@ -148,7 +148,7 @@ class Design(NamedTuple):
 
 
 def design_of(order: Order, design: int) -> Design:
-    """Which arm is this design, and how is it studied? Kept for the next blocks."""
+    """Return the arm of this design and its study. Kept for the next blocks."""
     return _design_of(order.text(), design)
 
 
@@ -167,18 +167,18 @@ def _design_of(text: bytes, design: int) -> Design:
 
 
 def poses_of(order: Order, design: int, first: int, last: int) -> Floats:
-    """Which poses stand from number `first` up to `last`? q (pose, joint), rad or m; no stretch over two sets."""
+    """Return the poses (pose, joint) from number `first` up to `last`, rad or m. q (pose, joint), rad or m; no stretch over two sets."""
     arm, _, given = design_of(order, design)
     return poses_between(arm, order.law, order.poses, order.seed, first, last) if given is None else given[first:last]
 
 
 def matrix_of(order: Order, design: int, block: int) -> Screws:
-    """How does every elementary error move the tool at the poses of this block?"""
+    """Return the pose matrix of this block."""
     return screws(design_of(order, design).arm, poses_of(order, design, *order.span(block)), approach=order.approach)
 
 
 def compute(order: Order, design: int, block: int) -> Record:
-    """What is to be kept of this block of this design?"""
+    """Return the record of this block of this design."""
     first, last = order.span(block)
     matrix = matrix_of(order, design, block)
     plan = design_of(order, design).plan
@@ -200,10 +200,10 @@ def compute(order: Order, design: int, block: int) -> Record:
 
 
 def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, bytes], dict[str, str]]:
-    """Which bytes stand for this block, and which versions made them? For workers that know nothing but the order's text."""
+    """Return the bytes of this block, and the versions that computed them. For workers that know nothing but the order's text."""
     return pack(compute(order_of(text), design, block)), made_with()
 
 
 def parts_of(arm: Arm, approach: float) -> tuple[str, ...]:
-    """Which parts of this arm err?"""
+    """Return the parts of this arm with error terms."""
     return screws(arm, arm.limits.mean(axis=1)[None], approach=approach).owners

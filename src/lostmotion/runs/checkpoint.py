@@ -18,7 +18,7 @@ PARTIAL: Final = ".partial"
 
 
 def digest(content: bytes) -> str:
-    """By which sum is this content known again? SHA-256."""
+    """Return the checksum of this content. SHA-256."""
     return hashlib.sha256(content).hexdigest()
 
 
@@ -28,7 +28,7 @@ def entry(sums: Mapping[str, str]) -> bytes:
 
 
 def read_entry(path: Path) -> dict[str, str]:
-    """Which sums does this file of the ledger hold? None for a file that is not there, torn, or none of ours."""
+    """Return the checksums in this file of the ledger. None for a file that is not there, torn, or none of ours."""
     raw = read_regular(path, _LARGEST_ENTRY)
     try:
         found: Any = json.loads(raw) if raw is not None else {}
@@ -38,7 +38,7 @@ def read_entry(path: Path) -> dict[str, str]:
 
 
 def read_regular(path: Path, most: int) -> bytes | None:
-    """What does a regular file of at most so many bytes hold? None for anything else: a link, a device, a file too large or not there."""
+    """Return the content of a regular file of at most so many bytes. None for anything else: a link, a device, a file too large or not there."""
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except OSError:
@@ -54,7 +54,7 @@ def read_regular(path: Path, most: int) -> bytes | None:
 def place(path: Path, content: bytes, *, to_disk: bool = False) -> None:
     """Put a file where it belongs, whole or not at all: under a name of its own first, then renamed.
 
-    With `to_disk` also where the machine loses its power; blocks do without, whose sums tell what was lost.
+    With `to_disk` also where the machine loses its power; blocks do without, whose checksums show what was lost.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.name}.{secrets.token_hex(4)}{PARTIAL}")

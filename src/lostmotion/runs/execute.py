@@ -45,7 +45,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     block: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Order:
-    """What does this run consist of? Reads the arm, and every design that its `[sweep]`, or that of the file `by`, asks for.
+    """Return the job of this run. Reads the arm, and every design that its `[sweep]`, or that of the file `by`, asks for.
 
     `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with every mistake in the files,
     and for counts out of range.

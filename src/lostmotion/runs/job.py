@@ -131,26 +131,26 @@ class Order(BaseModel):
         return math.ceil(self.poses // self.sets / self.block)
 
     def span(self, block: int) -> tuple[int, int]:
-        """Give the first pose of a block, and the one after its last."""
+        """Return the first pose of a block, and the one after its last."""
         each = self.poses // self.sets
         of_set, within = divmod(block, self._blocks_of_set)
         return of_set * each + within * self.block, of_set * each + min((within + 1) * self.block, each)
 
     def set_of(self, block: int) -> int:
-        """Tell which independent set of poses a block belongs to."""
+        """Return the independent set of poses of a block."""
         return block // self._blocks_of_set
 
     def stated(self, design: int) -> dict[str, Any]:
-        """Give the value of every key swept in this design."""
+        """Return the value of every key swept in this design."""
         return changes(self.axes, design)
 
     def read(self, design: int) -> Arm:
-        """Which arm is this design? Read from the texts of the order alone; raises InputError as the reader."""
+        """Return the arm of this design. Read from the texts of the order alone; raises InputError as the reader."""
         with _laid_out(self.files) as folder:
             return read_design(folder / self.arm, None, self.stated(design))
 
     def listed(self, arm: Arm) -> Floats | None:
-        """Which poses does the order list for this arm? None where they follow from a law."""
+        """Return the poses that the job lists for this arm. None where they follow from a law."""
         if self.given is None:
             return None
         with _laid_out({self.given: self.files[self.given]}) as folder:
@@ -161,7 +161,7 @@ class Order(BaseModel):
         return (json.dumps(self.model_dump(), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
     def differences(self, other: Order) -> list[str]:
-        """Say in which points another order differs, a line each."""
+        """Return the points in which another job differs, a line each."""
         mine, theirs = self.model_dump(), other.model_dump()
         out = []
         for name, value in mine.items():
@@ -179,7 +179,7 @@ class Order(BaseModel):
 
 @functools.lru_cache(maxsize=4)
 def order_of(text: bytes) -> Order:
-    """Which order does this text write down? Raises LostmotionError for one that no run of this package wrote."""
+    """Return the job that this text encodes. Raises LostmotionError for one that no run of this package wrote."""
     try:
         order = Order.model_validate(json.loads(text))
         order.text()  # refuses numbers that are not finite and half characters, which no file of ours holds
@@ -193,17 +193,17 @@ def order_of(text: bytes) -> Order:
 
 @functools.cache
 def made_with() -> dict[str, str]:
-    """Which versions compute here? Those that decide the bytes."""
+    """Return the versions that compute here. Those that decide the bytes."""
     return {"lostmotion": __version__, **{name: version(name) for name in _MADE_WITH}}
 
 
 def usual_block(robots: int) -> int:
-    """How many poses make a block where nothing is said? A power of two, fewer where there are many robots, so that memory stays bounded."""
+    """Return the default number of poses in a block. A power of two, fewer where there are many robots, so that memory stays bounded."""
     return min(_USUAL_BLOCK, 1 << max(int(_MOST_PAIRS / robots).bit_length() - 1, 0))
 
 
 def largest_block(robots: int) -> int:
-    """How many poses may make a block, with so many robots?"""
+    """Return the largest number of poses in a block, with so many robots."""
     return min(LARGEST_BLOCK, max(4 * _MOST_PAIRS // robots, 1))
 
 

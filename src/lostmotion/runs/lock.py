@@ -56,8 +56,8 @@ def _taken(handle: int, path: Path) -> bool:
     except (BlockingIOError, PermissionError):  # raised by flock and by Windows while another process holds the lock
         return False
     except OSError as error:
-        said = (
+        message = (
             f"'{path}' cannot be locked: {error.strerror or error}\n  two runs at once would mix; name a folder on a disk with file locks with --out"
         )
-        raise LostmotionError(said) from error
+        raise LostmotionError(message) from error
     return True

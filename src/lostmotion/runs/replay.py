@@ -1,4 +1,4 @@
-"""An extreme of a run once more: from its pose and its draws, term by term."""
+"""An extreme of a run, recomputed from its pose and its draws, term by term."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ class Replay:
 
     @property
     def length(self) -> float:
-        """Give the length of the sum over terms, m."""
+        """Return the length of the sum over terms, m."""
         return float(np.linalg.norm(self.error))
 
     @property
     def apart(self) -> float:
-        """Give by how much of itself the length differs from the stored one."""
+        """Return by how much of itself the length differs from the stored one."""
         return abs(self.length / self.found.error - 1) if self.found.error else self.length
 
     @property
@@ -84,7 +84,7 @@ def replays(
     worst: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> list[Replay]:
-    """How did the largest errors of a run come about? Of one design or of all, each of a pose of its own, the largest first.
+    """Return the largest errors of a run, recomputed term by term. Of one design or of all, each of a pose of its own, the largest first.
 
     Raises InputError for a design or a number out of range, LostmotionError where blocks are missing or damaged.
     """

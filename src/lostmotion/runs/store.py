@@ -6,7 +6,7 @@
     run.lock          empty; locked by the process at work, and free again when that ends, however it ends
     report.html, result.json    once all blocks are done
 
-Nothing in it tells the time or is drawn at random, so that two runs of one order can be compared byte by byte. A file is put in place
+It contains no time and no random numbers, so that two runs of one order can be compared byte by byte. A file is put in place
 whole or not at all; a block counts as done once its chunks are what its ledger says, and is computed again where they are not.
 """
 
@@ -48,7 +48,7 @@ class Store:
     """A run's folder: `begin` one or go on with it, or `open` it to read."""
 
     def __init__(self, folder: Path, order: Order) -> None:
-        """Take a folder that was looked at already."""
+        """Take a folder that was checked already."""
         self.folder = folder
         self.order = order
         self._pieces = pieces(order)
@@ -56,7 +56,7 @@ class Store:
 
     @classmethod
     def begin(cls, folder: Path, order: Order) -> Self:
-        """Give the store of this order in this folder, new or as an earlier run left it.
+        """Return the store of this order in this folder, new or as an earlier run left it.
 
         Raises OutputExistsError for a folder that holds anything else, or a run of another order; then nothing in it is touched.
         """
@@ -92,14 +92,14 @@ class Store:
             lines = ["its run.json is gone"] if there is None else self.order.differences(order_of(there))
         except LostmotionError:
             lines = ["its order cannot be read"]
-        said = "\n".join(f"  {line}" for line in lines or ["written differently"])
+        differences = "\n".join(f"  {line}" for line in lines or ["written differently"])
         raise OutputExistsError(
-            f"'{self.folder}' holds another run, which this one cannot continue:\n{said}\n  name another folder with --out, or remove that one"
+            f"'{self.folder}' holds another run, which this one cannot continue:\n{differences}\n  name another folder with --out, or remove that one"
         )
 
     @classmethod
     def open(cls, folder: Path) -> Self:
-        """Give the store in this folder, to be read. Raises InputError for a folder that no run of this package made."""
+        """Return the store in this folder, to be read. Raises InputError for a folder that no run of this package made."""
         folder = folder.absolute()
         text = read_regular(folder / ORDER, _LARGEST_ORDER)
         if text is None:
@@ -130,7 +130,10 @@ class Store:
             yield
 
     def done(self, progress: Callable[[str, int, int], None] | None = None) -> np.ndarray:
-        """Which blocks are done (design, block), as `read` gives them? Sweeps out what a killed run left half written."""
+        """Return the finished blocks (design, block), as `read` returns them, and remove what a killed run left unfinished.
+
+        Sweeps out what a killed run left half written.
+        """
         self._sweep_out()
         out = np.zeros((self.order.designs, self.order.blocks), bool)
         for k, (design, block) in enumerate(self._listed()):
@@ -156,7 +159,7 @@ class Store:
 
     @contextmanager
     def _inside(self, name: str) -> Iterator[None]:
-        """Say in one message where a folder of the store cannot be looked into: a file in its place, or no permission."""
+        """Report in one message where a folder of the store cannot be looked into: a file in its place, or no permission."""
         try:
             yield
         except FileNotFoundError:
@@ -181,11 +184,11 @@ class Store:
         _put(self.folder / name, content)
 
     def read(self, design: int, block: int) -> Record:
-        """Give a block. Raises LostmotionError where it is not there as the ledger says."""
+        """Return a block. Raises LostmotionError where it is not there as the ledger says."""
         record = self._record(design, block)
         if record is None:
-            said = f"block {block} of design {design} in '{self.folder}' is not done, damaged, or of another order than its {ORDER}"
-            raise LostmotionError(f"{said}\n  run the same `lostmotion sweep` again")
+            message = f"block {block} of design {design} in '{self.folder}' is not done, damaged, or of another job than its {ORDER}"
+            raise LostmotionError(f"{message}\n  run the same `lostmotion sweep` again")
         return record
 
     def _record(self, design: int, block: int) -> Record | None:
@@ -197,7 +200,7 @@ class Store:
             return None
 
     def _packed(self, design: int, block: int) -> dict[str, bytes] | None:
-        """Give a block's chunks where all of them are as the ledger says."""
+        """Return a block's chunks where all of them are as the ledger says."""
         sums = read_entry(self._entry(design, block))
         if sums.get(_OF_ORDER) != self._order:  # figures of another order, or of this one before somebody edited it
             return None
@@ -218,13 +221,13 @@ class Store:
 
 
 def _strangers(folder: Path) -> bool:
-    """Does the folder hold anything that a run which was just begun does not leave?"""
+    """Return whether the folder contains anything that a run which has just started does not leave."""
     try:
         return any(name != LOCK and not _PARTIAL.search(name) for name in [each.name for each in folder.iterdir()])
     except FileNotFoundError:
         return False
     except OSError as error:
-        raise LostmotionError(f"'{folder}' cannot be looked at: {error.strerror or error}\n  name another folder with --out") from error
+        raise LostmotionError(f"'{folder}' cannot be read: {error.strerror or error}\n  name another folder with --out") from error
 
 
 def _put(path: Path, content: bytes) -> None:
@@ -235,7 +238,7 @@ def _put(path: Path, content: bytes) -> None:
 
 
 def _metadata(order: Order) -> dict[str, bytes]:
-    """What do the metadata of the Zarr group say, by file? Made in memory, so that what is on disk is never believed."""
+    """Return the metadata of the Zarr group, by file. Made in memory, so that what is on disk is never believed."""
     import zarr
     from zarr.codecs import ZstdCodec
     from zarr.storage import MemoryStore

@@ -23,7 +23,7 @@ _WORDS: Final = 4  # that Philox makes of one count
 
 
 def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
-    """How many poses does a law make of so many, and in how many independent sets? As `sample_poses`, up to eight times 2^30."""
+    """Return how many poses a law makes of so many, and in how many independent sets. As `sample_poses`, up to eight times 2^30."""
     if not 1 <= poses <= MOST_POSES:
         raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", "poses = 100000")
     if law == "grid":
@@ -38,7 +38,7 @@ def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
 
 
 def steps_of(poses: int, joints: int) -> int:
-    """How many steps in each of so many joints has a grid of so many poses? Raises LostmotionError for a count that no such grid has."""
+    """Return the number of steps in each of so many joints of a grid of so many poses. Raises LostmotionError for a count that no such grid has."""
     steps: int = round(poses ** (1 / joints))
     if steps**joints != poses:
         raise LostmotionError(
@@ -49,7 +49,10 @@ def steps_of(poses: int, joints: int) -> int:
 
 
 def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: int) -> Floats:
-    """Which poses stand from number `first` up to `last` in a row of `poses`, rounded already? q (pose, joint), rad or m; within one set."""
+    """Return the poses (pose, joint) from number `first` up to `last` in a row of `poses`, rounded already, rad or m.
+
+    q (pose, joint), rad or m; within one set.
+    """
     low, high = arm.limits.T
     joints = len(low)
     if law == "given":
@@ -83,7 +86,7 @@ def _sobol(joints: int, each: int, seed: int, of_set: int, first: int, last: int
 
 @functools.lru_cache(maxsize=32)
 def _sobol_steps(joints: int, bits: int, seed: int, of_set: int) -> tuple[np.ndarray, np.ndarray]:
-    """Give the first point of a scrambled sequence (joint,), and by which bits those at powers of two (bit, joint) differ from it."""
+    """Return the first point of a scrambled sequence (joint,), and by which bits those at powers of two (bit, joint) differ from it."""
     engine = sobol(seed, f"poses.sobol.{of_set}", joints)
     start = _whole(engine.random_base2(0)[0])
     steps = np.zeros((bits, joints), np.int64)

@@ -60,7 +60,7 @@ class Worst:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is said of one design; lengths in m.
+    """The results of one design; lengths in m.
 
     deviation  standard deviation of the error, over all poses, robots and visits; quantiles likewise, by level
     ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average over the poses; None for a single visit
@@ -123,7 +123,7 @@ class _Merged:
 
 
 def worst_of(known: list[Worst], order: Order, design: int, block: int, record: Record, most: int = MOST_WORST) -> list[Worst]:
-    """Which are the largest errors of those known and of one more block? The largest first, of equal ones the earlier pose."""
+    """Return the largest errors of those known and of one more block. The largest first, of equal ones the earlier pose."""
     first, last = order.span(block)
     rows = record.poses[: last - first]
     ranked = np.argsort(-rows[:, _LARGEST], kind="stable")[:most]
@@ -138,7 +138,7 @@ def worst_of(known: list[Worst], order: Order, design: int, block: int, record: 
 
 
 def summarise(store: Store, progress: Callable[[str, int, int], None] | None = None) -> list[Outcome]:
-    """What is said of every design, in order? Raises LostmotionError where a block is not done, or damaged."""
+    """Return the summary of every design, in order. Raises LostmotionError where a block is not done, or damaged."""
     out: list[Outcome] = []
     first: _Merged | None = None
     for design in range(store.order.designs):

@@ -104,15 +104,15 @@ def _one_by_one(running: Iterable[Any]) -> Iterator[Any]:
 
 @contextmanager
 def _gone_in_one_message() -> Iterator[None]:
-    """Say in one message that the scheduler is gone, whatever Dask calls that."""
+    """Report in one message that the scheduler is gone, whatever Dask calls that."""
     from asyncio import CancelledError as Cancelled
     from concurrent.futures import CancelledError
 
     try:
         yield
     except (CancelledError, Cancelled, OSError, TimeoutError, RuntimeError) as error:
-        said = f"the Dask scheduler is gone ({type(error).__name__}: {shown(error)})"
-        raise LostmotionError(f"{said}\n  what is done is kept; the same command goes on") from error
+        message = f"the Dask scheduler is gone ({type(error).__name__}: {shown(error)})"
+        raise LostmotionError(f"{message}\n  finished blocks are stored; the same command resumes") from error
 
 
 def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: ANN401 - Dask publishes no types
@@ -141,7 +141,7 @@ def cluster(address: str) -> Iterator[Cluster]:
 
     if local is None:
         try:
-            resolve_address(address)  # a scheme or a host that is none is told at once
+            resolve_address(address)  # an impossible scheme or host is reported at once
             client = Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
         except (OSError, ValueError, OverflowError, ImportError) as error:
             found = f"{shown(address)}: no Dask scheduler answers there ({shown(error)})"

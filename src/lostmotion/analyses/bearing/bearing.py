@@ -32,7 +32,7 @@ class BearingLoad:
 
     @property
     def row(self) -> Floats:
-        """Give it as `shaft_equilibrium` takes it (5,): the radial force along x, a positive moment lifts the outboard end along x."""
+        """Return it as `shaft_equilibrium` takes it (5,): the radial force along x, a positive moment lifts the outboard end along x."""
         return np.array([self.radial, 0.0, self.axial, 0.0, self.moment])
 
 
@@ -51,7 +51,7 @@ class Examined:
     clearances  (3,) m: the lowest, middle and highest working clearance
     settled     the shaft under the load at each of them
     stiffness   (5,) N/m across, across, along, N m/rad about both: one more newton along one way, all others free to follow; 0 where nothing holds
-    pressure    (3,) Pa, of the hardest pressed element
+    pressure    (3,) Pa, of the most heavily loaded element
     """
 
     bearing: DrawnBearing
@@ -68,7 +68,7 @@ class Examined:
 
 
 def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: int = 1) -> Examined:
-    """How does this bearing work under this load? `count` bearings are built by chance for its clearance, the same for the same seed.
+    """Return the behaviour of this bearing under this load. `count` bearings are simulated for its clearance, the same for the same seed.
 
     Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `shaft_equilibrium`'s flag.
     """
@@ -100,14 +100,14 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
 
 
 def _held(slope: Floats) -> Floats:
-    """Give the stiffness along each way with the others free (5,), from the slope of the load (5, 5); NaN where there is none at all."""
+    """Return the stiffness along each way with the others free (5,), from the slope of the load (5, 5); NaN where there is none at all."""
     if not np.isfinite(slope).all():
         return np.full(5, np.nan)
     size = np.sqrt(np.abs(np.diag(slope)))
     held = size > _FREE * size.max()
     out = np.zeros(5)
     if held.any():
-        # Scaled, so that N/m and N m/rad weigh alike.
+        # Scaled, so that N/m and N m/rad have equal weight.
         scaled = slope[np.ix_(held, held)] / np.outer(size[held], size[held])
         values, vectors = np.linalg.eigh(scaled)
         soft = ((vectors**2) / np.maximum(values, _FREE)).sum(axis=1)

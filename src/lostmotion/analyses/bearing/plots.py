@@ -20,10 +20,10 @@ _CASES = (("lowest clearance", GREEN), ("middle", BLUE), ("highest", ORANGE))
 
 
 def bearing_plots(found: Examined) -> list[Plot]:
-    """Which plots does a bearing by its drawing have? In reading order."""
+    """Return the plots of a bearing from its drawing. In reading order."""
     drawn = [
         Plot(
-            "clearance-histogram", "built", clearance_histogram(found), "Histogram of the working clearance of the bearings built, with its limits."
+            "clearance-histogram", "built", clearance_histogram(found), "Histogram of the working clearance of simulated bearings, with its limits."
         ),
         Plot("radial-curve", "shift", radial_curve(found), "Shift across over the radial load, at three working clearances."),
     ]
@@ -34,13 +34,13 @@ def bearing_plots(found: Examined) -> list[Plot]:
 
 
 def clearance_histogram(found: Examined) -> go.Figure:
-    """With which clearance do bearings work as built? All of them counted, between the limits of their dimensions."""
+    """Draw the working clearance of simulated bearings. All of them are counted, between the limits of their dimensions."""
     working = found.built["working"] * 1e6
     spread = found.bearing.spreads["working"]
     # A clearance whose dimensions have no tolerance is the same in every bearing.
     edges, counts = binned(working, about=30) if np.ptp(working) > 1e-6 else (working[0] + np.array([-0.5, 0.5]), np.array([len(working)]))  # noqa: PLR2004 - µm
     bars = histogram(edges, counts, BLUE, "%{x:.3~g} µm ± half a bin<br>%{y} bearings, %{customdata:.2f} %<extra></extra>")
-    figure = framed(f"Working clearance of {found.count} bearings built", bars, height=380)
+    figure = framed(f"Working clearance of {found.count} simulated bearings", bars, height=380)
     for value, name, anchor in ((spread.lowest, "lowest", "left"), (spread.highest, "highest", "right")):
         figure.add_vline(x=value * 1e6, line={"color": RED, "width": 1.3, "dash": "dot"})
         figure.add_annotation(
@@ -60,19 +60,19 @@ def clearance_histogram(found: Examined) -> go.Figure:
 
 
 def radial_curve(found: Examined) -> go.Figure:
-    """How far does a radial load alone push the shaft, through the play and then against the elements?"""
+    """Draw the displacement under a radial load alone, through the play and then against the elements."""
     return _curve(found.radial, "Shift under a radial load alone", "radial load", "shift across")
 
 
 def axial_curve(found: Examined) -> go.Figure:
-    """How far does an axial load alone push the shaft? Raises ValueError for bearings that hold none."""
+    """Draw the displacement under an axial load alone. Raises ValueError for bearings that carry none."""
     if found.axial is None:
         raise ValueError("cylindrical rollers hold nothing along the axis")
     return _curve(found.axial, "Shift under an axial load alone", "axial load", "shift along")
 
 
 def element_loads(found: Examined) -> go.Figure:
-    """What does each rolling element carry at the middle clearance? By its angle from the radial load, 0° on its side."""
+    """Draw the load of each rolling element at the middle clearance. By its angle from the radial load, 0° on its side."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def write_bearing(sheet: Sheet, examined: Examined | None, out: str | Path, *, force: bool = False) -> Path:
-    """Where does the sheet lie? Writes it into the folder `out`, whole or not at all; errors as `folder.write_whole`."""
+    """Write the sheet into the folder `out`, whole or not at all, and return the folder; errors as `folder.write_whole`."""
     refuse_existing(out, force=force)
     drawn = []
     if examined is not None:

@@ -24,17 +24,17 @@ _WORDS: Final = (
     ("delivered, mounted, working", "as bought; on its shaft and in its housing, whose fits take some of it; and with the inner ring warm."),
     ("lowest, highest", "limits that no bearing leaves while every dimension keeps its own."),
     ("shift, tilt", "of the shaft against the housing, midway between the bearings."),
-    ("stiffness", "what one more newton or newton metre one way meets at this load, all other ways free to follow."),
-    ("design, robot, visit", "alike in every arm; how one bearing came out; another one each time a pose is reached."),
+    ("stiffness", "against one more newton or newton metre in a direction at this load, all other directions free."),
+    ("design, robot, visit", "the same in every arm; different for each bearing; different at each visit to a pose."),
 )
-_STEP_NOTES: Final = {"delivered": "", "mounted": "less what the fits take", "working": "less what warmth takes"}
+_STEP_NOTES: Final = {"delivered": "", "mounted": "less the effect of the fits", "working": "less the effect of the temperature rise"}
 
 
 def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Examined | None, notes: tuple[str, ...] = ()) -> Sheet:
-    """What is there to say about a bearing under a load? `examined` where it is described by its drawing."""
-    said = described(load)
+    """Return the sheet of a bearing under a load. `examined` where it is described by its drawing."""
+    load_text = described(load)
     if examined is None:
-        verdict = f"Described by its stated values, not by its drawing. Under {said} the table shows what it adds to an arm's error."
+        verdict = f"Described by its stated values, not by its drawing. Under {load_text} the table shows what it adds to an arm's error."
         sheet = Sheet(
             name=name,
             subject="bearing",
@@ -43,20 +43,20 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
             sections=(_stated(bearing), _terms(bearing, load)),
             notes=notes,
             words=_WORDS,
-            source=f"load: {said}",
+            source=f"load: {load_text}",
         )
         return with_assumed(sheet, bearing, "bearing")
     sections = (_clearance(examined), _built(examined), _play(examined), _shifts(examined), _elements(examined), _stiffness(examined))
     sheet = Sheet(
         name=name,
         subject="bearing",
-        counts=f"{said}; {examined.count} bearings built, seed {examined.seed}",
+        counts=f"{load_text}; {examined.count} simulated bearings, seed {examined.seed}",
         verdict=_verdict(examined),
         cards=tuple(_cards(examined)),
         sections=sections if examined.bearing.is_single else (*sections, _terms(bearing, load)),
         notes=(*notes, *_doubts(examined)),
         words=_WORDS,
-        source=f"seed {examined.seed}, {examined.count} bearings built; load: {said}. The same file, version, load and seed give the same bytes.",
+        source=f"seed {examined.seed}, {examined.count} simulated bearings; load: {load_text}. The same input and version give the same bytes.",
         seed=examined.seed,
         facts={"bearing": name, "seed": examined.seed, "built": examined.count, "load": _plain_load(load)},
     )
@@ -64,7 +64,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
 
 
 def described(load: BearingLoad) -> str:
-    """Say a load in words."""
+    """Describe a load."""
     parts = [(load.radial, "N across"), (load.axial, "N along the axis"), (load.moment, "N m")]
     return ", ".join(f"{value:.4g} {unit}" for value, unit in parts if value) or "no load"
 
@@ -80,15 +80,17 @@ def _micro(value: float, samples: str = "") -> Figure:
 def _verdict(found: Examined) -> str:
     low, middle, high = (f"{1e6 * each:.1f}" for each in found.clearances)
     shift, tilt = _across(found)[1], _tilt(found)[1]
-    said = [f"Working clearance {middle} µm, between {low} and {high} µm."]
+    sentences = [f"Working clearance {middle} µm, between {low} and {high} µm."]
     preloaded = float((found.built["working"] < 0).mean())
     if 0 < preloaded < 1:
-        said.append(f"{100 * preloaded:.0f} % of the bearings built work under preload.")
+        sentences.append(f"{100 * preloaded:.0f} % of the bearings work under preload.")
     if found.settled.converged[1]:
-        said.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {tilt / ARCMIN:.3g}′ with the middle clearance.")
+        sentences.append(
+            f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {tilt / ARCMIN:.3g}′ with the middle clearance."
+        )
     else:
-        said.append("Nothing holds the shaft under this load.")
-    return " ".join(said)
+        sentences.append("The bearing cannot support this load: no equilibrium.")
+    return " ".join(sentences)
 
 
 def _cards(found: Examined) -> list[Card]:
@@ -99,7 +101,7 @@ def _cards(found: Examined) -> list[Card]:
         Card("working clearance", str(_micro(working.middle)), f"limits {span}"),
         Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
         Card("tilt at this load", f"{_tilt(found)[1] / ARCMIN:.3g} arcmin", "middle clearance"),
-        Card("hardest pressed element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
+        Card("most heavily loaded element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
         Card("stiffness across", f"{found.stiffness[0] / 1e6:.3g} N/µm", "at this load"),
         Card("stiffness against tilting", f"{found.stiffness[4] * ARCMIN:.3g} N m/arcmin", "at this load"),
     ]
@@ -126,7 +128,7 @@ def _clearance(found: Examined) -> Section:
 
 def _built(found: Examined) -> Section:
     working = found.built["working"]
-    counted = f"{found.count} bearings built"
+    counted = f"{found.count} simulated bearings"
     low, high = share_interval(int((working < 0).sum()), found.count)
     half = 1.96 * float(working.std(ddof=1)) / math.sqrt(found.count) if found.count > 1 else math.nan
     mean = float(working.mean())
@@ -136,7 +138,7 @@ def _built(found: Examined) -> Section:
         Row("97.5 % below", (_micro(float(np.quantile(working, 0.975)), counted),)),
         Row("work under preload", (Figure(100 * float((working < 0).mean()), "%", 100 * low, 100 * high, counted),)),
     )
-    return Section("built", "Bearings as built", ("value",), rows, "each dimension drawn by its own law")
+    return Section("built", "Simulated bearings", ("value",), rows, "each dimension drawn from its own distribution")
 
 
 def _play(found: Examined) -> Section:
@@ -196,16 +198,16 @@ def _stiffness(found: Examined) -> Section:
 
 def _doubts(found: Examined) -> tuple[str, ...]:
     limit = 4.2e9 if found.bearing.elements == "ball" else 4.0e9
-    said = []
+    notes = []
     if np.nanmax(found.pressure) > limit:
-        said.append(
+        notes.append(
             f"an element is pressed with {np.nanmax(found.pressure) / 1e9:.2f} GPa, beyond the {limit / 1e9:.1f} GPa of a static rating (ISO 76)"
         )
     if found.bearing.is_single:
-        said.append("a single bearing holds next to no moment: a joint needs two, or one of crossed rollers, so nothing is added to an arm's error")
+        notes.append("a single bearing carries almost no moment: a joint needs two, or one of crossed rollers; no contribution to an arm's error")
     if not found.settled.converged.all():
-        said.append("nothing holds the shaft under this load at some of the clearances: figures are missing there")
-    return tuple(said)
+        notes.append("the bearing cannot support this load at some of the clearances: figures are missing there")
+    return tuple(notes)
 
 
 def _stated(bearing: Bearing) -> Section:

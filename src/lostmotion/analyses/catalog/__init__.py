@@ -1,1 +1,1 @@
-"""What is in the catalogue?"""
+"""The contents of the catalogue."""

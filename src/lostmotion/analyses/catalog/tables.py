@@ -30,7 +30,7 @@ _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radia
 
 
 def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None = None, own: Sequence[GearboxRow] = ()) -> Sheet:
-    """What does the catalogue hold of what is wanted, or under this name? `own` are a user's rows, which stand before those of the package.
+    """Return the rows of the catalogue that match, or the one of this name. `own` are a user's rows, which stand before those of the package.
 
     Raises InputError for a name that is not there, a maker without rows, and for figures of gearboxes asked of another kind.
     """
@@ -97,7 +97,7 @@ def _label(row: GearboxRow, names: int | None = None) -> str:
 
 
 def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
-    """Lay rows out by their source, which is told once for all of them."""
+    """Lay rows out by their source, which is printed once for all of them."""
     out = []
     for (maker, source), each in itertools.groupby(rows, lambda row: (row.maker, row.source)):
         group = list(each)
@@ -122,7 +122,7 @@ def _limits(what: str, names: Sequence[str], end: str = "") -> str:
 
 
 def _sourced(source: str) -> str:
-    """Say a source with its mark of confidence in words."""
+    """Describe a source with its reliability."""
     match = _MARK.search(source)
     if match is None:
         return source
@@ -169,7 +169,7 @@ def _of_material(material: Material) -> tuple[Figure, ...]:
 
 
 def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[GearboxRow]) -> Sheet:
-    """Give one entry with all that is known of it."""
+    """Return one entry with all that is known of it."""
     if kind in (None, "material") and name in materials():
         lines = tuple(Row(key, (), str(value)) for key, value in data_file("materials.toml")[name].items())
         return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **data_file("materials.toml")[name]}])
@@ -221,7 +221,7 @@ def _bands(row: Range) -> str:
 
 
 def _whole(row: GearboxRow, name: str) -> list[Row]:
-    """Tell all of a row, with the makers' own words and what they do not say."""
+    """Return everything about a row, with the makers' own words and what they do not specify."""
     lines = [("maker", row.maker), ("ratio", row.ratios)]
     for key, value in row.part.items():
         text = ", ".join(str(each) for each in value) if isinstance(value, list) else str(value)
@@ -251,7 +251,7 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
 
 
 def _plain(row: GearboxRow) -> dict[str, Any]:
-    """Give a row as data: what it says as text with units, and the figures that are searched for."""
+    """Return a row as data: what it says as text with units, and the figures that are searched for."""
     match = _MARK.search(row.source)
     stated = {name: figure for name, figure in zip(_UNITS, _figures(row), strict=True) if not math.isnan(figure.value)}
     return {

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 CUSTOMARY_SHARE: Final = 0.55
 # Crank angles over which a built gearbox is averaged, as for its behaviour in an arm.
 _ANGLES: Final = 4
-# At most so many samples whose transmission error is followed, and crank angles per pin, an even number: nearly two waves per pin are still seen.
+# At most so many samples whose transmission error is followed, and crank angles per pin, an even number: two periods per pin are resolved.
 FOLLOWED: Final = 128
 _PER_PIN: Final = 4
 SHOWN: Final = 4
@@ -69,8 +69,8 @@ class Lobes:
 class Transmission:
     """How far the output runs ahead of an even ratio, rad, under loads (load,), N m: a tenth of the torque and all of it.
 
-    crank (angle,) rad, once round; errors (load, angle, gearbox); cycles (wave,) per turn of the output, power (load, wave, gearbox) the squared
-    amplitude of each wave, rad^2.
+    crank (angle,) rad, once round; errors (load, angle, gearbox); cycles (order,) per turn of the output, power (load, order, gearbox) the squared
+    amplitude of each harmonic, rad^2.
     """
 
     loads: Floats
@@ -81,7 +81,7 @@ class Transmission:
 
     @property
     def peak_to_peak(self) -> Floats:
-        """Give the span of the error over a turn of the crank (load, gearbox)."""
+        """Return the span of the error over a turn of the crank (load, gearbox)."""
         return np.asarray(np.ptp(self.errors, axis=1))
 
     @property
@@ -91,7 +91,7 @@ class Transmission:
 
     @property
     def amplitude(self) -> Floats:
-        """Return the amplitudes (load, wave), rad, the root mean square over gearboxes."""
+        """Return the amplitudes (load, order), rad, the root mean square over gearboxes."""
         return np.asarray(np.sqrt(self.power.mean(axis=2)))
 
 
@@ -185,7 +185,7 @@ def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count:
 
 
 def disc_torque(gearbox: CycloidalGearbox, torque: float) -> float:
-    """Which torque (N m) is on all discs together, as seen with the ring held, under a torque at the output?"""
+    """Return the torque (N m) on all discs together, with the ring held, for a torque at the output."""
     return torque * abs(ratio_of(gearbox.stage) / gearbox.steps)
 
 
@@ -228,21 +228,21 @@ def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: in
 
 
 def _errors(stage: CycloidalStage, loads: Floats, count: int, seed: int) -> Floats:
-    """Give how far the stage's output runs ahead (load, angle, gearbox), rad, over a turn of its crank, without its mean and the fastest wave."""
+    """Return the transmission error of the stage (load, angle, gearbox), rad, over a turn of its crank, without its mean and the highest harmonic."""
     angles = _PER_PIN * stage.pins
     crank = 2 * math.pi * np.arange(angles) / angles
     rotation = simulate(stage.drive, stage.scatter, loads, crank, count, seed).rotation
-    waves = np.fft.rfft(-rotation, axis=1)
-    waves[:, [0, -1]] = 0.0
-    return np.asarray(np.fft.irfft(waves, angles, axis=1))
+    harmonics = np.fft.rfft(-rotation, axis=1)
+    harmonics[:, [0, -1]] = 0.0
+    return np.asarray(np.fft.irfft(harmonics, angles, axis=1))
 
 
 def _powers(errors: Floats, steps: float) -> dict[float, Floats]:
-    """Return the squared amplitude (load, gearbox) of each wave, by its cycles per turn of the output."""
+    """Return the squared amplitude (load, gearbox) of each harmonic, by its cycles per turn of the output."""
     power = (2 * np.abs(np.fft.rfft(errors, axis=1)[:, 1:-1]) / errors.shape[1]) ** 2
     return {float((k + 1) * steps): power[:, k] for k in range(power.shape[1])}
 
 
 def _finer(errors: Floats, count: int) -> Floats:
-    """Read errors (load, angle, gearbox) of one turn at so many angles, no fewer: the same waves, and none besides."""
+    """Read errors (load, angle, gearbox) of one turn at so many angles, no fewer: the same harmonics, and no others."""
     return np.asarray(np.fft.irfft(np.fft.rfft(errors, axis=1), count, axis=1) * (count / errors.shape[1]))

@@ -1,4 +1,4 @@
-"""One gearbox looked at by itself: how its output turns as the torque goes to and fro; and, where it is given by its drawing, what is inside."""
+"""One gearbox by itself: its hysteresis loop and, where it is given by its drawing, its members."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ class Loop:
 
     @property
     def width(self) -> float:
-        """Give the width of the loop at zero torque."""
+        """Return the width of the loop at zero torque."""
         return float(np.interp(0.0, self.torque, self.falling) - np.interp(0.0, self.torque, self.rising))
 
     @property
     def friction_width(self) -> float:
-        """Give the width at zero torque of friction's loop alone."""
+        """Return the width at zero torque of friction's loop alone."""
         return float(np.interp(0.0, self.torque, self.friction_falling) - np.interp(0.0, self.torque, self.friction_rising))
 
 
@@ -101,10 +101,10 @@ def gear(
     lost_motion_torque: float | None = None,
     slope_range: tuple[float, float] | None = None,
 ) -> GearStudy:
-    """Study a gearbox under a torque (N m; left out: its rated one), on this many manufactured samples of a drawing.
+    """Study a gearbox under a torque (N m; its rated one unless stated), on this many manufactured samples of a drawing.
 
-    `lost_motion_torque` N m at which the lost motion is read either way; left out: the stated share, or 3 %, of the rated torque. `slope_range` N m
-    between which the slope of the curve is taken; left out: 50 to 100 % of the rated torque. Raises InputError for a torque that is not above zero, a
+    `lost_motion_torque` N m at which the lost motion is read either way; by default the stated share, or 3 %, of the rated torque. `slope_range`
+    N m between which the slope of the curve is taken; by default 50 to 100 % of the rated torque. Raises InputError for a torque not above zero, a
     slope range that does not rise, a count out of range, a seed below zero; DidNotConvergeError where the contacts cannot carry the load.
     """
     if not _is_known(gearbox):
@@ -148,7 +148,7 @@ def _is_known(gearbox: ErrorSource | CycloidalGearbox) -> TypeGuard[AnyGearbox]:
 
 
 def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None:
-    """Follow the torque to and fro: wind-up, friction that holds it back on the way, and the play, crossed once the torque overcomes friction."""
+    """Return the hysteresis loop: wind-up, friction, and the backlash, traversed once the torque overcomes friction."""
     most, small = read.asked.torque, read.asked.small
     if most <= rest:
         return None

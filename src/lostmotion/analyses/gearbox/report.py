@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def write_gearbox(sheet: Sheet, study: GearStudy, drawing: bytes | None, out: str | Path, *, force: bool = False) -> Path:
-    """Where does the sheet lie? Writes it into the folder `out`, whole or not at all; errors as `folder.write_whole`."""
+    """Write the sheet into the folder `out`, whole or not at all, and return the folder; errors as `folder.write_whole`."""
     from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
 
     refuse_existing(out, force=force)
@@ -39,14 +39,14 @@ def refuse_existing_file(out: Path, *, force: bool) -> None:
     if out.exists() and not force:
         raise OutputExistsError(f"'{out}' exists\n  replace it with --force, or name another file with --dxf")
     try:
-        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not tell whether that works
+        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not show whether that works
             pass
     except OSError as error:
         raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error
 
 
 def write_drawing(drawing: bytes, out: Path, *, force: bool = False) -> Path:
-    """Where does the drawing lie? Writes it into the file `out`, whole or not at all.
+    """Write the drawing into the file `out`, whole or not at all, and return its path.
 
     Raises OutputExistsError as `refuse_existing_file`, LostmotionError where the file cannot be written.
     """

@@ -72,14 +72,14 @@ def _unit(largest: float) -> str:
 
 def _positions(axis: Axis, name: str) -> tuple[list[Any], dict[str, Any]]:
     """Return the positions of a key's values on an axis, and the axis' format: quantities to scale, other values as text."""
-    if axis.amounts is None:
+    if axis.quantities is None:
         return [label(text) for text in axis.labels], {"title_text": label(name), "type": "category"}
-    amounts, unit = axis.amounts
+    numbers, unit = axis.quantities
     title = f"{label(name)} [{label(unit)}]" if unit else label(name)
-    rising = np.sort(amounts)
+    rising = np.sort(numbers)
     ratios = rising[1:] / rising[:-1] if rising[0] > 0 and len(rising) > 2 else np.array([1.0, 2.0])  # noqa: PLR2004 - two have any ratio
     even_in_log = bool(np.allclose(ratios, ratios[0], rtol=1e-6) and ratios[0] > 1 + 1e-9)
-    return list(amounts), {"title_text": title, "type": "log" if even_in_log else "linear"}
+    return list(numbers), {"title_text": title, "type": "log" if even_in_log else "linear"}
 
 
 def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve], title: str) -> go.Figure:
@@ -88,7 +88,7 @@ def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve],
 
     axis = order.axes[0]
     x, axis_format = _positions(axis, short_keys(order.axes)[0])
-    ranked = np.argsort(x, kind="stable") if axis.amounts is not None else np.arange(len(x))
+    ranked = np.argsort(x, kind="stable") if axis.quantities is not None else np.arange(len(x))
     estimates = {name: [pick(outcomes[k]) for k in ranked] for name, _, pick in curves}
     values = [each.value for members in estimates.values() for each in members if each is not None]
     unit = _unit(max(values, default=1.0))
@@ -100,7 +100,7 @@ def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve],
         y, low, high = (np.array([getattr(each, end) for each in members]) * factor for end in ("value", "low", "high"))
         hover = f"%{{x}}: %{{y:.4~g}} {unit}, %{{customdata}}<extra>{name}</extra>"
         intervals = [f"{a:.4g} … {b:.4g}" if math.isfinite(b - a) else "no interval" for a, b in zip(low, high, strict=True)]
-        if axis.amounts is None:
+        if axis.quantities is None:
             bars = {"type": "data", "symmetric": False, "array": high - y, "arrayminus": y - low, "thickness": 1.3}
             marker = {"color": colour, "size": 9}
             traces.append(go.Scatter(x=along, y=y, mode="markers", name=name, error_y=bars, marker=marker, customdata=intervals, hovertemplate=hover))
@@ -215,7 +215,7 @@ def effects(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
             col=1,
         )
         means = errors.mean(axis=tuple(j for j in range(count) if j != k))
-        ranked = np.argsort(x, kind="stable") if axis.amounts is not None else np.arange(len(x))
+        ranked = np.argsort(x, kind="stable") if axis.quantities is not None else np.arange(len(x))
         figure.add_trace(
             go.Scatter(
                 x=[x[j] for j in ranked],

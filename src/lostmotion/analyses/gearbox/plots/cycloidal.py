@@ -1,4 +1,4 @@
-"""The plots of a cycloidal gearbox by its drawing: profile with loads, lobes, play as built, springs, transmission error and its spectrum."""
+"""The plots of a cycloidal gearbox by its drawing: profile, lobe loads, scatter of the play, compliance, transmission error and its spectrum."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST_WAVES: Final = 24
 
 
 def drawing_plots(study: GearStudy) -> list[Plot]:
-    """Which plots has the drawing? Raises ValueError for a gearbox without one."""
+    """Return the plots of the drawing. Raises ValueError for a gearbox without one."""
     drawn = study.drawn
     if drawn is None:
         raise ValueError("a gearbox by stated figures has no drawing")
@@ -41,12 +41,14 @@ def drawing_plots(study: GearStudy) -> list[Plot]:
         out.append(Plot("members", "members", members(drawn.members), "Bars of the wind-up through each member, the largest first."))
     if drawn.transmission.amplitude.any():
         out.append(Plot("error", "transmission", error(drawn.transmission), "Transmission error of a few gearboxes over a turn of the crank."))
-        out.append(Plot("spectrum", "transmission", spectrum(drawn.transmission), "Amplitude of each wave over its cycles per turn of the output."))
+        out.append(
+            Plot("spectrum", "transmission", spectrum(drawn.transmission), "Amplitude of each harmonic over its cycles per turn of the output.")
+        )
     return out
 
 
 def lobe_loads(cases: tuple[Lobes, ...]) -> go.Figure:
-    """What does each lobe carry, and how hard is it pressed? Over its angle from the line of centres, where the crank stands at zero."""
+    """Draw force and pressure of each lobe. Over its angle from the line of centres, where the crank stands at zero."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
@@ -79,7 +81,7 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> go.Figure:
 
 
 def spread(values: Floats, name: str, counted: str, colour: str) -> go.Figure:
-    """How much do gearboxes built from one drawing differ? A histogram with mean and 5, 50 and 95 % quantiles."""
+    """Draw the scatter of manufactured samples. A histogram with mean and 5, 50 and 95 % quantiles."""
     shown = values / ARCMIN
     even = float(np.ptp(shown)) <= 1e-9 * max(float(np.abs(shown).max()), 1.0)
     wide = max(0.01 * abs(float(shown[0])), 1e-3)
@@ -100,7 +102,7 @@ def spread(values: Floats, name: str, counted: str, colour: str) -> go.Figure:
 
 
 def members(found: dict[str, float]) -> go.Figure:
-    """Through which member does the gearbox give way most?"""
+    """Draw the compliance by member."""
     import plotly.graph_objects as go
 
     values = [angle / ARCMIN for angle in found.values()]
@@ -123,7 +125,7 @@ def members(found: dict[str, float]) -> go.Figure:
 
 
 def error(found: Transmission) -> go.Figure:
-    """How far do a few gearboxes run ahead or behind over a turn of the crank, under the torque?"""
+    """Draw the transmission error of a few gearboxes over a turn of the crank, under the torque."""
     import plotly.graph_objects as go
 
     crank = np.round(np.degrees(found.crank), 4)
@@ -146,7 +148,7 @@ def error(found: Transmission) -> go.Figure:
 
 
 def spectrum(found: Transmission) -> go.Figure:
-    """Which waves is the transmission error made of? The lowest of them, under a light load and under the torque."""
+    """Draw the lowest harmonics of the transmission error. The lowest of them, under a light load and under the torque."""
     import plotly.graph_objects as go
 
     seen = found.cycles[: max(_MOST_WAVES, int(np.flatnonzero(found.amplitude.max(axis=0) > 0.2 * found.amplitude.max())[-1]) + 1)]

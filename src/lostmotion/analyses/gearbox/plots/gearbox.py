@@ -1,4 +1,4 @@
-"""The plots of a gearbox of any kind: its hysteresis, and its stated waves; those of a drawing are in `plots.cycloidal`."""
+"""The plots of a gearbox of any kind: its hysteresis, and its stated harmonics; those of a drawing are in `plots.cycloidal`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def gearbox_plots(study: GearStudy) -> list[Plot]:
-    """Which plots does a gearbox have? In reading order."""
+    """Return the plots of a gearbox. In reading order."""
     units = units_of(study.gearbox)
     drawn = []
     if study.loop is not None:
@@ -32,8 +32,8 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
     if isinstance(study.gearbox, CycloidalGearbox):
         return [*drawing_plots(study), *drawn]
     if study.gearbox.waves:
-        words = "Amplitude of each wave of the transmission error over its cycles."
-        drawn.append(Plot("waves", "transmission", stated_waves(study.gearbox.waves, units), words))
+        words = "Amplitude of each harmonic of the transmission error over its cycles."
+        drawn.append(Plot("harmonics", "transmission", stated_harmonics(study.gearbox.waves, units), words))
     return drawn
 
 
@@ -76,19 +76,19 @@ def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> go.Figure:
     return figure
 
 
-def stated_waves(waves: list[tuple[str, float, float]], units: Units) -> go.Figure:
-    """How large is each stated wave, and how often does it come round?"""
+def stated_harmonics(harmonics: list[tuple[str, float, float]], units: Units) -> go.Figure:
+    """Draw the stated harmonics over their cycles."""
     import plotly.graph_objects as go
 
     bars = go.Bar(
-        x=[f"{cycles:g}" for _, _, cycles in waves],
-        y=[size * units.angle_factor for _, size, _ in waves],
-        text=[label(name) for name, _, _ in waves],
+        x=[f"{cycles:g}" for _, _, cycles in harmonics],
+        y=[size * units.angle_factor for _, size, _ in harmonics],
+        text=[label(name) for name, _, _ in harmonics],
         textposition="outside",
         marker={"color": BLUE},
         hovertemplate=f"%{{text}}<br>%{{x}} cycles: %{{y:.3~g}} {units.angle}<extra></extra>",
     )
-    figure = framed("Transmission error by wave", bars, height=340)
+    figure = framed("Transmission error by harmonic", bars, height=340)
     figure.update_xaxes(title_text=f"cycles per {units.limit} [1]", type="category", showgrid=False)
     figure.update_yaxes(title_text=f"amplitude [{units.angle}]", rangemode="tozero")
     return figure

@@ -33,7 +33,7 @@ _LINES: Final = (BLUE, ORANGE, GREEN, RED)
 
 
 def profile(study: GearStudy) -> go.Figure:
-    """How do discs, ring and pins lie with the crank at zero, and where do the lobes press? The stage at the output, forces of the first disc."""
+    """Draw discs, ring and pins with the crank at zero, and the forces of the lobes. The stage at the output, forces of the first disc."""
     part, drawn = study.gearbox, study.drawn
     if not isinstance(part, CycloidalGearbox) or drawn is None:
         raise ValueError("a gearbox by stated figures has no profile")
@@ -51,7 +51,7 @@ def profile(study: GearStudy) -> go.Figure:
 
 
 def _plane(points: np.ndarray) -> dict[str, list[float | None]]:
-    """Give complex points as x and y in mm, to the micrometre; gaps where they are not numbers."""
+    """Return complex points as x and y in mm, to the micrometre; gaps where they are not numbers."""
     shown = np.round(points * _MM, 3)
     return {name: [None if math.isnan(value) else float(value) for value in part] for name, part in (("x", shown.real), ("y", shown.imag))}
 
@@ -135,7 +135,7 @@ def _centres(stage: Stage) -> go.Scatter:
 
 
 def _touching(stage: Stage, lobes: Lobes) -> tuple[np.ndarray, np.ndarray]:
-    """Where does each lobe touch, and which way does it press on the ring?"""
+    """Return the point of contact and the direction of the force of each lobe."""
     normal = _complex(normals(stage, lobes.theta))
     middle, out = (stage.eccentricity, 1) if stage.twin else (0.0, -1)
     return middle + stage.ring_radius * np.exp(1j * lobes.theta) + out * stage.pin_radius * normal, normal
@@ -159,14 +159,14 @@ def _arrows(stage: Stage, lobes: Lobes, loaded: np.ndarray) -> go.Scatter | None
     place, normal = _touching(stage, lobes)
     size = _LONGEST * stage.ring_radius * lobes.force / lobes.force.max()
     ends = np.stack([place, place + size * normal, np.full(len(place), complex(math.nan, math.nan))], axis=1)[loaded]
-    said = [text for k in loaded for text in (None, f"θ = {math.degrees(lobes.theta[k]):.1f}°: {lobes.force[k]:.4g} N", None)]
+    labels = [text for k in loaded for text in (None, f"θ = {math.degrees(lobes.theta[k]):.1f}°: {lobes.force[k]:.4g} N", None)]
     return go.Scatter(
         **_plane(ends.ravel()),
         mode="lines+markers",
         name=f"forces, largest {lobes.force.max():.4g} N",
         line={"color": RED, "width": 1.6},
         marker={"symbol": "arrow", "angleref": "previous", "size": [0, 9, 0] * len(loaded), "color": RED, "opacity": 1},
-        text=said,
+        text=labels,
         hovertemplate="%{text}<extra></extra>",
     )
 

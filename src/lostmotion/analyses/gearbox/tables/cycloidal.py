@@ -24,7 +24,7 @@ _DRAWING: Final = "the drawing"
 _AS_DRAWN: Final = "the stage as drawn, without tolerances"
 _LEVELS: Final = ((0.05, "5th percentile"), (0.5, "median"), (0.95, "95th percentile"))
 _MOST_WAVES: Final = 8
-# Of the largest wave: smaller ones are not listed.
+# Of the largest harmonic: smaller ones are not listed.
 _SMALLEST_WAVE: Final = 0.01
 # Above it the loads, taken without friction, no longer hold.
 _RUBS: Final = 0.2
@@ -37,7 +37,7 @@ def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> 
     return [_geometry(gearbox), _lobes(gearbox, drawn), _built(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction]
 
 
-def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str, count: int) -> str:
+def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count: int) -> str:
     """Return the answer in a few sentences."""
     free, lost, wound = (_mean(each, "") for each in (drawn.play, drawn.lost_motion, drawn.read.wind_up))
     most = _quantile(drawn.lost_motion, 0.95, "")
@@ -46,7 +46,7 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str, count
         name, angle = next(iter(drawn.members.items()))
         share = 100 * angle / float(drawn.read.wind_up.mean())
         at_least = "at least " if gearbox.rigid else ""
-        out.append(f"Under {said} the output winds up by {at_least}{wound} beyond its play, {share:.0f} % of it through the {name}.")
+        out.append(f"Under {load} the output winds up by {at_least}{wound} beyond its play, {share:.0f} % of it through the {name}.")
     if gearbox.rigid:
         out.append(f"At most this stiff: not specified are {gearbox.rigid_said}.")
     if drawn.jammed:
@@ -54,7 +54,7 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str, count
     return " ".join(out)
 
 
-def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str) -> tuple[Card, ...]:
+def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tuple[Card, ...]:
     """Return the figures that are asked for first."""
     read, hardest = drawn.read, drawn.lobes[0]
     free, lost = (_quantile(each, 0.95, "") for each in (drawn.play, drawn.lost_motion))
@@ -64,9 +64,9 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str) -> tupl
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
         Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
-        Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {said}, play not counted"),
-        Card("peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {hardest.largest_force:.3g} N at {said}"),
-        Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {said}, mean of {len(span)} gearboxes"),
+        Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {load}, play not counted"),
+        Card("peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {hardest.largest_force:.3g} N at {load}"),
+        Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {load}, mean of {len(span)} gearboxes"),
     ]
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
@@ -77,18 +77,18 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, said: str) -> tupl
 
 def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
     """Return what the reader should be warned of."""
-    said = []
+    notes = []
     if gearbox.rigid:
-        said.append(
+        notes.append(
             f"not specified and taken as rigid: {gearbox.rigid_said}; the true gearbox winds up more, so every stiffness here is an upper limit"
         )
     if drawn.jammed:
-        said.append("gearboxes that jam have flanks that press on each other without torque; their wind-up counts from where they then rest")
+        notes.append("gearboxes that jam have flanks that press on each other without torque; their wind-up counts from where they then rest")
     if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
-        said.append("friction takes more than a fifth of the torque: loads are computed without it, so efficiency is a rough estimate")
+        notes.append("friction takes more than a fifth of the torque: loads are computed without it, so efficiency is a rough estimate")
     if torque <= gearbox.friction_at_rest:
-        said.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
-    return tuple(said)
+        notes.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
+    return tuple(notes)
 
 
 def _angle(value: float, samples: str) -> Figure:
@@ -189,17 +189,17 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         label = f"θ = {math.degrees(cases[0].theta[k]):.1f}°"
         note = f"pressure angle {math.degrees(cases[0].pressure_angle[k]):.1f}°"
         rows.append(Row(label, tuple(figure for case in cases for figure in _pair(float(case.force[k]), float(case.peak[k]))), note))
-    said = "; ".join(
+    cases_text = "; ".join(
         f"share {case.share:.3g}: {case.carrying[0]} to {case.carrying[1]} of {gearbox.pins} carry, {case.bearing:.4g} N on each eccentric bearing"
         for case in cases
     )
-    customary = "; a share of 0.5 is what discs alike take, 0.55 the customary allowance" if len(cases) > 1 else ""
+    customary = "; equal discs take a share of 0.5, 0.55 the customary allowance" if len(cases) > 1 else ""
     note = (
         f"one of {gearbox.discs} discs, crank at zero, θ from the line of centres"
         if gearbox.discs > 1
         else "crank at zero, θ from the line of centres"
     )
-    return Section("lobes", "Load of the lobes", columns, tuple(rows), f"{note}; {said}{customary}")
+    return Section("lobes", "Load of the lobes", columns, tuple(rows), f"{note}; {cases_text}{customary}")
 
 
 def _pair(force: float, peak: float) -> tuple[Figure, Figure]:

@@ -1,4 +1,4 @@
-"""The figures of a gearbox of any kind: what it reduces, how its output turns as the torque goes to and fro, what is stated of it."""
+"""The figures of a gearbox of any kind: ratio, hysteresis loop, and stated values."""
 
 from __future__ import annotations
 
@@ -62,16 +62,16 @@ class Units:
     limit: str
 
     def of_angle(self, value: float, samples: str, low: float = math.nan, high: float = math.nan, ends: str = "95 % interval") -> Figure:
-        """Give an angle, or a length of a drive that slides."""
+        """Return an angle, or a length of a drive that slides."""
         factor = self.angle_factor
         return Figure(value * factor, self.angle, low * factor, high * factor, samples, ends)
 
     def of_torque(self, value: float, samples: str) -> Figure:
-        """Give a torque, or a force."""
+        """Return a torque, or a force."""
         return Figure(value, self.torque, samples=samples, stated=samples == _STATED)
 
     def of_stiffness(self, value: float, samples: str) -> Figure:
-        """Give a stiffness."""
+        """Return a stiffness."""
         return Figure(value * self.stiffness_factor, self.stiffness, samples=samples, stated=samples == _STATED)
 
 
@@ -84,17 +84,17 @@ _SLIDES: Final[type[Any]] = SlidingDrive
 
 
 def units_of(gearbox: object) -> Units:
-    """In which units is this gearbox read?"""
+    """Return the units of this gearbox."""
     return SLIDING if isinstance(gearbox, _SLIDES) else TURNING
 
 
 def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> Sheet:
-    """What is there to say about a gearbox?"""
+    """Return the sheet of a gearbox."""
     gearbox, drawn = study.gearbox, study.drawn
     if not isinstance(gearbox, CycloidalGearbox):
         return with_assumed(_of_figures(name, study, gearbox, notes), gearbox, "gearbox")
     if drawn is None:
-        raise ValueError("a gearbox by its drawing without what its drawing tells")
+        raise ValueError("a gearbox by its drawing without the results of its drawing")
     return with_assumed(_of_drawing(name, study, gearbox, drawn, notes), gearbox, "gearbox")
 
 
@@ -109,32 +109,32 @@ def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tupl
         sections=(_stated(gearbox, units), *_zones(gearbox, units), *loop, *_waves(gearbox, units)),
         notes=(*notes, *_doubts(study, gearbox, units)),
         words=_WORDS,
-        source=f"{units.what}: {_said(study, units)}",
+        source=f"{units.what}: {_load_text(study, units)}",
         facts=_facts(name, study, units),
     )
 
 
 def _of_drawing(name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: Drawn, notes: tuple[str, ...]) -> Sheet:
     units = TURNING
-    said = _said(study, units)
+    load = _load_text(study, units)
     geometry, lobes, built, *others = sections_of_drawing(gearbox, drawn, study.count)
     loop = () if study.loop is None else (_loop(study.loop, drawn.read, study, units),)
     return Sheet(
         name=name,
         subject="gearbox",
-        counts=f"{said}; {study.count} simulated gearboxes, seed {study.seed}",
-        verdict=verdict_of_drawing(gearbox, drawn, said, study.count),
-        cards=cards_of_drawing(gearbox, drawn, said),
+        counts=f"{load}; {study.count} simulated gearboxes, seed {study.seed}",
+        verdict=verdict_of_drawing(gearbox, drawn, load, study.count),
+        cards=cards_of_drawing(gearbox, drawn, load),
         sections=(geometry, lobes, built, *loop, *others),
         notes=(*notes, *doubts_of_drawing(gearbox, drawn, study.torque or gearbox.rated_torque)),
         words=_WORDS,
-        source=f"seed {study.seed}, {study.count} simulated gearboxes; torque: {said}. The same file, version, torque and seed give the same bytes.",
+        source=f"seed {study.seed}, {study.count} simulated gearboxes; torque: {load}. The same file, version, torque and seed give the same bytes.",
         seed=study.seed,
         facts={**_facts(name, study, units), "seed": study.seed, "built": study.count, "taken_as_rigid": list(gearbox.rigid)},
     )
 
 
-def _said(study: GearStudy, units: Units) -> str:
+def _load_text(study: GearStudy, units: Units) -> str:
     return f"no {units.what} stated" if study.torque is None else f"{study.torque:.4g} {units.torque}"
 
 
@@ -151,15 +151,15 @@ def _facts(name: str, study: GearStudy, units: Units) -> dict[str, Any]:
 def _doubts(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
     if study.read is None or study.torque is None:
         return (f"no rated {units.what} is stated, so nothing under load is shown: give one with --torque",)
-    said = []
+    notes = []
     if study.loop is None and study.torque <= gearbox.friction:
-        said.append(f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown")
+        notes.append(f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown")
     if study.read.lost_motion is None or study.read.slope is None:
-        said.append(
+        notes.append(
             f"no rated {units.what} is stated, so no lost motion at a share of it and no slope of the stiffness are shown: state rated_torque, or "
             f"give {units.what}s with --lost-motion-torque and --slope-range"
         )
-    return tuple(said)
+    return tuple(notes)
 
 
 def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
@@ -172,15 +172,15 @@ def _verdict(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
     }
     silent = ", ".join(name for name, stated in named.items() if not stated)
     kind = "" if gearbox.kind == "catalogue" and not _of_catalogue(gearbox) else f"{gearbox.kind} "
-    said = [f"A {kind}gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
+    sentences = [f"A {kind}gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
     if study.loop is not None:
-        said.append(f"Play {_play(gearbox, units)}.")
+        sentences.append(f"Play {_play(gearbox, units)}.")
     if study.read is not None and study.read.lost_motion is not None:
-        said.append(f"Lost motion {_lost_motion(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
+        sentences.append(f"Lost motion {_lost_motion(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
     if study.wind_up and study.read is not None:
         wound, torsion = _wound(gearbox, study.wind_up, units), _torsion(gearbox, study.read, units)
-        said.append(f"Under {_said(study, units)} the output stands {torsion} from the middle of its play; {wound} of that is wind-up.")
-    return " ".join(said)
+        sentences.append(f"Under {_load_text(study, units)} the output stands {torsion} from the middle of its play; {wound} of that is wind-up.")
+    return " ".join(sentences)
 
 
 def _states_play(gearbox: StatedGearbox) -> bool:
@@ -241,13 +241,13 @@ def _limited(value: float, tolerance: float, units: Units) -> Figure:
 
 
 def _ratio(gearbox: AnyGearbox) -> Figure | None:
-    """Give the ratio, unless a row of a catalogue leaves it out."""
+    """Return the ratio, unless a row of a catalogue leaves it out."""
     stated = gearbox.kind != "catalogue" or "ratio" in gearbox.model_fields_set
     return _pure(gearbox.ratio) if stated else None
 
 
 def _pure(value: float) -> Figure:
-    """Give a pure number, a whole one as such."""
+    """Return a pure number, a whole one as such."""
     return Figure(int(value) if float(value).is_integer() else value, "1", samples=_STATED, stated=True)
 
 
