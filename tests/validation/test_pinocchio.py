@@ -31,13 +31,17 @@ def place(rng: np.random.Generator) -> Frame:
 
 
 def random_arm(rng: np.random.Generator) -> Arm:
-    """Draw a chain of 1 to 10 joints of every kind, with weights, a tool, a payload off centre and a tilted base."""
+    """Draw 1 to 10 joints of every kind, some on branches, with weights, a tool, a payload off centre and a tilted base."""
     joints: list[RevoluteJoint | PrismaticJoint | FixedJoint] = []
     count = int(rng.integers(1, 11))
+    # Every fifth joint stands on some place before it, so that what was the chain so far may become a branch; the first one moves the tool.
+    places = ["J0", "J0.tip"]
     for k in range(count):
         kind = rng.choice(["revolute", "prismatic", "fixed"], p=[0.6, 0.25, 0.15]) if k else "revolute"
         link = Link(tip=place(rng), mass=rng.uniform(0, 5), centre_of_mass=vector(rng))
-        same = {"name": f"J{k}", "origin": place(rng), "mass": rng.uniform(0, 3), "centre_of_mass": vector(rng, 0.1), "link": link}
+        after = str(rng.choice(places)) if k and rng.random() < 0.2 else None
+        places += [f"J{k}.seat", f"J{k}", f"J{k}.tip"] if k else []
+        same = {"name": f"J{k}", "after": after, "origin": place(rng), "mass": rng.uniform(0, 3), "centre_of_mass": vector(rng, 0.1), "link": link}
         if kind == "fixed":
             joints.append(FixedJoint(**same))
         elif kind == "revolute":
@@ -87,6 +91,9 @@ def as_pinocchio(arm: Arm) -> pin.Model:
 
     mark("base", here)
     for joint in arm.joints:
+        if joint.after is not None:
+            on = model.frames[model.getFrameId(joint.after)]
+            parent, here = on.parentJoint, on.placement
         here = here * se3(joint.origin)
         mark(f"{joint.name}.seat", here)
         model.appendBodyToJoint(parent, point_mass(weight_at(joint), joint.centre_of_mass), here)
