@@ -24,7 +24,7 @@ _SMALL_ANGLE = 1e-4
 
 
 def skew(vector: Floats) -> Floats:
-    """Which matrix (..., 3, 3) crosses from the left like this vector (..., 3)?"""
+    """Return the matrix (..., 3, 3) of the cross product with a vector (..., 3) from the left."""
     out = np.zeros((*vector.shape[:-1], 3, 3))
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     out[..., 0, 1], out[..., 0, 2] = -z, y
@@ -34,7 +34,7 @@ def skew(vector: Floats) -> Floats:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """What is a x b for vectors (..., 3)? np.cross without its search for axes, which costs more than the product on short arrays."""
+    """Return a x b for vectors (..., 3), faster than np.cross on short arrays."""
     shape = np.broadcast_shapes(a.shape, b.shape)
     out = np.moveaxis(np.empty((3, *shape[:-1])), 0, -1)  # one component after the other in memory, so that steps run along the vectors
     out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
@@ -44,17 +44,17 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 def mapped(matrix: Floats, vectors: Floats) -> Floats:
-    """Which vectors (pose, m) or numbers (pose,) does a matrix (m, k) or a vector (k,) make of vectors (pose, k)?
+    """Return matrix @ vector for vectors (pose, k): (pose, m) for a matrix (m, k), (pose,) for a vector (k,).
 
-    matrix @ vector for each, summed in one order: the matrix product of one vector alone takes another way than that of many, to other bits.
+    Summed in one order, so that one vector has the same bits alone as among others; the matrix product of NumPy does not ensure that.
     """
     return np.asarray(sum(np.multiply.outer(matrix[..., k], vectors[:, k]) for k in range(matrix.shape[-1]))).T
 
 
 def combined(parts: Floats, matrix: Matrix, out: Floats | None = None) -> Floats:
-    """What is parts @ matrix (row, m, pose) for parts (row, k, pose)? Put into `out` where that is given.
+    """Return parts @ matrix (row, m, pose) for parts (row, k, pose), written to `out` where that is given.
 
-    Summed in one order as `mapped`, along the poses, which lie innermost in memory. A zero in the matrix costs nothing.
+    Summed in one order as `mapped`, along the poses, which lie innermost in memory. Zeros of the matrix are skipped.
     """
     result = np.empty((len(parts), len(matrix[0]), parts.shape[2])) if out is None else out
     for j in range(len(matrix[0])):
@@ -74,17 +74,17 @@ def combined(parts: Floats, matrix: Matrix, out: Floats | None = None) -> Floats
 
 
 def out_of(frame: Floats, vector: Floats) -> Floats:
-    """Return in the base's axes (pose, 3) a vector (3,) that is the same in the axes of each of the frames (pose, 4, 4)."""
+    """Return a vector (3,) of the frames' (pose, 4, 4) axes in the base's axes (pose, 3)."""
     return np.asarray(combined(frame.transpose(1, 2, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
 
 
 def into(frame: Floats, vector: Floats) -> Floats:
-    """Return in the axes of each of the frames (pose, 4, 4) one vector (3,) of the base's axes; the result has shape (pose, 3)."""
+    """Return a vector (3,) of the base's axes in the axes of the frames (pose, 4, 4); the result has shape (pose, 3)."""
     return np.asarray(combined(frame.transpose(2, 1, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
 
 
 def across(axis: Floats) -> tuple[Floats, Floats]:
-    """Which two unit directions (3,) lie across a unit axis (3,), and across each other?"""
+    """Return two unit directions (3,) that are perpendicular to a unit axis (3,) and to each other."""
     round_axis = skew(axis)
     first = round_axis[:, int(np.argmin(np.abs(axis)))]
     first = first / np.linalg.norm(first)
@@ -92,7 +92,7 @@ def across(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def motion(twist: Floats, amount: Floats) -> Matrix:
-    """Which pose is a pure turn or a pure shift along a unit twist (6,) by amounts (pose,), rad or m? exp(amount twist) of what joints do."""
+    """Return the pose of a pure rotation or translation along a unit twist (6,) by amounts (pose,), rad or m: exp(amount twist)."""
     out: list[list[Floats | float]] = [[*row] for row in np.eye(4).tolist()]
     if twist[:3].any():
         sine, less = np.sin(amount), 1 - np.cos(amount)
@@ -107,7 +107,7 @@ def motion(twist: Floats, amount: Floats) -> Matrix:
 
 
 def exp(twist: Floats) -> Floats:
-    """Where does a frame go when this twist (..., 6) acts for unit time? Pose (..., 4, 4); any angle, zero included."""
+    """Return the pose (..., 4, 4) that a twist (..., 6) leads to in unit time; any angle, zero included."""
     twist = np.asarray(twist, dtype=float)
     omega, velocity = twist[..., :3], twist[..., 3:]
     angle = np.linalg.norm(omega, axis=-1)
@@ -130,7 +130,7 @@ def exp(twist: Floats) -> Floats:
 
 
 def log(pose: Floats) -> Floats:
-    """Which twist (..., 6) leads to this pose in unit time? Angles up to pi; at pi exactly the sign of the axis is free."""
+    """Return the twist (..., 6) that leads to a pose in unit time. Angles up to pi; at pi exactly the sign of the axis is arbitrary."""
     from scipy.spatial.transform import Rotation
 
     pose = np.asarray(pose, dtype=float)
@@ -148,7 +148,7 @@ def log(pose: Floats) -> Floats:
 
 
 def inverse(pose: Floats) -> Floats:
-    """Which pose undoes this one (..., 4, 4)? The bottom row is taken to be (0, 0, 0, 1)."""
+    """Return the inverse of a pose (..., 4, 4), whose bottom row is assumed to be (0, 0, 0, 1)."""
     rotation = np.swapaxes(pose[..., :3, :3], -1, -2)
     out = np.zeros_like(pose)
     out[..., :3, :3] = rotation
@@ -158,7 +158,7 @@ def inverse(pose: Floats) -> Floats:
 
 
 def adjoint(pose: Floats) -> Floats:
-    """Which matrix (..., 6, 6) turns a twist seen in the inner frame into the same twist seen in the outer one?"""
+    """Return the adjoint matrix (..., 6, 6) of a pose, which transforms a twist from the inner frame to the outer one."""
     rotation = pose[..., :3, :3]
     out = np.zeros((*pose.shape[:-2], 6, 6))
     out[..., :3, :3] = rotation
@@ -168,7 +168,7 @@ def adjoint(pose: Floats) -> Floats:
 
 
 def pose_of(xyz: Sequence[float] | Floats = (0, 0, 0), rpy: Sequence[float] | Floats = (0, 0, 0)) -> Floats:
-    """Which pose (4, 4) stands at xyz (m) after roll, pitch, yaw (rad) about the fixed x, y, z axes, in that order (URDF)?"""
+    """Return the pose (4, 4) at xyz (m) with roll, pitch, yaw (rad) about the fixed x, y, z axes, in that order (URDF)."""
     roll, pitch, yaw = (float(angle) for angle in rpy)
     out = turn((0, 0, 1), yaw) @ turn((0, 1, 0), pitch) @ turn((1, 0, 0), roll)
     out[:3, 3] = xyz
@@ -176,12 +176,12 @@ def pose_of(xyz: Sequence[float] | Floats = (0, 0, 0), rpy: Sequence[float] | Fl
 
 
 def turn(axis: Sequence[float] | Floats, angle: float) -> Floats:
-    """Which pose (4, 4) turns by an angle (rad) about a unit axis through the origin?"""
+    """Return the rotation (4, 4) by an angle (rad) about a unit axis through the origin."""
     return exp(np.concatenate([np.asarray(axis, dtype=float) * angle, np.zeros(3)]))
 
 
 def shift(x: float, y: float, z: float) -> Floats:
-    """Which pose (4, 4) moves by x, y, z (m) without turning?"""
+    """Return the translation (4, 4) by x, y, z (m)."""
     out = np.eye(4)
     out[:3, 3] = x, y, z
     return out
