@@ -19,9 +19,8 @@ from scipy import stats
 
 import lostmotion
 from lostmotion.error_model.poses import Poses
-from lostmotion.laws.normal_length import normal_length
-from lostmotion.propagation.analytic.analytic import LEVELS, analytic
-from lostmotion.propagation.analytic.pooled import pooled
+from lostmotion.propagation.analytic import Drawn, analytic, pooled
+from lostmotion.propagation.error_magnitude import LEVELS, POINTS, by_points, by_rays
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -53,44 +52,34 @@ def by_scipy(bias, covariance):
     return np.einsum("nijk,i,j,k->n", whole, weights, weights, weights), np.column_stack(quantiles)
 
 
-def shares(parts) -> str:
-    return ", ".join(f"{100 * np.nanmedian(one):.2g}/{100 * np.nanmax(one):.2g}" for one in parts.T)
-
-
 def measure(name, arm, count) -> None:
-    chosen = lostmotion.sample_poses(arm, count)
-    poses = Poses(chosen.q[:count], "given")
-    found = analytic(arm, poses, threads=2)
-    bias, covariance, fourth, third = found.bias, found.covariance, found.fourth, found.third
-    terms = len(lostmotion.screws(arm, poses.q[:1]).infos)
-    print(f"{name}: {count} poses, {terms} terms; ms by the clock, by the processor")
+    poses = Poses(lostmotion.sample_poses(arm, count).q[:count], "given")
+    matrix = lostmotion.screws(arm, poses.q)
+    drawn = Drawn(matrix)
+    shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
+    found, points = analytic(arm, poses, threads=2), drawn.draws(POINTS)
+    print(f"{name}: {count} poses, {shift.shape[2]} drawn terms, nearly normal at {100 * found.nearly_normal.mean():.0f} %")
+    print("  ms by the clock, by the processor")
 
     def show(label, what, repeats=5):
         wall, own = best(what, repeats)
         print(f"  {label:58s}{wall:9.1f}{own:9.1f}")
         return own
 
-    own = show("mean and covariance -> mean, four quantiles, 1 thread", lambda: normal_length(bias, covariance, LEVELS))
-    show("the same, 2 threads", lambda: normal_length(bias, covariance, LEVELS, threads=2))
-    show("third and fourth cumulants as well, 1 thread", lambda: normal_length(bias, covariance, LEVELS, fourth, third=third))
+    covariance = np.ascontiguousarray(found.covariance)
+    own = show("rays of the normal vector -> mean, four quantiles", lambda: by_rays(shift, bias))
+    show("rays with third and fourth cumulants", lambda: by_rays(shift, bias, drawn.cumulants))
     other = show("NumPy and SciPy, mean and covariance", lambda: by_scipy(bias, covariance), 2)
     mean, quantiles = by_scipy(bias, covariance)
-    own_figures = normal_length(bias, covariance, LEVELS)
-    apart = np.max(np.abs(np.column_stack([mean, quantiles]) / np.column_stack([own_figures.mean, own_figures.quantiles]) - 1), axis=0)
-    print(f"  times lostmotion, by the processor: {other / own:.0f}; its largest errors: " + ", ".join(f"{x:.1e}" for x in apart))
-    show("arm -> quick figures and bounds at every pose, 1 thread", lambda: analytic(arm, poses, quick=True), 10)
-    show("the same, 2 threads", lambda: analytic(arm, poses, quick=True, threads=2), 10)
-    quick = analytic(arm, poses, quick=True)
-    figures, bounds = np.column_stack([quick.mean, quick.quantiles]), np.column_stack([quick.mean_bound, quick.quantiles_bound])
-    wrong = np.abs(figures / np.column_stack([found.mean, found.quantiles]) - 1)
-    told_in = f"told at {100 * quick.normal.mean():.1f} % of the poses; there, mean and the levels, in %"
-    print(f"  {told_in}: their bounds {shares(bounds / figures)}, from the sure figures {shares(wrong)} (median/largest)")
-    show("arm -> sure figures and bounds at every pose, 1 thread", lambda: analytic(arm, poses), 1)
-    show("the same, 2 threads", lambda: analytic(arm, poses, threads=2), 1)
-    show("over all poses: mean, four quantiles, 1 thread", lambda: pooled(found, 1), 2)
-    show("the same, 2 threads", lambda: pooled(found, 1, 2), 2)
-    told = np.isfinite(np.column_stack([found.mean, found.quantiles])).mean(axis=0)
-    print("  told of the poses: mean, " + ", ".join(f"{100 * level:.4g} %" for level in LEVELS) + ": " + ", ".join(f"{100 * x:.1f} %" for x in told))
+    normal = by_rays(shift, bias).values
+    apart = np.max(np.abs(np.column_stack([mean, quantiles]) / normal[:, [0, 2, 3, 4, 5]] - 1), axis=0)
+    print(f"  times lostmotion, by the processor: {other / own:.1f}; its largest errors: " + ", ".join(f"{x:.1e}" for x in apart))
+    tenth = slice(0, count // 10)
+    show(f"{POINTS} Sobol points at a tenth of the poses", lambda: by_points(shift[tenth], bias[tenth], points), 2)
+    show("arm -> figures at every pose, 1 thread", lambda: analytic(arm, poses), 2)
+    show("the same, 2 threads", lambda: analytic(arm, poses, threads=2), 2)
+    show("over all poses: mean, deviation, four quantiles, 1 thread", lambda: pooled(arm, poses, found), 2)
+    show("the same, 2 threads", lambda: pooled(arm, poses, found, threads=2), 2)
 
 
 def main() -> None:

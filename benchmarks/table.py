@@ -271,7 +271,7 @@ def contestants(poses: Poses) -> list[Contestant]:
         Contestant("lostmotion, fresh draws, matrices given", fresh, many, 1000),
         Contestant("lostmotion, one table of draws, the whole run", whole("robot", poses), many, 1000),
         Contestant("lostmotion, fresh draws, the whole run", whole("visit", poses), many, 1000),
-        Contestant("lostmotion, without sampling, quick, arm to figures", lambda q, _: analytic(arm, q, quick=True).mean, many, 1000),
+        Contestant("lostmotion, without sampling, arm to figures", lambda q, _: analytic(arm, q).mean, many, 1000),
         Contestant("lostmotion on JAX, processor, matrices given", on_jax, min(BLOCK, many), 1000, "jax"),
         Contestant("JAX, exact kinematics, processor", jax_exact, 500, 1000, "jax"),
         Contestant("OpenTURNS with a NumPy model", openturns, 100, 1000, "openturns"),

@@ -1,6 +1,5 @@
 """The labelled arrays of a study without sampling, by themselves and beside those of Monte Carlo."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,15 +43,17 @@ def test_units_are_ones_that_readers_of_units_know(summed):
 
 
 def test_every_pose_has_its_figures_without_sampling(summed):
-    """Mean, quantiles, their bounds, mean vector and covariance of each pose, with units and names; they are those that the study holds."""
+    """Mean, deviation, quantiles, their uncertainty, mean vector and covariance of each pose, with units and names, are those of the study."""
     data, found = summed.arrays(), summed.analytic
     assert all(values.attrs["units"] and values.attrs["long_name"] for values in data.data_vars.values())
     assert data.level.values.tolist() == [0.5, 0.95, 0.99, 0.997]
     for name, values in (
         ("error_mean", found.mean),
-        ("error_mean_bound", found.mean_bound),
+        ("error_mean_uncertainty", found.mean_uncertainty),
+        ("error_standard_deviation", found.deviation),
+        ("error_standard_deviation_uncertainty", found.deviation_uncertainty),
         ("error_quantile", found.quantiles),
-        ("error_quantile_bound", found.quantiles_bound),
+        ("error_quantile_uncertainty", found.quantiles_uncertainty),
         ("bias", found.bias),
         ("covariance", found.covariance),
         ("worst_case", found.worst),
@@ -64,16 +65,6 @@ def test_every_pose_has_its_figures_without_sampling(summed):
     np.testing.assert_allclose(data.error_rms**2, (data.bias**2).sum("axis") + trace, rtol=1e-12)
     np.testing.assert_array_equal(data.zone_1_error_mean.values, summed.zones[0].analytic.mean)
     assert (data.zone_1_tool.sel(axis="x") <= 0.6).all()
-
-
-def test_what_is_not_told_is_nan_with_its_bound(summed):
-    """A figure that sums over terms do not tell is NaN, and no bound stands beside it as if it were known."""
-    mean, quantiles = summed.analytic.mean.copy(), summed.analytic.quantiles.copy()
-    mean[3] = quantiles[5, 1] = np.nan
-    data = replace(summed, analytic=replace(summed.analytic, mean=mean, quantiles=quantiles)).arrays()
-    assert np.isnan(data.error_mean_bound[3])
-    assert np.isnan(data.error_quantile_bound[5, 1])
-    assert int(np.isnan(data.error_mean_bound).sum() + np.isnan(data.error_quantile_bound).sum()) == 2
 
 
 def test_a_study_by_both_routes_holds_both_at_each_pose(arm, summed):

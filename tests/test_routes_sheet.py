@@ -47,7 +47,7 @@ def test_why_nothing_is_compared_is_said(study):
     assert "over all poses alone" in each.note
     untold = replace(study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)))
     whole, _ = comparisons(study.analytic, untold, study.sampled)
-    assert whole.rows[-2].note == "nothing to compare: not normal here: use Monte Carlo"
+    assert whole.rows[-2].note == "nothing to compare: uncertain by more than 5 %: use Monte Carlo"
 
 
 def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
@@ -95,12 +95,12 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
 
 
 def test_what_is_not_told_without_sampling_is_said_in_a_sentence():
-    """Where the error is too far from normal the answer names what is not told, what to do, and the figure that is known all the same."""
+    """Where a figure is uncertain by more than 5 % the answer says so, what to do, and which figure is known all the same."""
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
     nothing = Estimate(*[float("nan")] * 3)
     sheet = replace(alone, pooled=replace(alone.pooled, quantiles=(nothing,) * 4)).sheet
     first, _, rest = sheet.verdict.partition(". ")
-    assert first.startswith("Without sampling the 95 % error is not told")
+    assert first.startswith("Without sampling the 95 % error is uncertain by more than 5 %")
     assert "--method montecarlo" in first
     assert "Largest contributor:" in rest
     assert f"The root mean square over all poses is {length(alone.budget.rms)}." in rest

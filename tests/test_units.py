@@ -366,7 +366,6 @@ def test_every_table_that_is_taken_is_a_distribution(values: list[float], steps:
     assert product_mean((table, table)) == pytest.approx(1, rel=1e-6)
     u = np.linspace(0, 1, 1001)[1:-1]
     assert np.abs(table.quantile(u)).max() <= table.bound * (1 + 1e-12)
-    assert isinstance(table.is_stepped, bool)
 
 
 def test_a_power_of_zero_is_no_unit():

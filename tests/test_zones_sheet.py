@@ -16,10 +16,10 @@ from rich.console import Console
 import lostmotion
 from lostmotion import Arm
 from lostmotion.analyses.workspace_map.cell_statistics import QUANTILE
-from lostmotion.analyses.workspace_map.plots import _heat, zones_plots
+from lostmotion.analyses.workspace_map.plots import zones_plots
 from lostmotion.analyses.workspace_map.radial import radial, vertical_axis
 from lostmotion.analyses.workspace_map.surfaces import level_surface
-from lostmotion.propagation.analytic.analytic import analytic
+from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import find_row, length
 
@@ -206,15 +206,15 @@ def test_a_share_and_its_size_agree():
         assert row.figures[1].value == pytest.approx(row.figures[0].value / 100 * whole)
 
 
-def bounds_alone(monkeypatch, where):
-    """Let the error be too far from normal for a quantile at poses whose first joint value passes `where`."""
+def uncertain(monkeypatch, where):
+    """Let the quantile be uncertain by a fifth at poses whose first joint value passes `where`."""
 
-    def far(arm, poses, **more):
+    def unsure(arm, poses, **more):
         found = analytic(arm, poses, **more)
         off = where(poses.q[:, 0])[:, None]
-        return replace(found, quantiles=np.where(off, np.nan, found.quantiles), quantiles_bound=np.where(off, np.inf, found.quantiles_bound))
+        return replace(found, quantiles_uncertainty=np.where(off, 0.2 * found.quantiles, found.quantiles_uncertainty))
 
-    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", far)
+    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", unsure)
 
 
 def slid(**asked):
@@ -224,47 +224,33 @@ def slid(**asked):
     return lostmotion.zones(Arm(name="slide", joints=[slide]), cell=0.05, poses=512, per_cell=2, **asked)
 
 
-def test_a_bound_is_never_told_as_the_error(monkeypatch):
-    """Where of every cell an upper bound is known alone, headline, rows, tiles and colour bar say so, and a share within is not known, not 0 %."""
+def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
+    """Where no figure is valid, intervals hold the uncertainty, a share within a target may be none or all, and the page says so."""
     target = 1.02 * float(np.nanmax(slid().found.shown))
     true = slid(target=target).sheet
     assert "100 % (" in true.verdict
-    assert "at most" not in true.verdict
-    bounds_alone(monkeypatch, lambda q: q >= -1)
+    assert not any("without a valid figure" in note for note in true.notes)
+    uncertain(monkeypatch, lambda q: q >= -1)
     mapped = slid(target=target)
     found, sheet = mapped.found, mapped.sheet
-    assert found.bounded[np.isfinite(found.shown)].all()
-    assert "at most in every cell" in sheet.verdict
-    assert f"Which share of the workspace is within {length(target, stated=True)} is not known" in sheet.verdict
-    assert [card.number for card in sheet.cards] == [f"≤ {length(float(np.nanmax(found.shown)))}"] * 2 + ["not known"]
-    rows = next(section for section in sheet.sections if section.key == "map").rows
-    assert {row.label.split(",")[0]: row.figures[0].bound for row in rows} == {"95 % below": "upper", "mean error": ""}
-    share, size = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures
-    assert str(share) == str(size) == "not known"
-    assert (share.low, share.high) == (0, 100)
-    plain = next(section for section in mapped.result()["sections"] if section["key"] == "map")
-    assert plain["rows"][0]["figures"][0]["bound"] == "upper"
-    curve = next(plot for plot in zones_plots(found) if plot.key == "share")
-    assert "upper bound" in curve.figure.layout.xaxis.title.text
-    assert _heat(found, np.zeros(1), np.zeros(1), np.zeros((1, 1)), ("x", "y")).colorbar.title.text.startswith("95 % below, upper bound, mean")
-
-
-def test_bounds_in_some_cells_bound_what_rests_on_them(monkeypatch):
-    """Where bounds stand in half of the cells the least accurate one is known by a bound, and at least the other half is within."""
-    target = 1.02 * float(np.nanmax(slid().found.shown))
-    bounds_alone(monkeypatch, lambda q: q > 0.25)
-    sheet = slid(target=target, box=(0.1, 0, 0)).sheet
-    figures = {row.label: row.figures[0] for row in next(section for section in sheet.sections if section.key == "map").rows}
-    assert figures["95 % below, least accurate cell"].bound == "upper"
+    assert found.uncertain[np.isfinite(found.shown)].all()
+    assert any(f"{int(found.uncertain.sum())} cells without a valid figure" in note for note in sheet.notes)
     share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
-    assert share.bound == "lower"
-    assert str(share).startswith("≥ ")
-    assert share.value == pytest.approx(50, abs=8)
-    assert share.high > 90
-    assert "At least " in sheet.verdict
-    assert figures["95 % below, most accurate cell"].bound == ""  # that cell's error is known
-    places = next(section for section in sheet.sections if section.key == "places")
-    assert places.rows[0].figures[0].bound == ""  # where errors are known the work stands better
+    assert share.low < 1
+    assert share.high == 100
+    row = next(section for section in sheet.sections if section.key == "map").rows[0]
+    assert row.figures[0].high - row.figures[0].low > 0.35 * row.figures[0].value
+    assert find_row(sheet.sections, "reach", "poses with valid figures").figures[0].value == 0
+
+
+def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
+    """Where half of the cells are uncertain, only what rests on them has a wide interval."""
+    target = 0.95 * float(np.nanmin(slid().found.shown))
+    uncertain(monkeypatch, lambda q: q > 0.25)
+    sheet = slid(target=target).sheet
+    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
+    assert share.value < 1
+    assert 40 < share.high < 75
 
 
 def test_mapping_works_out_of_the_box(tmp_path):

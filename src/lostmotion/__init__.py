@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.elastostatics import compliance, deflection, ellipsoid, stiffness
     from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts, wrenches
     from lostmotion.mechanism.tool import Payload, Tool
-    from lostmotion.propagation.analytic.analytic import analytic
+    from lostmotion.propagation.analytic import analytic
 
 # In reading order: from the file to the answer, then the pieces in between, then what can go wrong.
 _HOME = {
@@ -75,7 +75,7 @@ _HOME = {
     "Poses": "error_model.poses",
     "sample_poses": "error_model.poses",
     "workspace": "analyses.accuracy.workspace",
-    "analytic": "propagation.analytic.analytic",
+    "analytic": "propagation.analytic",
     "screws": "error_model.pose_matrix",
     "worst_case": "error_model.pose_matrix",
     "root_sum_square": "error_model.pose_matrix",
@@ -150,7 +150,9 @@ def _let_numba_cache() -> None:
         return
     here = Path(__file__).parent
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.path.expanduser("~"), ".cache"))  # noqa: PTH111 - gives "~" back where there is no home
-    kept = [here / room / "__pycache__" for room in ("laws/cycloid", "mechanism", "propagation/montecarlo")]
+    kept = [
+        here / room / "__pycache__" for room in ("error_model", "laws/cycloid", "laws/rolling", "mechanism", "propagation", "propagation/montecarlo")
+    ]
     if all(map(_can_write, kept)) or (home.is_absolute() and _can_write(home / "numba")):
         return
     import atexit

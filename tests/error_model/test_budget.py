@@ -12,7 +12,7 @@ from lostmotion.error_model.budget import LABELS, Tally, budget, costs, label_of
 from lostmotion.error_model.intervals import Estimate, quantile, quantile_drop
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
-from lostmotion.propagation.analytic.analytic import of_screws
+from lostmotion.propagation.analytic import Drawn, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired, scaled
 from lostmotion.propagation.montecarlo.sensitivity import halving
@@ -236,9 +236,10 @@ def test_halving_at_a_pose_is_what_sums_over_terms_find():
     study = lostmotion.study(arm, poses, 20, 2).blaming(pose=5)
     found = study.budgets[0].halving
     assert found.samples == 4 * 65_536
-    before = of_screws(matrix)
+    before = of_screws(matrix, Drawn(matrix))
     for part in sorted(found.gains, key=lambda name: -found.gains[name].value)[:3]:
-        after = of_screws(scaled(matrix, np.array([0.5 if info.owner == part else 1.0 for info in matrix.infos])))
+        halved = scaled(matrix, np.array([0.5 if info.owner == part else 1.0 for info in matrix.infos]))
+        after = of_screws(halved, Drawn(halved))
         apart = abs(found.gains[part].value - float(before.quantiles[0, 1] - after.quantiles[0, 1]))
         assert found.gains[part].value > 20e-6
         assert apart < (found.gains[part].high - found.gains[part].value) + 0.03 * found.gains[part].value

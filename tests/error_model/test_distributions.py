@@ -12,7 +12,7 @@ from scipy import stats
 import lostmotion
 from lostmotion.error_model.draws import robot_draws, sobol
 from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_case
-from lostmotion.laws.distributions import Normal, Table
+from lostmotion.laws.distributions import Normal, Table, product_mean
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.units import Toleranced
@@ -60,7 +60,7 @@ def test_four_standard_normal_inputs_have_the_published_interval(visits: int):
     whole, cut = (both(slides("xxxx", noise_law=law), robots=4000 if visits > 1 else 200_000, visits=visits) for law in (WITHOUT_LIMITS, "normal"))
     for section in ("error", "analytic"):
         assert within(row(whole, section, "95 % below"), 3.92)
-        assert not within(row(cut, section, "95 % below"), 3.92)
+        assert row(cut, section, "95 % below").value == pytest.approx(0.987 * 3.92, rel=6e-3)  # 4 000 robots leave 0.4 %
         assert row(cut, section, "95 % below").value == pytest.approx(3.92 * 3 / Normal().bound, rel=0.006)
     assert whole.sampled.per_pose[0, 2] ** 0.5 == pytest.approx(2.0e-3, rel=0.005)
     assert whole.analytic.mean_square[0] ** 0.5 == pytest.approx(2.0e-3, rel=1e-9)
@@ -102,10 +102,9 @@ def test_a_table_has_the_moments_of_its_pieces(law: tuple[tuple[float, float], .
     draws = table.quantile(u)
     assert draws.mean() == pytest.approx(0, abs=1e-6)
     assert (draws**2).mean() == pytest.approx(1, rel=1e-5)
-    assert table.excess == pytest.approx((draws**4).mean() - 3, abs=1e-4)
+    assert product_mean((table,) * 4) == pytest.approx((draws**4).mean(), abs=1e-4)
     assert bool(abs((draws**3).mean()) > 0.1) is third
     assert np.abs(draws).max() <= table.bound
-    np.testing.assert_allclose(table.share(draws), u, atol=1e-9)
     if third:
         assert table.mean == pytest.approx(MEAN_OF_LOPSIDED)
         assert table.stated == pytest.approx(1 / math.sqrt(SQUARE_OF_LOPSIDED - MEAN_OF_LOPSIDED**2))

@@ -102,13 +102,13 @@ def test_the_word_behind_a_tolerance_names_its_law():
 @pytest.mark.parametrize(("law", "excess"), [(Uniform(), -1.2), (TwoSided(), -2.0), (Cosine(), -1.5), (Sine(), -1.5), (Normal(math.inf), 0.0)])
 def test_the_excess_is_the_books(law: Law, excess: float):
     """Fourth cumulants of the unit laws in closed form."""
-    assert law.excess == pytest.approx(excess, abs=1e-9)
+    assert product_mean((law,) * 4) - 3 == pytest.approx(excess, abs=1e-9)
 
 
 @pytest.mark.parametrize("cut", [1.0, 2.0, 3.0, 5.0])
 def test_the_excess_of_a_cut_normal_law_is_scipys(cut: float):
     """Cutting its ends makes a normal law flat."""
-    assert Normal(cut).excess == pytest.approx(float(stats.truncnorm(-cut, cut).stats(moments="k")), abs=1e-8)
+    assert product_mean((Normal(cut),) * 4) - 3 == pytest.approx(float(stats.truncnorm(-cut, cut).stats(moments="k")), abs=1e-8)
 
 
 def test_means_of_products_from_one_uniform():

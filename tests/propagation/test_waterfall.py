@@ -8,7 +8,7 @@ import pytest
 from lostmotion import sample_poses
 from lostmotion.error_model.intervals import pooled_mean, quantile
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.propagation.analytic.analytic import of_screws
+from lostmotion.propagation.analytic import Drawn, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.common_random_numbers import scaled, thinned
@@ -102,7 +102,7 @@ def test_both_agrees_with_the_route_without_sampling(arm):
         kept = dropped(matrix, stage, geometry)
         plan = Plan.of(arm, poses, 2000, 2, 5, 0.0)
         sample = sample_block(plan, kept, 0)
-        exact = of_screws(kept)
+        exact = of_screws(kept, Drawn(kept))
         squares = (exact.bias**2).sum(axis=1) + np.einsum("pii->p", exact.covariance)
         assert sample.per_pose[:, 2].mean() == pytest.approx(squares.mean(), rel=0.03)
 

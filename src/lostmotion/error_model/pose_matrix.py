@@ -15,6 +15,7 @@ from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import frames, terms
 
 if TYPE_CHECKING:
+    from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import Draw, Level
     from lostmotion.spatial import Floats
@@ -35,6 +36,12 @@ class TermInfo:
     def limit(self) -> float:
         """Return the size of the draw in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
         return math.prod(stream.law.limit for stream in (self.robot, self.visit) if stream is not None)
+
+    @property
+    def draws(self) -> tuple[tuple[tuple[str, str], Law], ...]:
+        """Return the streams (level, name) whose draws the term multiplies, each with its law."""
+        both = (("robot", self.robot), ("visit", self.visit))
+        return tuple(((level, stream.name), stream.law) for level, stream in both if stream is not None)
 
     @property
     def phase(self) -> str:

@@ -51,22 +51,9 @@ class Law(ABC):
         """Return the uniforms, strictly inside 0..1, at which `quantile` has a kink: integrals are taken piece by piece."""
         return ()
 
-    @property
-    def excess(self) -> float:
-        """Give the fourth cumulant of a law of mean zero: its mean fourth power less the normal law's three, below zero for a flat one."""
-        return product_mean((self, self, self, self)) - 3.0
-
-
-class Smooth(Law):
-    """A law without steps, whose shares are known in closed form."""
-
-    @abstractmethod
-    def share(self, draws: Floats) -> Floats:
-        """Which share of all draws lies below these (any shape)?"""
-
 
 @dataclass(frozen=True, slots=True)
-class Normal(Smooth):
+class Normal(Law):
     """A normal law cut at `cut` of its own sigmas and then scaled back to unit variance; cut = inf leaves it whole."""
 
     cut: float = 3.0
@@ -91,17 +78,6 @@ class Normal(Smooth):
         whole = np.asarray(ndtri(low + u * (1 - 2 * low)))
         return whole / _cut_deviation(self.cut)
 
-    def share(self, draws: Floats) -> Floats:
-        """Give the cut normal law's distribution function."""
-        from scipy.special import ndtr
-
-        if not math.isfinite(self.cut):
-            return np.asarray(ndtr(draws))
-        low, out = ndtr(-self.cut), (draws > 0).astype(float)
-        inside = np.abs(draws) < self.bound
-        out[inside] = (ndtr(draws[inside] * _cut_deviation(self.cut)) - low) / (1 - 2 * low)
-        return out
-
 
 @functools.cache
 def _cut_deviation(cut: float) -> float:
@@ -111,7 +87,7 @@ def _cut_deviation(cut: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Uniform(Smooth):
+class Uniform(Law):
     """Any value between two limits alike."""
 
     @property
@@ -123,19 +99,9 @@ class Uniform(Smooth):
         """Map uniforms to -sqrt 3 .. sqrt 3."""
         return (2 * u - 1) * math.sqrt(3)
 
-    def share(self, draws: Floats) -> Floats:
-        """Give the flat law's distribution function."""
-        return np.asarray(np.clip(0.5 + draws / (2 * math.sqrt(3)), 0.0, 1.0))
-
-
-# A table whose density exceeds this (per standard deviation), or whose fourth cumulant is below that, falls on a few values nearly as a two-sided law
-# does: a normal law has 0.40 and 0, a uniform one 0.29 and -1.2, an exponential one 1.0 and 6.
-_STEEPEST: Final = 1.2
-_FLATTEST: Final = -1.3
-
 
 @dataclass(frozen=True, slots=True)
-class Table(Smooth):
+class Table(Law):
     """A user's distribution: rows of (value, probability that a draw lies below it), uniform between neighbouring values.
 
     Values are shares of the stated amount, rising; probabilities rise from 0 to 1 (`lostmotion.units.table_rows` checks both). Draws are
@@ -165,21 +131,10 @@ class Table(Smooth):
         """Return the probabilities of the rows between the first and the last."""
         return tuple(probability for _, probability in self.rows[1:-1])
 
-    @property
-    def is_stepped(self) -> bool:
-        """Return whether draws gather at a few values, so that a series about the normal law cannot describe them."""
-        found = _table(self.rows)
-        return bool((np.diff(found.shares) / np.diff(found.values)).max() > _STEEPEST) or self.excess < _FLATTEST
-
     def quantile(self, u: Floats) -> Floats:
         """Map uniforms along straight lines between the rows."""
         found = _table(self.rows)
         return np.asarray(np.interp(u, found.shares, found.values))
-
-    def share(self, draws: Floats) -> Floats:
-        """Return the table's distribution function."""
-        found = _table(self.rows)
-        return np.asarray(np.interp(draws, found.values, found.shares))
 
 
 class _Standardised(NamedTuple):
@@ -303,7 +258,7 @@ def _breaks(laws: tuple[Law, ...]) -> tuple[float, ...]:
     return tuple(sorted({at for law in laws for at in law.breaks}))
 
 
-# More nodes on each piece than any rule of `gauss_rule` has values.
+# On each piece: exact for products of straight lines, and to rounding for all others.
 _NODES: Final = 32
 
 
@@ -314,31 +269,6 @@ def _pieces(breaks: tuple[float, ...]) -> tuple[Floats, Floats]:
     ends = np.array([0.0, *breaks, 1.0])
     half = np.diff(ends)[:, None] / 2
     return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
-
-
-@functools.lru_cache(maxsize=256)
-def gauss_rule(law: Law, count: int) -> tuple[Floats, Floats]:
-    """Which so many values, and weights that add to one, have the law's moments up to 2 count - 1?
-
-    Stieltjes' recurrence on the nodes of `product_mean`, then Golub and Welsch's eigenvalues (W. Gautschi, Orthogonal Polynomials, 2004, ch. 2, 3).
-    A two-sided law has two values, and no more.
-    """
-    if law.breaks:
-        u, weights = _pieces(law.breaks)
-        values = law.quantile(u)
-    else:
-        lower, weights = _halves()
-        values, weights = np.concatenate([law.quantile(lower), law.quantile(1 - lower)]), np.concatenate([weights, weights])
-    weights = weights / weights.sum()
-    before, now, size = np.zeros_like(values), np.ones_like(values), 1.0
-    middle, across = np.empty(count), np.empty(count)
-    for k in range(count):
-        own = weights @ now**2
-        middle[k], across[k] = weights @ (values * now**2) / own, own / size
-        before, now, size = now, (values - middle[k]) * now - (across[k] if k else 0.0) * before, own
-    off = np.diag(np.sqrt(across[1:]), 1)
-    nodes, vectors = np.linalg.eigh(np.diag(middle) + off + off.T)
-    return nodes, vectors[0] ** 2
 
 
 def of_tolerance(law: ToleranceLaw) -> Law:

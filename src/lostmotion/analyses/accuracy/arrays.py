@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic.analytic import Analytic
+    from lostmotion.propagation.analytic import Analytic
     from lostmotion.spatial import Floats
 
 
@@ -38,7 +38,7 @@ def dataset(answer: Answer) -> xarray.Dataset:
         "error_mean_half_interval": (table[:, kernel.MEAN_ERROR], "m", "half of the 95 % interval of error_mean, counting robots"),
         "error_rms": (np.sqrt(table[:, kernel.MEAN_SQUARE]), "m", "root mean square position error"),
         "error_standard_deviation": (
-            _deviation(table[:, kernel.MEAN_SQUARE], table[:, kernel.MEAN]),
+            np.sqrt(np.maximum(table[:, kernel.MEAN_SQUARE] - table[:, kernel.MEAN] ** 2, 0.0)),
             "m",
             "standard deviation of the position error",
         ),
@@ -111,7 +111,7 @@ def dataset(answer: Answer) -> xarray.Dataset:
 
 
 def analytic_dataset(arm: Arm, poses: Poses, found: Analytic, zones: Sequence[FoundInZone] = ()) -> xarray.Dataset:
-    """Give what sums over terms say of every pose, in SI, with units and long names; NaN where they do not tell."""
+    """Return the figures without sampling of every pose, in SI, with units and long names, each with its uncertainty."""
     import xarray
 
     data = {**_visited(arm, poses, tool_points(arm, poses.q)), **_summed(found)}
@@ -123,32 +123,33 @@ def analytic_dataset(arm: Arm, poses: Poses, found: Analytic, zones: Sequence[Fo
 
 
 def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
-    """Give the error at every pose by sums over terms and quadrature; a bound is NaN where its figure is. `prefix` goes before every name."""
-    off = "how far {} may be off: quadrature, and what lies beyond fourth cumulants"
+    """Return the error at every pose by sums over terms, each figure with its uncertainty. `prefix` goes before every name."""
     sides, shares = ("pose", "axis"), ("pose", f"{prefix}level")
-    told = {
-        "error_mean": ("pose", found.mean, "m", "mean position error over robots and visits"),
-        "error_mean_bound": ("pose", np.where(np.isnan(found.mean), np.nan, found.mean_bound), "m", off.format("error_mean")),
-        "error_quantile": (shares, found.quantiles, "m", "position error that this share of errors stays below"),
-        "error_quantile_bound": (shares, np.where(np.isnan(found.quantiles), np.nan, found.quantiles_bound), "m", off.format("error_quantile")),
+    figures = {
+        "error_mean": ("pose", found.mean, found.mean_uncertainty, "mean position error over robots and visits"),
+        "error_standard_deviation": ("pose", found.deviation, found.deviation_uncertainty, "standard deviation of the position error"),
+        "error_quantile": (shares, found.quantiles, found.quantiles_uncertainty, "position error that this share of errors stays below"),
+    }
+    off = {f"{name}_uncertainty": (dims, values, "m", f"half of the 95 % interval of {name}") for name, (dims, _, values, _) in figures.items()}
+    data = {name: (dims, values, "m", text) for name, (dims, values, _, text) in figures.items()} | off
+    data |= {
         "error_rms": ("pose", np.sqrt(found.mean_square), "m", "root mean square position error, exact sum over terms"),
-        "error_standard_deviation": ("pose", _deviation(found.mean_square, found.mean), "m", "standard deviation of the position error"),
         "bias": (sides, found.bias, "m", "mean vector of the error, base frame"),
         "covariance": ((*sides, "with_axis"), found.covariance, "m^2", "covariance of the error, base frame"),
         "worst_case": ("pose", found.worst, "m", "bound: everything at its limit at once; infinite where an error has no limits"),
         "root_sum_square": ("pose", found.rss, "m", "|bias| + root of the sum of squared limits"),
         "excess": ("pose", found.excess, "1", "mean fourth power of the scatter against a normal vector's: 0 normal, less flat or two-sided"),
-        "every_figure": ("pose", found.normal.astype(np.int8), "1", "1 where the mean and all quantiles are told"),
+        "nearly_normal": (
+            "pose",
+            found.nearly_normal.astype(np.int8),
+            "1",
+            "1 where the figures are of a nearly normal error, 0 where by Sobol points",
+        ),
     }
     return {
         f"{prefix}{name}": (dims, values, {"units": unit, "long_name": f"{text}; without sampling"})
-        for name, (dims, values, unit, text) in told.items()
+        for name, (dims, values, unit, text) in data.items()
     }
-
-
-def _deviation(mean_square: Floats, mean: Floats) -> Floats:
-    """Return the standard deviation (pose,), m, of lengths of these mean squares and means; NaN where the mean is."""
-    return np.sqrt(np.maximum(mean_square - mean**2, 0.0))
 
 
 def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:

@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Budget, Halving
     from lostmotion.error_model.pose_selection import InZone
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic.analytic import Analytic
-    from lostmotion.propagation.analytic.pooled import Pooled
+    from lostmotion.propagation.analytic import Analytic, Pooled
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
 
@@ -288,7 +287,7 @@ class AnalyticStudy(Blamed, Shown):
         return write_analytic(self.sheet, of_budget(self.budget, self.places), self.arrays(), out, force=force)
 
     def arrays(self) -> xarray.Dataset:
-        """Give every figure per pose with its name, unit and coordinates; NaN where it is not told."""
+        """Give every figure per pose with its uncertainty, name, unit and coordinates."""
         from lostmotion.analyses.accuracy.arrays import analytic_dataset
 
         return analytic_dataset(self.arm, self.poses, self.analytic, self.zones)

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_selection import InZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic.analytic import Analytic
-    from lostmotion.propagation.analytic.pooled import Pooled
+    from lostmotion.propagation.analytic import Analytic, Pooled
     from lostmotion.propagation.montecarlo.blocks import Device
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.propagation.montecarlo.stopping import Stopping, Tolerance
@@ -103,11 +102,10 @@ class Route:
                 progress=progress,
             )
         if self.method != "montecarlo":
-            from lostmotion.propagation.analytic.analytic import analytic
-            from lostmotion.propagation.analytic.pooled import pooled
+            from lostmotion.propagation.analytic import analytic, pooled
 
             every = analytic(arm, poses, approach=self.approach, threads=self.threads, progress=progress)
-            pool = pooled(every, poses.replicates, self.threads)
+            pool = pooled(arm, poses, every, approach=self.approach, threads=self.threads)
         return Found(poses, sampled, every, pool, stopping)
 
     def within(self, arm: Arm, zone: InZone, more: Callable[[int], Poses] | None = None, most_poses: int | None = None) -> FoundInZone:

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.normal_length import share_below
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import conditions, frames
+from lostmotion.propagation.error_magnitude import rays_of, share_below
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import Condition, ErrorSource, Friction
+    from lostmotion.propagation.error_magnitude import Rays
     from lostmotion.spatial import Floats
 
 # Rows of what a part adds: the bias, and the covariance's xx, yy, zz, yz, xz, xy.
@@ -86,16 +87,14 @@ def mean_square(sums: Floats) -> float:
 
 
 def share_within(sums: Floats, limit: float) -> float:
-    """Which share of all errors over the poses lies below a limit (m), for sums (ROWS, pose), of normal errors?"""
-    covariance = np.ascontiguousarray(sums[COVARIANCE].T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
-    shares, _ = share_below(np.ascontiguousarray(sums[BIAS].T), covariance, [limit])
-    return float(shares.mean())
+    """Return the share of all errors over the poses below a limit (m), for sums (ROWS, pose), of normal errors."""
+    return _share_below(_rays(sums), limit)
 
 
 def error_at(sums: Floats, level: float) -> float:
-    """Which error (m) do this share of all errors over the poses stay below, for sums (ROWS, pose), of normal errors? Infinite where there is none.
+    """Return the error (m) that this share of all errors over the poses stays below, for sums (ROWS, pose), of normal errors; infinite if none does.
 
-    The root of `share_within`, to 1e-5 of it. How far parts depart from the normal law, and what the choice of poses leaves open, a full study tells.
+    The root of `share_within`, to 1e-5 of it. A full study shows how far parts depart from the normal law, and what the choice of poses leaves open.
     """
     from scipy.optimize import brentq
 
@@ -105,9 +104,10 @@ def error_at(sums: Floats, level: float) -> float:
         guess = float(np.sqrt(squares.mean() / (1 - level)))
     if not (guess > 0 and np.isfinite(guess)):
         return 0.0 if guess == 0 else float("inf")
+    rays = _rays(sums)
 
     def beyond(limit: float) -> float:
-        return share_within(sums, limit) - level
+        return _share_below(rays, limit) - level
 
     here = beyond(guess)
     step = _WIDER if here < 0 else 1 / _WIDER
@@ -120,3 +120,12 @@ def error_at(sums: Floats, level: float) -> float:
             return float(brentq(beyond, low, high, xtol=_CLOSE * guess, rtol=_CLOSE))
         guess, here = guess * step, there
     return float("inf")
+
+
+def _rays(sums: Floats) -> Rays:
+    covariance = np.ascontiguousarray(sums[COVARIANCE].T[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+    return rays_of(covariance, np.ascontiguousarray(sums[BIAS].T))
+
+
+def _share_below(rays: Rays, limit: float) -> float:
+    return float(share_below(rays, np.full((len(rays.square), 1), limit))[0].mean())

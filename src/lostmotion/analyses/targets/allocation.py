@@ -67,8 +67,9 @@ def mean_square_form(matrix: Screws, items: Sequence[Item], *, visits_only: bool
     shift = matrix.along_poses[3:]
     out = np.zeros((len(items), len(items)))
     levels = ("visit", "robot x visit") if visits_only else ("robot", "visit", "robot x visit")
-    known = cumulants(matrix.infos, matrix.columns(*levels))
-    for (i, j), value in zip(known.pairs, known.pair_values, strict=True):
+    drawn = matrix.columns(*levels)
+    known = cumulants([matrix.infos[k].draws for k in drawn])
+    for (i, j), value in zip(drawn[known.pairs], known.pair_values, strict=True):
         part = float(np.vdot(shift[:, i], shift[:, j])) * value / poses
         out[owner[i], owner[j]] += part / 2
         out[owner[j], owner[i]] += part / 2

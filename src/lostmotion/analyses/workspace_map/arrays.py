@@ -32,7 +32,7 @@ def map_dataset(found: Zones) -> xarray.Dataset:
     data["configurations"] = (space, reached.counts.astype(np.int32), {"units": "1", "long_name": "poses looked at in the cell"})
     flags = [
         ("centre_reached", reached.centre, "1 where the middle of the cell is in reach: the errors are those there"),
-        ("bound", found.bounded, "1 where error_quantile is an upper bound, no pose being near enough to normal"),
+        ("uncertain", found.uncertain, "1 where no pose has both figures to 5 %"),
     ]
     if found.within is not None:
         flags.append(("within_target", found.within.cells, f"1 where error_quantile_{found.by} is within {found.within.target:.6g} m"))

@@ -9,8 +9,7 @@ import numpy as np
 
 from lostmotion.error_model.intervals import student
 from lostmotion.error_model.poses import Poses
-from lostmotion.laws.normal_length import normal_length
-from lostmotion.propagation.analytic.analytic import analytic
+from lostmotion.propagation.analytic import analytic
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.reach import Progress
@@ -21,72 +20,43 @@ By = Literal["best", "mean", "worst"]
 BYS: Final[tuple[By, ...]] = get_args(By)
 MEAN, QUANTILE = 0, 1
 _CHUNK: Final = 65_536
-# What the departure from the normal law may add, as a share, for a figure to be told with it added.
-_QUITE_NORMAL: Final = 0.25
 
 
 @dataclass(frozen=True, repr=False)
 class Errors:
     """The position error at each of many poses, m: its mean and what a share of it stays below.
 
-    low, high (measure, pose) between which mean and quantile lie: figures less and plus their bounds
-    told      (pose,) whether the error is near enough to normal for both figures as they are
-    careful   (pose,) where it is not quite, the quantile is that of the normal law with the same mean vector and covariance, raised by what
-              the departure from it may add, where that is a quarter at most; its low end is the normal law's less that
-    The rest have bounds instead: the mean lies between the length of the mean vector and the root mean square (Jensen), and a share `level` below
-    root(mean square / (1 - level)) (Chebyshev) and the worst case; not below root((mean square - (1 - level) worst case^2) / level).
+    low, high (measure, pose) between which mean and quantile lie: figures less and plus their uncertainty
+    valid     (pose,) whether both figures are known to 5 %: a level may fall into a gap between the lengths of a few two-sided errors
     """
 
     mean: Floats
     quantile: Floats
     low: Floats
     high: Floats
-    told: np.ndarray
-    careful: np.ndarray
-
-    @property
-    def known(self) -> np.ndarray:
-        """Tell which poses have figures, not bounds alone."""
-        return np.asarray(self.told | self.careful)
+    valid: np.ndarray
 
 
 def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None) -> Errors:
-    """How far off is the tool at each of these poses, by sums over terms?"""
+    """Return how far off the tool is at each of these poses, by sums over terms."""
     count = len(q)
-    values, low, high = (np.empty((2, count)) for _ in range(3))
-    told, careful = np.empty(count, bool), np.zeros(count, bool)
+    values, off = np.empty((2, 2, count))
+    valid = np.empty(count, bool)
     for start in range(0, count, _CHUNK):
         here = slice(start, min(start + _CHUNK, count))
         if progress is not None:
             progress("summing up terms", start, count)
         found = analytic(arm, Poses(q[here], "given"), approach=approach, levels=(level,), threads=threads)
-        quantile, left = found.quantiles[:, 0], found.quantiles_bound[:, 0]
-        told[here] = np.isfinite(found.mean) & np.isfinite(quantile)
-        square, known = found.mean_square, np.isfinite(found.mean)
-        values[MEAN, here] = np.where(known, found.mean, np.sqrt(square))
-        low[MEAN, here] = np.where(known, np.maximum(found.mean - found.mean_bound, 0.0), np.linalg.norm(found.bias, axis=1))
-        high[MEAN, here] = np.where(known, found.mean + found.mean_bound, np.sqrt(square))
-        most = np.minimum(np.sqrt(square / (1 - level)), found.worst)
-        least = np.sqrt(np.maximum(square - (1 - level) * found.worst**2, 0.0) / level)
-        values[QUANTILE, here] = np.where(told[here], quantile, most)
-        low[QUANTILE, here] = np.where(told[here], np.maximum(quantile - left, 0.0), least)
-        high[QUANTILE, here] = np.where(told[here], quantile + left, most)
-        rest = np.flatnonzero(~told[here])
-        if len(rest):
-            normal = normal_length(found.bias[rest], found.covariance[rest], (level,)).quantiles[:, 0]
-            near = np.isfinite(left[rest]) & (left[rest] <= _QUITE_NORMAL * normal)
-            careful[here][rest] = near
-            raised = rest[near] + start
-            values[QUANTILE, raised] = np.minimum((normal + left[rest])[near], values[QUANTILE, raised])
-            high[QUANTILE, raised] = values[QUANTILE, raised]
-            low[QUANTILE, raised] = np.maximum((normal - left[rest])[near], low[QUANTILE, raised])
-    return Errors(values[MEAN], values[QUANTILE], low, high, told, careful)
+        values[:, here] = found.mean, found.quantiles[:, 0]
+        off[:, here] = found.mean_uncertainty, found.quantiles_uncertainty[:, 0]
+        valid[here] = found.valid
+    return Errors(values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid)
 
 
 def by_cell(found: Errors, cell: np.ndarray, cells: int) -> Floats:
     """What are mean and quantile (measure, by, cell) of each of so many cells by its best, mean and worst pose? NaN where it has none.
 
-    cell (pose,) is the cell of each pose. Poses with bounds alone are left out where a cell has others.
+    cell (pose,) is the cell of each pose. Poses whose figures are not valid are left out where a cell has others.
     """
     chosen, begins = _chosen(found, cell, cells)
     return _over(np.stack([found.mean, found.quantile])[:, chosen], cell[chosen], begins, cells)
@@ -118,8 +88,8 @@ def ends_by_cell(found: Errors, cell: np.ndarray, cells: int, drawn: np.ndarray)
 
 def _chosen(found: Errors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """Which poses do the cells' figures rest on, by cell, and where among them does each cell begin?"""
-    some_known = np.bincount(cell[found.known], minlength=cells) > 0
-    chosen = np.flatnonzero(found.known | ~some_known[cell])
+    some_valid = np.bincount(cell[found.valid], minlength=cells) > 0
+    chosen = np.flatnonzero(found.valid | ~some_valid[cell])
     chosen = chosen[np.argsort(cell[chosen], kind="stable")]
     at = cell[chosen]
     return chosen, np.flatnonzero(np.r_[True, at[1:] != at[:-1]]) if len(at) else np.zeros(0, int)

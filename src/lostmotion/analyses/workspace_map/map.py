@@ -44,15 +44,15 @@ class Looked:
     errors: Errors
 
     @property
-    def bounded(self) -> np.ndarray:
-        """Tell which cells (cell,) have poses, but bounds alone for all of them."""
+    def uncertain(self) -> np.ndarray:
+        """Return which cells (cell,) have poses, but a valid figure at none of them."""
         count = int(np.prod(self.reached.grid.shape))
-        some, known = (np.bincount(self.reached.cell[kept], minlength=count) > 0 for kept in (slice(None), self.errors.known))
-        return np.asarray(some & ~known)
+        some, valid = (np.bincount(self.reached.cell[kept], minlength=count) > 0 for kept in (slice(None), self.errors.valid))
+        return np.asarray(some & ~valid)
 
     def poses_of(self, cells: np.ndarray, by: By, figures: Floats) -> np.ndarray:
         """Which poses do these cells' figures (cell numbers, of `figures`) rest on? The best or the worst of each, or all."""
-        mine = np.isin(self.reached.cell, cells) & (self.errors.known | self.bounded[self.reached.cell])
+        mine = np.isin(self.reached.cell, cells) & (self.errors.valid | self.uncertain[self.reached.cell])
         if by == "mean":
             return np.flatnonzero(mine)
         same = np.flatnonzero(mine & (self.errors.quantile == figures[QUANTILE, BYS.index(by)][self.reached.cell]))
@@ -92,7 +92,7 @@ class Zones:
     looked    every pose with its error
     afresh    points drawn evenly over the workspace, with figures; None where none was reached
     size      of the whole workspace, as `Within.size`; without points afresh from cells all of whose neighbours are reached to all reached
-    bounded   (x, y, z) cells whose figures are bounds, none of their poses being near enough to normal
+    uncertain (x, y, z) cells at none of whose poses both figures are known to 5 %
     """
 
     arm: Arm
@@ -103,7 +103,7 @@ class Zones:
     looked: Looked
     figures: Floats
     ends: Floats
-    bounded: np.ndarray
+    uncertain: np.ndarray
     afresh: Afresh | None
     size: Estimate
     within: Within | None
@@ -169,7 +169,7 @@ class Wish:
         if self.by not in BYS:
             raise refuse_argument("by", self.by, "one of " + ", ".join(BYS), 'by = "best"')
         self._refuse_kinds()
-        if not 0.25 <= self.level <= 0.9995:  # noqa: PLR2004 - where the quadrature is sure, laws.normal_length
+        if not 0.25 <= self.level <= 0.9995:  # noqa: PLR2004 - as `analytic`
             raise refuse_argument("level", self.level, "a share from 0.25 to 0.9995", "level = 0.95")
         if self.target is not None and not (math.isfinite(self.target) and self.target > 0):
             raise refuse_argument("target", self.target, "a length above zero, m", "target = 0.0005")
@@ -203,7 +203,7 @@ def zones(
 ) -> Zones:
     """How accurate is this arm in each cell of its workspace, and where should work stand?
 
-    `approach` and `threads` as in `analytic.analytic`; threads change no bit. Errors of position over all robots and visits, by sums over terms.
+    `approach` and `threads` as in `analytic`; threads change no bit. Errors of position over all robots and visits, by sums over terms.
     Raises InputError for cells too small, and for a box that has a side along an axis that the tool cannot move along.
     """
     tell = progress or (lambda *_: None)
@@ -261,7 +261,7 @@ def zones(
         looked,
         figures.reshape(2, len(BYS), *shape),
         ends.reshape(2, 2, len(BYS), *shape),
-        looked.bounded.reshape(shape),
+        looked.uncertain.reshape(shape),
         new,
         size,
         share,

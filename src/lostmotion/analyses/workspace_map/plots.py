@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE
 from lostmotion.analyses.workspace_map.radial import radial
 from lostmotion.analyses.workspace_map.surfaces import level_surface
-from lostmotion.analyses.workspace_map.tables.map_labels import below_said, bounds_said, by_said, level_said, size_said
+from lostmotion.analyses.workspace_map.tables.map_labels import by_said, level_said, size_said
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, named
 from lostmotion.reporting.sheet import length
 
@@ -113,7 +113,7 @@ def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
         scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 0.7, "y": -1.9, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.05}}},
-        legend={**LEGEND, "y": 0, "yanchor": "top", "title": {"text": f"{below_said(found)}, {by_said(found)}", "side": "top"}},
+        legend={**LEGEND, "y": 0, "yanchor": "top", "title": {"text": f"{level_said(found)} below, {by_said(found)}", "side": "top"}},
         margin={"l": 0, "r": 0, "t": 40, "b": 90},
     )
     return figure
@@ -140,7 +140,7 @@ def share_by_error(found: Zones) -> go.Figure:
         figure.add_shape(type="line", x0=target, x1=target, y0=0, y1=1, yref="y domain", line={"color": RED, "width": 1.3, "dash": "dot"})
         text = {"text": "target", "font": {"color": RED, "size": 12}, "showarrow": False, "xanchor": "left", "yanchor": "bottom", "xshift": 4}
         figure.add_annotation(x=target, y=0, yref="y domain", **text)
-    figure.update_xaxes(title_text=f"{level_said(found)} of errors below{bounds_said(found)} [{unit}]", rangemode="tozero")
+    figure.update_xaxes(title_text=f"{level_said(found)} of errors below [{unit}]", rangemode="tozero")
     figure.update_yaxes(title_text="share of the workspace [%]", range=[0, 102])
     figure.update_layout(legend=LEGEND, margin_t=80)
     return figure
@@ -183,7 +183,7 @@ def _heat(found: Zones, x: Floats, y: Floats, values: Floats, names: tuple[str, 
     import plotly.graph_objects as go
 
     unit, factor = _unit(found)
-    title = {"text": f"{below_said(found)}, {by_said(found)} [{unit}]", "side": "right", "font": {"size": 12}}
+    title = {"text": f"{level_said(found)} below, {by_said(found)} [{unit}]", "side": "right", "font": {"size": 12}}
     hover = f"{names[0]} %{{x:.0f}}, {names[1]} %{{y:.0f}} mm<br>%{{z:.4~g}} {unit}<extra></extra>"
     return go.Heatmap(
         x=np.round(x * 1e3, 6),

@@ -11,9 +11,10 @@ import numpy as np
 from lostmotion.analyses.accuracy.tables.budget import asked_sections, by_level_sections, halved_sections, levels_section
 from lostmotion.analyses.accuracy.tables.error import joint_values, limit_rows
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, said
-from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, root_mean_square, standard_deviation
+from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.provenance import (
     assumed_said,
@@ -33,26 +34,25 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Cost
-    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic.analytic import Analytic
-    from lostmotion.propagation.analytic.pooled import Pooled
+    from lostmotion.propagation.analytic import Analytic, Pooled
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.spatial import Floats
 
-_UNKNOWN: Final = "not normal here: use Monte Carlo"
-_REMEDY: Final = 'Monte Carlo tells it (--method montecarlo, in Python method="montecarlo")'
-_ENDS: Final = "poses, bound"
-_BOUND: Final = "bound"
-# First order in the errors is no surer than this share, however sure the quadrature is.
-_SUREST: Final = 1e-4
+_UNKNOWN: Final = "uncertain by more than 5 %: use Monte Carlo"
+_REMEDY: Final = 'use Monte Carlo (--method montecarlo, in Python method="montecarlo")'
+# First order in the errors is no more precise than this share, however small the uncertainty of the figures is.
+_LEAST_UNCERTAIN: Final = 1e-4
 _WORDS: Final = (
     ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
-    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by quadrature, with third and fourth cumulants."),
+    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by integration, or from 16 384 Sobol points."),
     ("share", "of the mean-square error, exact. Shares add to 100 %; a negative one cancels part of the others: the arm would be worse without it."),
-    ("not normal", "what dominates is not known well enough, or a level falls between two sides of a play: Monte Carlo tells. Mean squares hold."),
+    (
+        "uncertain",
+        "no figure is printed that is uncertain by more than 5 %: a level falls into a gap between few two-sided errors. Mean squares hold.",
+    ),
 )
 
 
@@ -119,7 +119,7 @@ def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known
             said.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
         else:
             here = f" in the zone {zone}" if zone else ""
-            said.append(f"Without sampling the 95 % error{here} is not told, for the error is too far from normal; {_REMEDY}.")
+            said.append(f"Without sampling the 95 % error{here} is uncertain by more than 5 %; {_REMEDY}.")
     if not math.isfinite(told[""].value):
         said.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
     if largest is not None:
@@ -163,41 +163,54 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
 
 
 def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
-    """Give mean and quantiles over all poses and at the worst one, bounds, and how many poses are told. `where` goes behind the poses' number."""
-    counted = f"sums over terms and quadrature, {several(len(poses), 'pose')}{where}"
+    """Return mean and quantiles over all poses and at the worst one, limits, and how many poses are valid. `where` follows the number of poses."""
+    counted = f"sums over terms, {several(len(poses), 'pose')}{where}"
     rows = [
-        Row("mean", (_of(whole.mean, counted),), _said(whole.mean.value)),
-        Row("standard deviation", (_of(whole.deviation, counted),), _said(whole.deviation.value) or "of the position error about its mean"),
+        _row("mean", whole.mean, counted),
+        _row("standard deviation", whole.deviation, counted, "of the position error about its mean"),
+        *(_row(f"{100 * level:.4g} % below", one, counted) for level, one in zip(whole.levels, whole.quantiles, strict=True)),
+        *_worst_pose(arm, poses, found),
     ]
-    for level, one in zip(whole.levels, whole.quantiles, strict=True):
-        rows.append(Row(f"{100 * level:.4g} % below", (_of(one, counted),), _said(one.value)))
-    if np.isfinite(found.mean).any():
-        rows += _worst_pose(arm, poses, found)
-    told = Figure(100 * float(found.normal.mean()), "%", samples=counted)
+    normal, valid = (Figure(100 * float(each.mean()), "%", samples=counted) for each in (found.nearly_normal, found.valid))
     square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
         Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the poses visited"),
         *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
-        Row("poses with every figure", (told,), "at the others the error is too far from normal for some"),
+        Row("poses with a nearly normal error", (normal,), "integrated; the others are from Sobol points"),
+        Row("poses with every figure to 5 %", (valid,), "at the others a level falls into a gap"),
         Row("excess, median pose", (Figure(float(np.median(found.excess)), "1", samples=counted),), "0 if normal, less if flat or two-sided"),
     ]
     note = (
-        "over all poses: what the choice of poses leaves, 95 %, and a bound on what fourth cumulants leave out; of the root mean square the former, "
+        "intervals over all poses: what the choice of poses leaves and the uncertainty of the figures; of the root mean square the former, "
         "at a pose the latter alone"
     )
     return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
 
 
 def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
-    at = int(np.nanargmax(found.mean))
+    at = int(np.argmax(found.mean))
     here = f"pose {at}"
     where = f"{here}, {joint_values(arm, poses.q[at])}"
-    value, bound = float(found.mean[at]), float(found.mean_bound[at])
-    rows = [Row("worst pose, mean", (_bounded(value, bound, here),), where)]
-    for k, level in enumerate(found.levels):
-        value, bound = float(found.quantiles[at, k]), float(found.quantiles_bound[at, k])
-        rows.append(Row(f"worst pose, {100 * level:.4g} % below", (_bounded(value, bound, here),), _said(value)))
-    return rows
+    figures = (
+        ("mean", found.mean, found.mean_uncertainty, where),
+        ("standard deviation", found.deviation, found.deviation_uncertainty, ""),
+        *((f"{100 * level:.4g} % below", found.quantiles[:, k], found.quantiles_uncertainty[:, k], "") for k, level in enumerate(found.levels)),
+    )
+    return [_row(f"worst pose, {name}", _at_pose(float(values[at]), float(off[at])), here, note) for name, values, off, note in figures]
+
+
+def _at_pose(value: float, uncertainty: float) -> Estimate:
+    if not uncertainty <= MOST_UNCERTAIN * value:
+        return Estimate(math.nan, math.nan, math.nan)
+    half = max(uncertainty, _LEAST_UNCERTAIN * value)
+    return of_length(value, value - half, value + half)
+
+
+def _row(label: str, one: Estimate, counted: str, note: str = "") -> Row:
+    """Return a line; one without a value says why."""
+    if math.isnan(one.value):
+        return Row(label, (Figure(math.nan, "1", samples=counted),), "; ".join(each for each in (_UNKNOWN, note) if each))
+    return Row(label, (length(one.value, one.low, one.high, counted),), note)
 
 
 def comparisons(found: Analytic, whole: Pooled, sampled: Sampled) -> tuple[Section, Section]:
@@ -238,11 +251,12 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
 
 def _at_each(found: Analytic, sampled: Sampled) -> Section:
     table = sampled.per_pose
+    quantiles = np.where(found.quantiles_uncertainty <= MOST_UNCERTAIN * found.quantiles, found.quantiles, np.nan)
     rows = [_apart("mean", found.mean, table[:, kernel.MEAN], table[:, kernel.MEAN_ERROR])]
     for k, level in enumerate(kernel.QUANTILES):
         if level in found.levels:
             value, low, high = (table[:, kernel.FIRST_QUANTILE + 3 * k + c] for c in range(3))
-            rows.append(_apart(f"{100 * level:.4g} % below", found.quantiles[:, found.levels.index(level)], value, (high - low) / 2))
+            rows.append(_apart(f"{100 * level:.4g} % below", quantiles[:, found.levels.index(level)], value, (high - low) / 2))
     kept = ", ".join(f"{100 * level:.4g}" for level in kernel.QUANTILES)
     note = (
         "differences at each pose in half-widths of Monte Carlo's 95 % interval there: most should lie below 1; all poses share their robots. "
@@ -259,7 +273,7 @@ def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
     untold = np.isnan(summed)
     still = ~known & ~untold & (half == 0)
     reasons = (
-        (int(untold.sum()), "not told without sampling"),
+        (int(untold.sum()), "uncertain without sampling"),
         (int(still.sum()), "without any scatter"),
         (int((~known & ~untold & ~still).sum()), "with too few robots for Monte Carlo's interval"),
     )
@@ -268,23 +282,3 @@ def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
     said = (counted if known.any() else "no pose to compare") + (f": {why}" if why else "")
     typical, largest = (float(np.median(shares[known])), float(shares[known].max())) if known.any() else (math.nan, math.nan)
     return Row(label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), said)
-
-
-def _of(estimate: Estimate, counted: str) -> Figure:
-    return _told(estimate.value, estimate.low, estimate.high, counted, _ENDS)
-
-
-def _bounded(value: float, bound: float, counted: str) -> Figure:
-    bound = max(bound, _SUREST * value)
-    return _told(value, value - bound, value + bound, counted, _BOUND)
-
-
-def _told(value: float, low: float, high: float, counted: str, ends: str) -> Figure:
-    if math.isnan(value):
-        return Figure(math.nan, "1", samples=counted)
-    found = length(value, low, high, counted)
-    return Figure(found.value, found.unit, found.low, found.high, counted, ends)
-
-
-def _said(value: float) -> str:
-    return "" if math.isfinite(value) else _UNKNOWN

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from lostmotion.analyses.workspace_map.cell_statistics import BYS, MEAN, QUANTILE
 from lostmotion.analyses.workspace_map.tables.map_labels import (
     SAME,
-    at_most,
     by_said,
     counted,
     edge_said,
@@ -23,7 +21,7 @@ from lostmotion.analyses.workspace_map.tables.map_labels import (
     unit_said,
     whole,
 )
-from lostmotion.analyses.workspace_map.tables.placement import boxes_said, in_box, places_facts, places_section
+from lostmotion.analyses.workspace_map.tables.placement import boxes_said, places_facts, places_section
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
@@ -39,8 +37,6 @@ if TYPE_CHECKING:
 
 # Shares of the workspace for which the error that they stay within is told.
 _SHARES: Final = (0.1, 0.5, 0.9)
-# Share of raised figures from which it is said before all else.
-_MANY: Final = 0.05
 _WORDS: Final = (
     ("cell", "a cube of the grid. Its error is that at its middle; where only a part of the cell is in reach, at the points reached."),
     (
@@ -91,10 +87,10 @@ def _verdict(found: Zones, known: States) -> str:
     least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
     text = f"By the {by_said(found)}, {level_said(found)} of positions lie within "
     if str(least) == str(most):
-        text += f"{at_least(at_most(least), known)} in every cell."
+        text += f"{at_least(least, known)} in every cell."
     else:
-        text += f"{at_least(at_most(middle), known)} in the median cell, {at_most(least)} in the most accurate one"
-        text += f" and {at_most(most)} in the least accurate one."
+        text += f"{at_least(middle, known)} in the median cell, {least} in the most accurate one"
+        text += f" and {most} in the least accurate one."
     if found.within is not None:
         text += f" {_share_said(found, found.within.target)}"
     if found.boxes is not None:
@@ -108,10 +104,7 @@ def _over_shown(found: Zones, what: Callable[[Floats], float]) -> Figure:
 
 def _share_said(found: Zones, target: float) -> str:
     share, _ = share_within(found, target)
-    if math.isnan(share.value):
-        return f"Which share of the workspace is within {length(target, stated=True)} is not known: of the error there an upper bound is known alone."
-    least = "At least " if share.bound else ""
-    return f"{least}{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace is within {length(target, stated=True)}."
+    return f"{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace is within {length(target, stated=True)}."
 
 
 def _cards(found: Zones) -> list[Card]:
@@ -122,11 +115,16 @@ def _cards(found: Zones) -> list[Card]:
     ]
     if found.within is not None:
         share, _ = share_within(found, found.within.target)
-        number = "not known" if math.isnan(share.value) else f"{'≥ ' if share.bound else ''}{share.value:.3g} %"
-        out.append(Card(f"within {length(found.within.target, stated=True)}", number, f"of the workspace, {share.low:.3g} … {share.high:.3g} %"))
+        out.append(
+            Card(
+                f"within {length(found.within.target, stated=True)}",
+                f"{share.value:.3g} %",
+                f"of the workspace, {share.low:.3g} … {share.high:.3g} %",
+            )
+        )
     if found.boxes is not None and found.boxes.found:
         box = found.boxes.found[0]
-        out.append(Card("best place", str(in_box(box, box.afresh_worst, found)), f"{place_said(box)}; worst point, looked at afresh"))
+        out.append(Card("best place", str(length(box.afresh_worst)), f"{place_said(box)}; worst point, looked at afresh"))
     return out
 
 
@@ -144,20 +142,18 @@ def _map(found: Zones) -> Section:
             columns, alike = [(1, name)], [*alike, name]
         for k, label in columns:
             values, (low, high) = found.figures[measure, k][known], found.ends[:, measure, k][:, known]
-            for cell, what, at in (("most", np.min, int(values.argmin())), ("median", np.median, None), ("least", np.max, int(values.argmax()))):
-                figure = over_cells(found, measure, k, what)
+            for cell, at in (("most", int(values.argmin())), ("median", None), ("least", int(values.argmax()))):
                 if at is None:
-                    middle = length(*_median(found, measure, k), samples=all_cells)
-                    rows.append(Row(f"{label}, median cell", (replace(middle, bound=figure.bound),)))
+                    rows.append(Row(f"{label}, median cell", (length(*_median(found, measure, k), samples=all_cells),)))
                     continue
                 said = f"{several(int(counts[at]), 'configuration')} in the cell"
                 shown = length(float(values[at]), float(low[at]), float(high[at]), said)
-                rows.append(Row(f"{label}, {cell} accurate cell", (replace(shown, bound=figure.bound),), said if counts[at] != usual else ""))
+                rows.append(Row(f"{label}, {cell} accurate cell", (shown,), said if counts[at] != usual else ""))
     note = (
         f"cells of {edge_said(found)} reached{' at their middle' * bool(found.reached.centre.any())}, "
         f"{several(usual, 'configuration')} looked at in a cell where no other number stands; "
         f"medians of {_counted_in_median(found)}. The plots show {level_said(found)} below, {by_said(found)}. "
-        "Interval of a cell: what the sums over terms leave out, and of a mean over drawn "
+        "Interval of a cell: the uncertainty of the sums over terms, and of a mean over drawn "
         "configurations 95 % (Student); ?: more configurations may be better, or worse, without a limit known. Chosen as extremes, the two extreme "
         "cells stand a little too far out"
     )
@@ -234,35 +230,21 @@ def _reach(found: Zones) -> Section:
         Row(
             "cells with fewer than asked", (Figure(int((counts < found.per_cell).sum()), "1"),), f"least {int(counts.min())}, asked {found.per_cell}"
         ),
-        Row("poses with both figures", (Figure(100 * float(errors.told.mean()), "%", samples=poses),), "near enough to normal"),
         Row(
-            "poses with a raised figure",
-            (Figure(100 * float(errors.careful.mean()), "%", samples=poses),),
-            "normal law, raised by what departs from it",
+            "poses with valid figures",
+            (Figure(100 * float(errors.valid.mean()), "%", samples=poses),),
+            "known to 5 %; others only where a cell has none",
         ),
-        Row(
-            "poses left out",
-            (Figure(100 * float(1 - errors.known.mean()), "%", samples=poses),),
-            "bounds alone: a few two-sided or wavy errors dominate",
-        ),
-        Row("cells with bounds alone", (Figure(int(found.bounded.sum()), "1"),), "an upper bound stands there"),
+        Row("cells without a valid figure", (Figure(int(found.uncertain.sum()), "1"),), "a few two-sided errors dominate: see the intervals"),
     ]
     return Section("reach", "What was looked at", ("value",), tuple(rows), "cells that are reached are all looked at; none is left unvisited")
 
 
 def _remarks(found: Zones) -> list[str]:
     out = ["the tool may stand in any direction; obstacles, floor and self-collision are not looked at"]
-    careful = float(found.looked.errors.careful.mean())
-    if careful > _MANY:
-        out.append(
-            f"{100 * careful:.2g} % of the poses are not quite normal: their {level_said(found)} figures stand "
-            "a little too high, as do map and places; "
-            "intervals hold what they may be"
-        )
-    if found.bounded.any():
-        out.append(
-            f"{int(found.bounded.sum())} cells hold an upper bound: no pose there is near enough to normal. Monte Carlo (lostmotion run) tells more"
-        )
+    if found.uncertain.any():
+        cells = several(int(found.uncertain.sum()), "cell")
+        out.append(f"{cells} without a valid figure: a few two-sided errors dominate. Monte Carlo (lostmotion run) shows the distribution there")
     for box in () if found.boxes is None else found.boxes.found:
         if box.afresh_reached < box.afresh_points:
             missed = box.afresh_points - box.afresh_reached

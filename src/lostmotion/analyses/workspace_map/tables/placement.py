@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.tables.map_labels import at_most, by_said, level_said, place_said, size_said
-from lostmotion.reporting.sheet import Figure, Row, Section, length
+from lostmotion.analyses.workspace_map.tables.map_labels import by_said, level_said, place_said, size_said
+from lostmotion.reporting.sheet import Row, Section, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import Zones
     from lostmotion.analyses.workspace_map.placement import Box, Boxes
-
-
-def in_box(box: Box, value: float, found: Zones) -> Figure:
-    """Give a length of a place, an upper bound where one of its cells has a bound alone."""
-    return replace(length(value), bound=_bound(box, found))
-
-
-def _bound(box: Box, found: Zones) -> Literal["", "upper"]:
-    return "upper" if found.bounded.ravel()[box.cells].any() else ""
 
 
 def boxes_said(boxes: Boxes, found: Zones) -> str:
@@ -31,8 +21,8 @@ def boxes_said(boxes: Boxes, found: Zones) -> str:
         box = boxes.found[0]
         return (
             f"Work of {size_said(boxes.size)} is best placed around {place_said(box)}: {level_said(found)} within "
-            f"{at_most(in_box(box, box.worst, found))} in the worst of its cells ({len(box.cells)}); looked at afresh, "
-            f"{at_most(in_box(box, box.afresh_worst, found))}."
+            f"{length(box.worst)} in the worst of its cells ({len(box.cells)}); looked at afresh, "
+            f"{length(box.afresh_worst)}."
         )
     if boxes.largest is None:
         return f"No box of the proportions {size_said(boxes.size)} fits into the reach on this grid, however small."
@@ -61,7 +51,7 @@ def places_section(found: Zones) -> Section | None:
             ("mean, afresh", box.afresh_mean, other),
         )
         for (what, value, counted), (low, high) in zip(said, box.ends.T, strict=True):
-            figure = replace(length(value, float(low), float(high), counted), bound=_bound(box, found))
+            figure = length(value, float(low), float(high), counted)
             rows.append(Row(f"{number}. {what}", (figure,), _counts_said(box, afresh=counted == other)))
         places.append(f"{number}. around {place_said(box)}: {sides}")
     judged = "mean over its cells" if boxes.by_mean else "worst cell"
@@ -70,7 +60,9 @@ def places_section(found: Zones) -> Section | None:
         f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; the best of all {boxes.tried} places on the grid"
         f"{turned} of which the tool was brought to every cell's middle and corners; no two share a cell"
     )
-    note = "; ".join(places) + ". " + note + ". Interval: what the sums leave out, and of means over drawn configurations 95 % (Student)"
+    note = (
+        "; ".join(places) + ". " + note + ". Interval: the uncertainty of the sums over terms, and of means over drawn configurations 95 % (Student)"
+    )
     if boxes.largest is not None:
         note += f". The largest box of these proportions in reach: {size_said(boxes.largest)}"
     return Section("places", title, ("value",), tuple(rows), note)

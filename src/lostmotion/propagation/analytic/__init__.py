@@ -1,1 +1,0 @@
-"""Without sampling: sums over terms."""
