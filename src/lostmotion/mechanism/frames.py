@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from lostmotion.spatial import combined, inverse, motion
 if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
+
+# Poses at a time whose coordinates stay in the cache.
+_BLOCK: Final = 8192
 
 
 def place_frames(tree: Tree, q: Floats) -> Floats:
@@ -29,19 +32,33 @@ def place_frames(tree: Tree, q: Floats) -> Floats:
 
 
 def tool_point(tree: Tree, q: Floats) -> Floats:
-    """Return the tool point (pose, 3), m, in the base's frame: that of `place_frames` in a tenth of the time."""
-    point = np.zeros((len(q), 3))
+    """Return the tool point (pose, 3), m, in the base's frame: that of `place_frames` in a small part of the time."""
+    out = np.empty((len(q), 3))
+    for first in range(0, len(q), _BLOCK):
+        out[first : first + _BLOCK] = np.stack(_tool_point(tree, q[first : first + _BLOCK]), axis=1)
+    return out
+
+
+def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return x, y and z (pose,) of the tool point, place by place from the tool to the base; a turn by Rodrigues' formula."""
+    x = y = z = np.zeros(len(q))
     for number in reversed(tree.way[1:]):
         place = tree.places[number]
         if place.joint is None:
-            point = point @ place.pose[:3, :3].T + place.pose[:3, 3]
-        elif place.twist[:3].any():
-            angle, turning = q[:, place.joint, None], place.twist[:3]
-            along = np.outer(point @ turning, turning)
-            point = along + np.cos(angle) * (point - along) + np.sin(angle) * np.cross(turning, point)
+            x, y, z = (a * x + b * y + c * z + shift for a, b, c, shift in place.pose[:3].tolist())
+            continue
+        value, (a, b, c) = q[:, place.joint], place.twist[:3].tolist()
+        if a or b or c:
+            cos, sin = np.cos(value), np.sin(value)
+            along = (1 - cos) * (a * x + b * y + c * z)
+            x, y, z = (
+                cos * x + sin * (b * z - c * y) + along * a,
+                cos * y + sin * (c * x - a * z) + along * b,
+                cos * z + sin * (a * y - b * x) + along * c,
+            )
         else:
-            point = point + q[:, place.joint, None] * place.twist[3:]
-    return point
+            x, y, z = (each + value * way for each, way in zip((x, y, z), place.twist[3:].tolist(), strict=True))
+    return x, y, z
 
 
 def steps_between(at: Floats) -> Floats:

@@ -58,7 +58,7 @@ def frames(arm: Arm, q: Floats) -> Floats:
 
 
 def tool_points(arm: Arm, q: Floats) -> Floats:
-    """Return the tool point (pose, 3), m, in the base's frame: `frames(arm, q)[-1, :, :3, 3]` in a tenth of the time, for clouds of poses."""
+    """Return the tool point (pose, 3), m, in the base's frame: `frames(arm, q)[-1, :, :3, 3]` in a small part of the time, for clouds of poses."""
     return tool_point(arm.tree, as_poses(arm, q))
 
 
