@@ -35,9 +35,10 @@ from against_numpy import ALPHA, EDGES, LEVELS, OFFSET, SIGMA, A, D, exact_numpy
 from rich.console import Console
 from rich.table import Table
 
-from lostmotion import analytic, sample_poses, screws
+from lostmotion import sample_poses, screws
 from lostmotion.compiled import compiled
 from lostmotion.error_model.draws import robot_draws
+from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK, run

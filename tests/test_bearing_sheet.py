@@ -16,6 +16,7 @@ from lostmotion import InputError
 from lostmotion.analyses.bearing.bearing import BearingLoad, examine
 from lostmotion.analyses.bearing.plots import bearing_plots
 from lostmotion.analyses.bearing.tables import bearing_sheet
+from lostmotion.error_model.budget import costs
 from lostmotion.io.part_file import read_bearing
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import ball_pressure
@@ -172,7 +173,7 @@ def test_an_arm_on_such_bearings_is_studied():
     bearing = {"kind": "ball pair", **OF_209, "clearance": "15 µm ± 8 µm"}
     arm = lostmotion.Arm.model_validate({"name": "x", "joints": [{**joint, "name": "A", "bearing": bearing}], "payload": {"mass": 5}})
     study = lostmotion.study(arm, 16, 100, 4, threads=1)
-    assert [cost.part for cost in lostmotion.costs(study.sampled.tally)] == ["joints.A.bearing"]
+    assert [cost.part for cost in costs(study.sampled.tally)] == ["joints.A.bearing"]
     assert (study.sampled.per_pose[:, kernel.LARGEST] <= study.sampled.worst).all()
     assert study.sampled.exact.largest < 0.01 * study.sampled.per_pose[:, kernel.MEAN].mean()
 

@@ -86,7 +86,7 @@ def test_what_cannot_be_answered_is_refused_before_the_work(tmp_path, words, nam
 def test_what_errs_by_nothing_has_no_empty_tables(method):
     """An arm stated to be rigid has no part to halve: neither over the workspace nor at a pose is there a table without a row."""
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": "300 mm", "rigid": True}}
-    study = lostmotion.study(Arm.model_validate({"name": "ideal", "joints": [joint]}), 16, robots=8, visits=2, method=method).blaming(pose=3)
+    study = lostmotion.study(Arm.model_validate({"name": "ideal", "joints": [joint]}), 16, robots=8, visits=2, method=method).with_budget(at=3)
     assert [section.key for section in study.sheet.sections if not section.rows] == []
     assert not any(section.key.startswith("halving") for section in study.sheet.sections)
 
@@ -104,5 +104,5 @@ def test_questions_still_to_come_keep_to_the_study_s_threads(monkeypatch, method
     kept = sensitivity.halving_at
     monkeypatch.setattr(sensitivity, "halving_at", lambda *given, threads, **named: used.append(threads) or kept(*given, threads=threads, **named))
     study = lostmotion.study(lostmotion.read(ARM), 16, robots=8, visits=2, method=method, threads=1)
-    _ = study.blaming(pose=3).halving
+    _ = study.with_budget(at=3).halving
     assert used == [1] * (2 if method == "analytic" else 1)

@@ -68,7 +68,7 @@ def test_the_iso_sheet_says_it_too(tmp_path):
     example = (Path(__file__).parents[1] / "examples" / "z-arm.toml").read_text(encoding="utf-8")
     path = tmp_path / "loose.toml"
     path.write_text(re.sub(r'^backlash = "[^"]*"', 'backlash = "60 deg"', example, flags=re.MULTILINE), encoding="utf-8")
-    sheet = lostmotion.iso9283(lostmotion.read(path), robots=10, cycles=5).sheet
+    sheet = lostmotion.iso9283(lostmotion.read(path), robots=10, visits=5).sheet
     assert "First-order figures fail here" in sheet.verdict
     predicted = [section for section in sheet.sections if section.key not in {"check", "cube"}]
     assert not any(figure.interval for section in predicted for row in section.rows for figure in row.figures)

@@ -102,14 +102,14 @@ def test_forces_of_the_lobes_hold_the_torque(name):
 
 def test_with_the_ring_as_output_the_disc_carries_less():
     """Held at the carrier, the ring turns under T and the disc feels T z/N."""
-    case = plain(fixed="carrier").study.drawn.lobes[0]
+    case = plain(fixed="carrier").drawn.lobes[0]
     stage = geometry.Stage(0.064, 0.003, 0.0013, 40)
     assert float(case.force @ geometry.arms(stage, case.theta)) == pytest.approx(200 * 39 / 40, rel=1e-9)
 
 
 def test_peak_pressures_are_those_of_hertz():
     """Line contact: p = sqrt(F E*/(pi b Req))."""
-    case = plain().study.drawn.lobes[0]
+    case = plain().drawn.lobes[0]
     stage = geometry.Stage(0.064, 0.003, 0.0013, 40)
     radius = stage.pin_radius * (1 - stage.pin_radius * geometry.curvature(stage, case.theta))
     expected = np.sqrt(case.force * equivalent_modulus(210e9, 0.3, 210e9, 0.3) / (math.pi * 0.012 * radius))
@@ -125,7 +125,7 @@ def test_geometry_of_the_rv_like():
     distance = math.sqrt(64**2 + 1.3**2 - 2 * 64 * 1.3 * 0.8125)
     angle = math.degrees(math.acos(1.3 * 39 / distance))
     assert figure(found, "geometry", "pressure angle at the longest arm").value == pytest.approx(angle)
-    assert found.study.gearbox.ratio == 81
+    assert found.gearbox.ratio == 81
     assert found.result()["ratio"] == 81
 
 
@@ -151,9 +151,9 @@ def test_gearboxes_built_are_those_that_the_arm_sees(name):
 
 def test_more_gearboxes_keep_the_first():
     """Four hundred gearboxes begin with the same forty: so a figure only grows surer."""
-    part = looked_at("rv-like").study.gearbox
+    part = looked_at("rv-like").gearbox
     few = gear(part, gearboxes=40).drawn
-    np.testing.assert_array_equal(few.play, looked_at("rv-like").study.drawn.play[:40])
+    np.testing.assert_array_equal(few.play, looked_at("rv-like").drawn.play[:40])
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -220,7 +220,7 @@ def test_wind_up_in_zones(tmp_path):
 @pytest.mark.parametrize("name", NAMES)
 def test_waves_hold_all_of_the_transmission_error(name):
     """Parseval: half the squares of the waves' amplitudes add up to the mean square of the error, over gearboxes and a turn."""
-    found = looked_at(name).study.drawn.transmission
+    found = looked_at(name).drawn.transmission
     waves = (found.amplitude**2).sum(axis=1) / 2
     np.testing.assert_allclose(waves, (found.errors[:, :-1] ** 2).mean(axis=(1, 2)), rtol=0.02 if name == "two-stage-lobes" else 1e-12)
     np.testing.assert_allclose(found.errors[:, 0], found.errors[:, -1], atol=1e-15)
@@ -228,7 +228,7 @@ def test_waves_hold_all_of_the_transmission_error(name):
 
 def test_pins_alike_pass_forty_times_a_turn_of_the_crank():
     """Without tolerances one disc's error repeats with every pin: waves at multiples of N per turn of the crank, N z per turn of the output."""
-    found = plain().study.drawn.transmission
+    found = plain().drawn.transmission
     strong = found.cycles[found.amplitude[1] > 1e-6 * found.amplitude[1].max()]
     assert len(strong)
     np.testing.assert_allclose(strong % (40 * 39), 0, atol=1e-9)
@@ -267,7 +267,7 @@ def test_members_taken_as_rigid_are_named():
 
 def test_another_torque_moves_what_depends_on_it():
     """Half the torque: smaller forces and wind-up; play stays."""
-    part = looked_at("rv-like").study.gearbox
+    part = looked_at("rv-like").gearbox
     half = gear(part, 206.0, 400)
     whole = looked_at("rv-like").study
     assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
@@ -310,10 +310,10 @@ def test_a_drive_that_slides_is_read_in_lengths(tmp_path):
 def test_without_a_torque_nothing_is_made_up(tmp_path):
     """A strain wave gear whose maker states no rated torque shows its zones, no loop, and says how to give one."""
     found = stated(tmp_path, "no torque")
-    assert found.study.loop is None
+    assert found.loop is None
     assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission", "assumed"}
     assert any("--torque" in note for note in found.sheet.notes)
-    given = gear(found.study.gearbox, 60.0)
+    given = gear(found.gearbox, 60.0)
     assert given.wind_up == pytest.approx(float(given.loop.friction_rising[-1] + given.gearbox.hysteresis / 2))
 
 
@@ -324,7 +324,7 @@ def test_without_a_torque_nothing_is_made_up(tmp_path):
 def test_arguments_that_cannot_be(more, said):
     """Each is refused with what is expected."""
     with pytest.raises(InputError, match=said):
-        gear(looked_at("rv-like").study.gearbox, **more)
+        gear(looked_at("rv-like").gearbox, **more)
 
 
 def test_torsion_of_an_rv_is_read_as_its_maker_does(tmp_path):
@@ -367,8 +367,8 @@ def test_lost_motion_is_never_read_at_a_share_of_the_torque_asked_for(tmp_path):
     assert figure(asked, "loop", "stiffness, slope").value == pytest.approx(50e3 * ARCMIN)
     path.write_text(STATED["strain wave"])
     for torque in ("20 N m", "60 N m"):
-        assert lostmotion.gear(path, torque=torque).study.read.asked.small == pytest.approx(0.03 * 60)
-    assert lostmotion.gear(path, lost_motion_torque="4 %").study.read.asked.small == pytest.approx(2.4)
+        assert lostmotion.gear(path, torque=torque).read.asked.small == pytest.approx(0.03 * 60)
+    assert lostmotion.gear(path, lost_motion_torque="4 %").read.asked.small == pytest.approx(2.4)
     with pytest.raises(InputError, match="rising"):
         lostmotion.gear(path, slope_range=("80 %", "50 %"))
 
@@ -426,7 +426,7 @@ def test_what_is_not_specified_bounds_the_headline():
         eccentric={"bearing": "300 N/µm", "shaft": "300 N/µm"},
         output_pins={"count": 8, "circle_radius": "40 mm", "stiffness": "50 N/µm"},
     )
-    assert whole.study.gearbox.rigid == ()
+    assert whole.gearbox.rigid == ()
     assert "At most" not in whole.sheet.verdict
     assert "≤" not in str(figure(whole, "loop", "stiffness, slope"))
 
@@ -444,12 +444,12 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
             figure(found, "built", "wind-up: mean"),
         ]
         assert [each.value for each in tables] == pytest.approx([tables[0].value] * 3, rel=1e-12)
-        assert sum(found.study.drawn.members.values()) / ARCMIN == pytest.approx(tables[0].value)
-        assert all(angle > 0 for angle in found.study.drawn.members.values())
+        assert sum(found.drawn.members.values()) / ARCMIN == pytest.approx(tables[0].value)
+        assert all(angle > 0 for angle in found.drawn.members.values())
         assert figure(found, "loop", "lost motion").value == figure(found, "built", "lost motion: mean").value
         wound.append(tables[0].value)
-        assert (found.study.read.wind_up >= 0).all()
-    assert found.study.drawn.jammed > 4
+        assert (found.read.wind_up >= 0).all()
+    assert found.drawn.jammed > 4
     assert 0 < wound[0] < wound[1] < wound[2] < wound[3]
 
 
@@ -476,7 +476,7 @@ def test_intervals_of_two_seeds_meet():
 
 def test_intervals_hold_the_true_value_as_often_as_they_say():
     """Sixty runs of forty samples of the printed drive: about 95 % of their intervals hold the value over all 2 400 samples."""
-    part = looked_at("printed").study.gearbox
+    part = looked_at("printed").gearbox
     runs, each = 60, 40
     torque = np.array([-4.0, -0.12, 0.12, 4.0])
     made = cycloidal_model.gearboxes(part, torque, 4, runs * each, seed=7)
@@ -540,7 +540,7 @@ def test_the_drawn_profile_is_the_true_one():
     """Every corner lies on the flank, and the flank nowhere further from a chord than the file says, over two teeth."""
     found = looked_at("printed")
     drawing = read_back(found)
-    part = found.study.gearbox
+    part = found.gearbox
     outline = polyline(drawing, "DISC_1")
     error = 1e-3 * float(dict(drawing.header.custom_vars)["largest chord error in µm"])
     t = np.linspace(0, 2 * math.pi, 60_001)
@@ -693,7 +693,7 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
 def test_assumed_values_of_a_drawing_are_counted_and_listed():
     """Every assumed key of a drawing, of its first stage and of its materials is counted in the headline, listed, and in result.json."""
     found = looked_at("two-stage-lobes")
-    gearbox = found.study.gearbox
+    gearbox = found.gearbox
     listed = found.sheet.facts["states"]["assumed"]
     stated = {("gearbox", key) for key in gearbox.assumed} | {("gearbox.first_stage", key) for key in gearbox.first_stage.assumed}
     assert stated

@@ -48,7 +48,7 @@ def stated():
 def test_a_stated_cube_commands_its_poses_and_lines(tmp_path, stated, arm):
     """With the cube stated, with or without an arm, each figure is that of the file which states its commands."""
     file = rows_of(tmp_path, path=True, pose=True)
-    found = lostmotion.iso9283(None if arm is None else lostmotion.read(arm), file, robots=3, cycles=2, **PLACE)
+    found = lostmotion.iso9283(None if arm is None else lostmotion.read(arm), file, robots=3, visits=2, **PLACE)
     (load,) = found.measured.loads
     assert [pose.accuracy.value for pose in load.poses] == pytest.approx([pose.accuracy.value for pose in stated.poses])
     assert load.paths[0].figures[:2] == pytest.approx(stated.paths[0].figures[:2])
@@ -62,7 +62,7 @@ def test_poses_in_a_file_of_commands_tell_the_cube(tmp_path, stated):
     commands = tmp_path / "commands.csv"
     commands.write_text("pose,x [mm],y [mm],z [mm]\n" + "\n".join(f"{name},{','.join(at)}" for name, at in rows.items()), encoding="utf-8")
     file = rows_of(tmp_path, path=True, pose=False)
-    found = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, cycles=2, commands=commands)
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, visits=2, commands=commands)
     assert found.predicted.cube.side == pytest.approx(0.5)
     assert found.measured.loads[0].paths[0].figures[0] == pytest.approx(stated.paths[0].figures[0])
     assert "AT_p" in {each.name for each in found.compared}
@@ -75,7 +75,7 @@ def test_the_orientation_of_a_stated_cube_is_the_stated_one(tmp_path):
     points = {"P1": (400, 0, 400), "P2": (360, -40, 360), "P3": (440, -40, 360), "P4": (440, 40, 440), "P5": (360, 40, 440)}
     rows = [f"{name},{c},{x},{y + c},{z},180,0,{c}" for c in (1, 2, 3) for name, (x, y, z) in points.items()]
     file.write_text("pose,cycle,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg]\n" + "\n".join(rows), encoding="utf-8")
-    asked = {"robots": 2, "cycles": 2, "cube": 0.1, "centre": (0.4, 0.0, 0.4)}
+    asked = {"robots": 2, "visits": 2, "cube": 0.1, "centre": (0.4, 0.0, 0.4)}
     told = lostmotion.iso9283(arm, file, tool_rpy="180 deg, 0 deg, 0 deg", **asked).measured.loads[0].poses[0]
     assert told.axes[2].value == pytest.approx(0.0349, abs=1e-4)
     quiet = lostmotion.iso9283(arm, file, **asked).measured.loads[0].poses[0]
@@ -89,5 +89,5 @@ def test_an_accuracy_that_no_such_arm_has_is_doubted(tmp_path):
     off = {"cube": "500 mm", "centre": "520 mm, 37 mm, 1050 mm"}
     notes = lostmotion.iso9283(measured=file, **off).sheet.notes
     assert [note for note in notes if "AP_p on the average over poses is 37." in note and "sent to" in note]
-    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, cycles=2, **off).sheet.notes
+    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, visits=2, **off).sheet.notes
     assert [note for note in beside if "AT_p along P2-P4 is" in note and "95 % of the robots predicted stay below" in note]

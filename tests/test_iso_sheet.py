@@ -13,7 +13,6 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion.analyses.iso9283.plots.sheet import iso_plots
-from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import find_row
 
@@ -29,7 +28,7 @@ def ran(*words, cwd):
 @pytest.fixture(scope="module")
 def both():
     """Predict the paper's arm and judge a robot of it, once."""
-    return lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, cycles=10, instrument=5e-6, warm_up=WarmUp(25.0))
+    return lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, visits=10, instrument=5e-6, warm_up="25 K")
 
 
 def test_the_sheet_says_what_was_found(both):
@@ -65,7 +64,7 @@ def test_the_measured_cube_is_the_one_predicted_in(both):
 def test_robots_are_compared_as_often_visited(both):
     """The robot was visited 30 times and the sheet asked for 10: RP_l is compared with that of 30 visits, the sheet keeps 10."""
     assert both.predicted.cycles == 10
-    again = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, cycles=30, instrument=5e-6)
+    again = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, visits=30, instrument=5e-6)
     for one, other in zip(both.compared, again.compared, strict=True):
         assert one.predicted.high.value == other.predicted.high.value
 
@@ -88,7 +87,7 @@ def test_no_table_is_wider_than_a_terminal(both, tmp_path):
     lines += [",".join(["", row[1], row[2], "", *row[3:]]) for row in path]
     file = tmp_path / "wide.csv"
     file.write_text("\n".join(lines), encoding="utf-8")
-    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=60, cycles=10, instrument=5e-6, warm_up=WarmUp(25.0))
+    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=60, visits=10, instrument=5e-6, warm_up="25 K")
     for sheet in (both.sheet, beside.sheet):
         screen = Console(width=80, record=True, file=io.StringIO())
         print_sheet(sheet, screen)
@@ -183,13 +182,13 @@ def test_the_measured_file_is_read_once(monkeypatch):
     seen = []
     kept = measured_file.read_measured
     monkeypatch.setattr(measured_file, "read_measured", lambda *words: seen.append(words) or kept(*words))
-    lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2, cycles=2)
+    lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2, visits=2)
     assert len(seen) == 1
 
 
 def test_other_poses_are_not_compared():
     """Measured poses that are no test cube are told beside the prediction, not compared with it, and that is said."""
-    found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, cycles=3, cube=0.3, centre=(0.52, 0.0, 1.0))
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, visits=3, cube=0.3, centre=(0.52, 0.0, 1.0))
     assert not found.compared
     assert any("not compared" in note for note in found.sheet.notes)
 
@@ -245,8 +244,8 @@ def test_mistakes_are_one_message(tmp_path, words, said):
         ((Z_ARM, "--measured", "torn.csv"), "a visit to a pose"),
         ((Z_ARM, "--path", "P1 P9"), "two different ones of P1"),
         ((Z_ARM, "--cube", "400 mm"), '--cube, --centre\n(.|\n)*--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"\n'),
-        ((Z_ARM, "--load", "10 %"), '--measured visits.csv --load "10 %"\n'),
-        ((), "FILE, --measured\n(.|\n)*example   lostmotion iso9283 "),
+        ((Z_ARM, "--load", "10 %"), '--measured "visits.csv" --load "10 %"\n'),
+        ((), "ARM, --measured\n(.|\n)*example   --measured visits.csv"),
         ((Z_ARM,), "--force"),
     ],
 )
@@ -303,7 +302,7 @@ def loops(tmp_path, text):
     """Predict the sheet of an arm that is written so."""
     path = tmp_path / "loops.toml"
     path.write_text(text, encoding="utf-8")
-    return lostmotion.iso9283(lostmotion.read(path), robots=70, cycles=4)
+    return lostmotion.iso9283(lostmotion.read(path), robots=70, visits=4)
 
 
 @pytest.mark.parametrize("last", [LOOP, ""])

@@ -115,13 +115,13 @@ def test_a_limit_bounds_an_error_only_where_every_kind_is_described(tmp_path, le
 
 def test_the_sheet_of_iso_9283_says_at_most(tmp_path):
     """Loops at their makers' limits bound every figure that the headline gives: from either side, at the commanded point and with fitted frames."""
-    sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, cycles=4).sheet
+    sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, visits=4).sheet
     assert re.search(r"95 % will repeat within at most [^:]* where joints arrive from either side", sheet.verdict)
     assert re.search(r"will lie within at most [^:]* of the commanded point", sheet.verdict)
     assert re.search(r"at most [\d.]+ .?m( \([^)]*\))* with best-fit frames", sheet.verdict)
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict
     assert [card.number[:2] for card in sheet.cards[:4]] == ["0.", "no", "0.", "0."]  # no bound where kinds of errors are not described
-    typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), robots=50, cycles=4).sheet
+    typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), robots=50, visits=4).sheet
     assert "at most" not in typical.verdict
 
 
@@ -173,7 +173,7 @@ def test_a_choice_of_parts_says_what_it_does_not_count(tmp_path):
     )
     from lostmotion.io.own_reducers import read_reducers
 
-    found = lostmotion.size(arm, by, poses=8, reducers=read_reducers(tmp_path / "limit.toml")).found
+    found = lostmotion.size(arm, by, poses=8, reducers=read_reducers(tmp_path / "limit.toml"))
     said = not_counted(found)
     assert "mass of Y-10" in said
     assert "other bearing clearances than the arm's" in said

@@ -102,7 +102,7 @@ def test_the_iso_sheet_and_a_sweep_warn(tmp_path):
     text = Path("examples/z-arm.toml").read_text(encoding="utf-8")
     file = tmp_path / "z.toml"
     file.write_text(text.replace('mass = "5 kg"\n', 'mass = "25 kg"\n'), encoding="utf-8")
-    sheet = lostmotion.iso9283(lostmotion.read(file), robots=3, cycles=2).sheet
+    sheet = lostmotion.iso9283(lostmotion.read(file), robots=3, visits=2).sheet
     assert [warning.split(":")[0] for warning in sheet.warnings] == ["joint A is overloaded", "joint B is overloaded"]
     file.write_text(text + '\n[sweep]\n"payload.mass" = ["5 kg", "20 kg", "25 kg"]\n', encoding="utf-8")
     warnings = lostmotion.sweep(file, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet.warnings

@@ -54,7 +54,7 @@ def test_a_half_described_arm_errs_by_at_least_so_much(half):
     "ask",
     [
         lambda arm: lostmotion.study(arm, 32, method="analytic"),
-        lambda arm: lostmotion.zones(arm, poses=4096, cell="300 mm"),
+        lambda arm: lostmotion.map(arm, poses=4096, cell="300 mm"),
         lambda arm: lostmotion.target(arm, error="1 mm", poses=32, robots=20, visits=2),
     ],
     ids=["analytic", "map", "target"],
@@ -117,7 +117,7 @@ def test_iso_sheet_statics_and_sweep_say_so(tmp_path):
     arm = lostmotion.read(path)
     assert states(arm).ideal_joints == ("roll",)
     sheets = [
-        lostmotion.iso9283(arm, robots=3, cycles=2).sheet,
+        lostmotion.iso9283(arm, robots=3, visits=2).sheet,
         statics_sheet(survey(arm, lostmotion.sample_poses(arm, 16))),
         lostmotion.sweep(path, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet,
     ]

@@ -18,8 +18,8 @@ import xarray
 from rich.console import Console
 
 from lostmotion import LostmotionError, OutputExistsError
-from lostmotion.analyses.accuracy import report
 from lostmotion.analyses.accuracy.plots.study import plots
+from lostmotion.analyses.accuracy.result import Study
 from lostmotion.analyses.accuracy.tables.study import sections, sheet
 from lostmotion.reporting import folder as folder_of_report
 from lostmotion.reporting import page as pages
@@ -54,10 +54,15 @@ def of_page(page: str) -> html.parser.HTMLParser:
     return reader
 
 
+def write_folder(study, out, *, force=False):
+    """Write the report of a study."""
+    return Study(**vars(study)).report(out, force=force)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Write the small study once."""
-    return report.write_folder(small_study(), tmp_path_factory.mktemp("written") / "new" / "deep" / "out")
+    return write_folder(small_study(), tmp_path_factory.mktemp("written") / "new" / "deep" / "out")
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +84,7 @@ def test_folder_holds_three_files_and_its_parents_are_made(folder):
 
 def test_same_study_gives_the_same_bytes_on_any_threads(folder, tmp_path):
     """Run twice, on one thread and on two: every file is the same to the byte."""
-    again = report.write_folder(small_study(threads=2), tmp_path / "again")
+    again = write_folder(small_study(threads=2), tmp_path / "again")
     for name in left_in(folder):
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
 
@@ -210,7 +215,7 @@ def test_existing_folder_needs_force(folder):
     """Results once written are not lost to a second run: it refuses and says what to do."""
     before = (folder / "result.json").stat().st_mtime_ns
     with pytest.raises(OutputExistsError, match=r"exists\n.*--force.*--out"):
-        report.write_folder(small_study(), folder)
+        write_folder(small_study(), folder)
     assert (folder / "result.json").stat().st_mtime_ns == before
 
 
@@ -219,7 +224,7 @@ def test_force_replaces_our_own_folder(tmp_path):
     target = tmp_path / "out"
     target.mkdir()
     (target / "result.json").write_text("old")
-    report.write_folder(small_study(), target, force=True)
+    write_folder(small_study(), target, force=True)
     assert json.loads((target / "result.json").read_text(encoding="utf-8"))["arm"] == "test arm"
     assert left_in(tmp_path) == ["out"]
 
@@ -234,7 +239,7 @@ def test_force_spares_what_is_not_ours(tmp_path, stranger):
     else:
         (target / stranger).write_text("years of work")
     with pytest.raises(OutputExistsError, match="not ours") as refused:
-        report.write_folder(small_study(), target, force=True)
+        write_folder(small_study(), target, force=True)
     assert repr(stranger.rstrip("/")) in str(refused.value)
     assert left_in(target) == [stranger.rstrip("/")]
 
@@ -245,7 +250,7 @@ def test_a_file_in_the_way_is_kept(tmp_path, force):
     target = tmp_path / "out"
     target.write_text("mine")
     with pytest.raises(OutputExistsError, match="is a file"):
-        report.write_folder(small_study(), target, force=force)
+        write_folder(small_study(), target, force=force)
     assert target.read_text() == "mine"
 
 
@@ -258,7 +263,7 @@ def test_a_link_in_the_way_is_not_followed(tmp_path, force, dangling):
     (tmp_path / "out").symlink_to(tmp_path / "elsewhere")
     before = left_in(tmp_path)
     with pytest.raises(OutputExistsError, match="symbolic link"):
-        report.write_folder(small_study(), tmp_path / "out", force=force)
+        write_folder(small_study(), tmp_path / "out", force=force)
     assert left_in(tmp_path) == before
 
 
@@ -280,7 +285,7 @@ def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
     """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays behind."""
     monkeypatch.setattr(Path, "write_bytes", failing_at(name, OSError(28, "No space left on device")))
     with pytest.raises(LostmotionError, match="No space left on device"):
-        report.write_folder(small_study(), tmp_path / "deep" / "out")
+        write_folder(small_study(), tmp_path / "deep" / "out")
     assert left_in(tmp_path) == []
 
 
@@ -292,7 +297,7 @@ def test_failure_keeps_the_old_results(tmp_path, monkeypatch, error):
     (target / "result.json").write_text("old")
     monkeypatch.setattr(Path, "write_bytes", failing_at("arrays.nc", error))
     with pytest.raises((LostmotionError, KeyboardInterrupt)):
-        report.write_folder(small_study(), target, force=True)
+        write_folder(small_study(), target, force=True)
     assert left_in(tmp_path) == ["out"]
     assert (target / "result.json").read_text() == "old"
 
@@ -312,7 +317,7 @@ def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "rename", renamed)
     with pytest.raises(LostmotionError, match="Permission denied"):
-        report.write_folder(small_study(), target, force=True)
+        write_folder(small_study(), target, force=True)
     assert left_in(tmp_path) == ["out"]
     assert (target / "result.json").read_text() == "old"
 
@@ -374,7 +379,7 @@ def test_a_parent_that_is_a_file_is_one_message(tmp_path):
     """A path through a file cannot be; the user is told in the package's own words."""
     (tmp_path / "file").write_text("mine")
     with pytest.raises(LostmotionError, match="could not be written"):
-        report.write_folder(small_study(), tmp_path / "file" / "out")
+        write_folder(small_study(), tmp_path / "file" / "out")
     assert left_in(tmp_path) == ["file"]
 
 
@@ -385,7 +390,7 @@ def test_the_folder_one_stands_in_is_never_replaced(tmp_path, monkeypatch, here)
         (tmp_path / "sub").mkdir()
     monkeypatch.chdir(tmp_path / "sub" if here == ".." else tmp_path)
     with pytest.raises(OutputExistsError):
-        report.refuse_existing(here, force=True)
+        folder_of_report.refuse_existing(here, force=True)
 
 
 def test_tables_for_notebooks_carry_every_section():

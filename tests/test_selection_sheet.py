@@ -14,9 +14,9 @@ import pytest
 import lostmotion
 from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
 from lostmotion.analyses.sizing.candidates import Worth
-from lostmotion.analyses.sizing.command import Selection
 from lostmotion.analyses.sizing.plots.selection import aimed_plots
 from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.result import Selection
 from lostmotion.analyses.sizing.selection_options import worth_of
 from lostmotion.analyses.sizing.target_study import Counts, aim
 from lostmotion.error_model.intervals import pooled_quantile
@@ -149,7 +149,7 @@ def test_what_each_choice_buys_is_needed(found):
 
 def test_the_sheet_says_what_was_chosen(found):
     """Masses, prices, errors and torques on the sheet are those of the arm, and every plot stands beside a section."""
-    selection = Selection(found, ("a note",))
+    selection = Selection(**vars(found), notes=("a note",))
     sheet = selection.sheet
     gearbox = find_row(sheet.sections, "parts", "A gearbox")
     assert gearbox.figures[0].value == 3.0
@@ -169,7 +169,7 @@ def test_the_sheet_says_what_was_chosen(found):
 
 def test_the_chosen_arm_reads_back_and_studies_to_the_printed_error(found, tmp_path):
     """sized.toml is the user's file with other parts, comments kept: read again it errs as printed, to the last bit."""
-    folder = Selection(found).report(tmp_path / "out", Z_ARM)
+    folder = Selection(**vars(found), source=Z_ARM).report(tmp_path / "out")
     written = folder / "sized.toml"
     assert not reads_back(Z_ARM, written, found)
     assert error_of(lostmotion.read(written)) == found.error
@@ -215,11 +215,11 @@ def test_a_target_out_of_reach_is_said_with_what_binds(tmp_path):
     said = asked(tmp_path, OFFER, arm, target="0.2 mm")
     found = found_for(said, arm, said.plan.target)
     assert not found.holds
-    selection = Selection(found)
+    selection = Selection(**vars(found), source=Z_ARM)
     assert "No allocation was found whose 95 % error is within 0.2 mm" in selection.sheet.verdict
     assert "Most binds joints." in selection.sheet.verdict
     assert found.trade[0].target > found.target
-    folder = selection.report(tmp_path / "out", Z_ARM)
+    folder = selection.report(tmp_path / "out")
     assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
 
 

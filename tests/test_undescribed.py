@@ -85,7 +85,7 @@ def test_functions_refuse_as_the_commands_do(bare):
     for ask in (
         lambda: lostmotion.study(arm, 8, 2, 2),
         lambda: lostmotion.study(arm, 8, method="analytic"),
-        lambda: lostmotion.zones(arm),
+        lambda: lostmotion.map(arm),
         lambda: lostmotion.target(arm, error="1 mm"),
         lambda: lostmotion.production_yield(arm, "1 mm"),
         lambda: lostmotion.iso9283(arm),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, ParamSpec, Self, TypeVar, cast
 
 if TYPE_CHECKING:
@@ -22,7 +22,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One mistake: where it stands, what was found, what belongs there, and an example that would pass."""
+    """One mistake: where it stands, what was found, what belongs there, and an example that would pass.
+
+    Without a file, `key` names arguments of a call ("cube, centre"), and `passing` has values for them that would pass. Here they are spelled as in
+    Python; whoever was asked otherwise, as on the command line, spells them so.
+    """
 
     file: str
     key: str
@@ -30,17 +34,26 @@ class Problem:
     expected: str
     example: str = ""
     nearest: str = ""
+    passing: tuple[tuple[str, object], ...] = field(default=(), kw_only=True)
 
     def __str__(self) -> str:
         """Lay the mistake out as a short block that a person can act on."""
         lines = [": ".join(part for part in (self.file, self.key) if part)]
         lines.append(f"  found     {self.found}")
         lines.append(f"  expected  {self.expected}")
-        if self.example:
-            lines.append(f"  example   {self.example}")
+        example = self.example or ", ".join(f"{name} = {_literal(value)}" for name, value in self.passing)
+        if example:
+            lines.append(f"  example   {example}")
         if self.nearest:
             lines.append(f"  did you mean '{self.nearest}'?")
         return "\n".join(lines)
+
+
+def _literal(value: object) -> str:
+    """Write a value as Python code, text in double quotes."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"({', '.join(map(_literal, value))})" if isinstance(value, tuple) else str(value)
 
 
 class LostmotionError(Exception):
@@ -98,9 +111,9 @@ class DidNotConvergeError(LostmotionError):
     """A law found no answer to the stated tolerance."""
 
 
-def refuse_argument(name: str, found: object, expected: str, example: str = "") -> InputError:
-    """Build the error for one argument of a call that cannot be used."""
-    return InputError([Problem("", name, shown(found), expected, example)])
+def refuse_argument(name: str, found: object, expected: str, /, **passing: object) -> InputError:
+    """Return the error for one argument of a call, or several ("cube, centre"), with values by argument that would pass."""
+    return InputError([Problem("", name, "nothing" if found is None else shown(found), expected, passing=tuple(passing.items()))])
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -82,7 +82,7 @@ def test_a_weightless_branch_changes_no_answer():
 
 
 def test_a_counterweight_bends_the_link_that_carries_it_and_no_other():
-    """A mass of 12 kg behind the elbow adds 117.68 N on the tip of the upper arm and nothing on the forearm's, and its moment is taken off the elbow's drive."""
+    """A mass of 12 kg behind the elbow adds 117.68 N on the upper arm's tip, nothing on the forearm's, and takes its moment off the elbow's drive."""
     light, heavy, q = branched(0.0), branched(12.0), poses()
     q[:, 4] = 0.0  # straight back
     added = {

@@ -238,12 +238,12 @@ def test_a_zone_has_one_name_in_every_verb(study):
     """By the command line's text, or by its ends, in m or with their unit."""
     text, ends = "z 0..500 mm, x -1..1 m", {"z": (0.0, 0.5), "x": (-1, 1)}
     assert study.costs(zone=text) == study.costs(zone=ends) == study.costs(zone={"z": (0, "500 mm"), "x": ("-1 m", 1.0)})
-    assert study.blaming(zone=text).budgets == study.blaming(zone=ends).budgets
+    assert study.with_budget(zone=text).budgets == study.with_budget(zone=ends).budgets
     joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 0.5}, "lumped": {"angle": 1e-3}}
     plain = lostmotion.Arm(name="plain", joints=(joint,))
     one, other = (lostmotion.target(plain, error="1 mm", poses=16, zone=zone, robots=30, visits=2) for zone in ("x 0.3..1 m", {"x": (0.3, 1.0)}))
-    assert one.found.zone == other.found.zone == "x 300 … 1000 mm"
-    np.testing.assert_array_equal(one.found.poses.q, other.found.poses.q)
+    assert one.zone == other.zone == "x 300 … 1000 mm"
+    np.testing.assert_array_equal(one.poses.q, other.poses.q)
 
 
 @pytest.mark.parametrize(

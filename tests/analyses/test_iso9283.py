@@ -10,6 +10,7 @@ from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.analyses.iso9283.cube import cube_from_arguments
 from lostmotion.analyses.iso9283.frame_fit import best_fit, residual_after_fit
 from lostmotion.analyses.iso9283.predicted import cycle_approach, predict_robots, side_approach
+from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.inverse import jacobian
 from lostmotion.mechanism.serial import terms
@@ -202,4 +203,4 @@ def test_numbers_out_of_range_are_refused(asked):
 def test_links_that_warm_at_once_are_refused(asked, said):
     """A time constant of nothing, or a rise that is no number."""
     with pytest.raises(lostmotion.InputError, match=said):
-        lostmotion.WarmUp(**asked)
+        WarmUp(**asked)

@@ -97,10 +97,10 @@ def test_causes_name_the_kind_of_error_at_whichever_joint(arm):
 
 
 def test_a_pose_by_number_by_value_and_in_a_zone_is_the_same_pose(study):
-    """`costs(pose=k)`, its joint values, and a mask that holds it alone say the same; a mask of all says what the study says."""
+    """`costs(at=k)`, its joint values, and a mask that holds it alone say the same; a mask of all says what the study says."""
     mask = np.arange(len(study.poses)) == 7
-    found = study.costs(pose=7)
-    assert found == study.costs(pose=study.poses.q[7]) == study.costs(zone=mask)
+    found = study.costs(at=7)
+    assert found == study.costs(at=study.poses.q[7]) == study.costs(zone=mask)
     everywhere = study.costs(zone=np.ones(len(mask), dtype=bool))
     assert [cost.part for cost in everywhere] == [cost.part for cost in study.costs()] == [cost.part for cost in study.budget.parts]
     for cost, of_study in zip(everywhere, costs(study.sampled.tally), strict=True):
@@ -110,7 +110,7 @@ def test_a_pose_by_number_by_value_and_in_a_zone_is_the_same_pose(study):
 def test_a_zone_is_the_poses_in_it(study):
     """Mean squares of a zone and of the rest, weighted by their poses, make the whole's."""
     middle = float(np.median(study.tool[:, 2]))
-    low, high = study.blaming(zone={"z": (-10, middle)}), study.blaming(zone={"z": (np.nextafter(middle, 10), 10)})
+    low, high = study.with_budget(zone={"z": (-10, middle)}), study.with_budget(zone={"z": (np.nextafter(middle, 10), 10)})
     parts = [found.budgets[0] for found in (low, high)]
     assert sum(part.poses for part in parts) == len(study.poses)
     squares = sum(part.poses * part.rms**2 for part in parts)
@@ -123,15 +123,15 @@ def test_a_zone_is_the_poses_in_it(study):
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        ({"pose": 64}, "from 0 to 63"),
-        ({"pose": -1}, "from 0 to 63"),
-        ({"pose": [0.0, 1.0]}, "3 finite joint values"),
-        ({"pose": [0.0, 1.0, np.nan]}, "3 finite joint values"),
+        ({"at": 64}, "from 0 to 63"),
+        ({"at": -1}, "from 0 to 63"),
+        ({"at": [0.0, 1.0]}, "3 finite joint values"),
+        ({"at": [0.0, 1.0, np.nan]}, "3 finite joint values"),
         ({"zone": {"x": (5, 6)}}, "none of the 64 poses"),
         ({"zone": {"w": (0, 1)}}, "x, y or z"),
         ({"zone": {"x": (1, 0)}}, "the lower one first"),
         ({"zone": np.ones(3, dtype=bool)}, "each of the 64 poses"),
-        ({"pose": 1, "zone": {"x": (0, 1)}}, "one of them"),
+        ({"at": 1, "zone": {"x": (0, 1)}}, "one of them"),
         ({"by": "gearbox"}, "part, cause, level, term"),
     ],
 )
@@ -233,7 +233,7 @@ def test_halving_at_a_pose_is_what_sums_over_terms_find():
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q[5:6])
-    study = lostmotion.study(arm, poses, 20, 2).blaming(pose=5)
+    study = lostmotion.study(arm, poses, 20, 2).with_budget(at=5)
     found = study.budgets[0].halving
     assert found.samples == 4 * 65_536
     before = of_screws(matrix, Drawn(matrix))

@@ -7,6 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import quantile
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.propagation.montecarlo import kernel
@@ -41,7 +42,7 @@ def test_first_order_is_enough(found):
 def test_parts_add_up(found):
     """Shares of all parts add to one, and the exact mean square is what the samples show."""
     _, _, sampled = found
-    assert sum(cost.share for cost in lostmotion.costs(sampled.tally)) == pytest.approx(1, abs=1e-12)
+    assert sum(cost.share for cost in costs(sampled.tally)) == pytest.approx(1, abs=1e-12)
     assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(sampled.tally.total / sampled.tally.poses, rel=0.02)
 
 

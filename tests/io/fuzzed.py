@@ -20,9 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lostmotion import gear, joint_torques, read, root_sum_square, screws, worst_case
+from lostmotion import gear, read, screws, worst_case
 from lostmotion.analyses.iso9283.measured_file import read_measured
 from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.error_model.pose_matrix import root_sum_square
 from lostmotion.errors import LostmotionError
 from lostmotion.io.compliance_csv import read_compliance
 from lostmotion.io.own_reducers import read_reducers
@@ -30,6 +31,7 @@ from lostmotion.io.part_file import read_bearing, read_gearbox
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
 from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep_designs import read_sweep
+from lostmotion.mechanism.serial import joint_torques
 from lostmotion.runs.job import order_of
 from tests.io.conftest import JOINT
 from tests.runs.conftest import ARM, SWEEP

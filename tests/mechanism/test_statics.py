@@ -9,6 +9,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.statics.survey import survey
+from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import static_loads
 from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, alone, bending
@@ -151,7 +152,7 @@ def test_bending_by_cause_is_the_links_line_in_the_budget():
     """Over a whole study, the causes' shares of the mean square add up to the share that the budget gives each link of exact stiffness."""
     arm = links_alone(elastic_arm(np.random.default_rng(12), 4))
     study = lostmotion.study(arm, 64, robots=2, visits=2)
-    shares = {cost.part: cost.share for cost in lostmotion.costs(study.sampled.tally)}
+    shares = {cost.part: cost.share for cost in costs(study.sampled.tally)}
     for bent in study.bending:
         assert sum(part[2] for part in bent.by_cause.values()) == pytest.approx(shares[f"joints.{bent.joint}.link"], rel=1e-9, abs=1e-12)
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion import pose_repeatability, sample_poses, screws
+from lostmotion import sample_poses, screws
+from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream

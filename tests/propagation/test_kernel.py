@@ -5,10 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lostmotion import Arm, Poses, frames, pose_accuracy, pose_repeatability, read, root_sum_square, sample_poses, screws, worst_case
+from lostmotion import Arm, Poses, frames, read, sample_poses, screws, worst_case
+from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
+from lostmotion.error_model.pose_matrix import root_sum_square
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block, sample_blocks

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion import pose_repeatability, root_sum_square, sample_poses, screws, worst_case
+from lostmotion import sample_poses, screws, worst_case
 from lostmotion.analyses.accuracy.workspace import workspace
+from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
+from lostmotion.error_model.pose_matrix import root_sum_square
 from lostmotion.parts.error_source import limit_term
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel

@@ -29,7 +29,7 @@ def test_an_extreme_is_made_once_more(run):
     """From its pose and draws the error has the stored length: to the bit by its block, within 1e-12 by the sum over terms, whose parts add up."""
     found = lostmotion.replay(run.store.folder, worst=5)
     assert len(found) == 5
-    for each in (one.found for one in found):
+    for each in found:
         assert each.kernel == each.found.error
         assert each.apart < 1e-12
         assert sum(term.along for term in each.terms) == pytest.approx(each.length, rel=1e-12)
@@ -44,15 +44,15 @@ def test_the_largest_are_the_largest(run):
     order, store = run.store.order, run.store
     largest = COLUMNS.index("largest")
     errors = np.array([np.concatenate([store.read(k, block).poses[:, largest] for block in range(order.blocks)]) for k in range(order.designs)])
-    assert [each.found.found.error for each in lostmotion.replay(store.folder, worst=4)] == sorted(errors.ravel(), reverse=True)[:4]
+    assert [each.found.error for each in lostmotion.replay(store.folder, worst=4)] == sorted(errors.ravel(), reverse=True)[:4]
     of_one = lostmotion.replay(store.folder, design=1, worst=100)
-    assert [each.found.found.error for each in of_one] == sorted(errors[1], reverse=True)
-    assert sorted(each.found.found.pose for each in of_one) == list(range(64))
+    assert [each.found.error for each in of_one] == sorted(errors[1], reverse=True)
+    assert sorted(each.found.pose for each in of_one) == list(range(64))
 
 
 def test_joint_values_are_those_of_the_pose(run):
     """The pose of an extreme is the one that the study visits under this number, and the tool stands where the arm puts it."""
-    each = lostmotion.replay(run.store.folder)[0].found
+    each = lostmotion.replay(run.store.folder)[0]
     arm = run.store.order.read(each.found.design)
     q = lostmotion.sample_poses(arm, 64, seed=1).q[each.found.pose]
     np.testing.assert_array_equal(each.found.q, q)

@@ -313,7 +313,7 @@ def test_an_arm_in_memory_is_not_swept(tmp_path):
     path.write_text(ARM, encoding="utf-8")
     with pytest.raises(lostmotion.InputError, match="a sweep changes keys of the file, which an arm in memory no longer has") as caught:
         lostmotion.sweep(lostmotion.read(path), out=tmp_path / "run")
-    assert caught.value.problems[0].found == "an Arm, tiny"
+    assert caught.value.problems[0].found == "'an Arm, tiny'"
     with pytest.raises(lostmotion.InputError, match="path"):
         lostmotion.sweep(None, out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
@@ -366,7 +366,7 @@ def test_designs_are_compared_at_the_users_own_poses(tmp_path):
         study = lostmotion.study(found.store.order.read(outcome.design), q, 20, 3, seed=1)
         assert outcome.mean.value == pytest.approx(study.sampled.robot_means[:, :, 0].mean(), rel=1e-12)
     poses.unlink()
-    each = lostmotion.replay(tmp_path / "run")[0].found
+    each = lostmotion.replay(tmp_path / "run")[0]
     assert each.kernel == each.found.error
     np.testing.assert_allclose(each.found.q, q[each.found.pose])
     poses.write_text("B [deg],A [deg]\n55,20\n", encoding="utf-8")

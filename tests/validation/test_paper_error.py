@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.mechanism.serial import joint_torques
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper"
 ARM_FILE = PAPER / "z-arm-lumped.toml"
@@ -163,7 +164,7 @@ def test_the_static_moment_is_the_worst_over_tilts(poses):
     """Eq. (3) with its misprints corrected is what gravity can ask of A at most; eq. (2)'s Mx is what it asks on a level chassis."""
     mx, _, total = method.static_moment(Z_ARM, method.Weights(), poses)
     assert lostmotion.worst_torques_over_tilts(_arm(), poses)[:, 1] == pytest.approx(total, rel=1e-12)
-    assert np.abs(lostmotion.joint_torques(_arm(), poses)[:, 1]) == pytest.approx(np.abs(mx), abs=1e-10)
+    assert np.abs(joint_torques(_arm(), poses)[:, 1]) == pytest.approx(np.abs(mx), abs=1e-10)
 
 
 def test_eq_2_as_printed_counts_the_weight_at_d_twice(poses):

@@ -1,4 +1,4 @@
-"""Amounts as users state them: text with its unit, "0.5 mm", or a number in SI. Every verb and every option of the command line reads them here."""
+"""Quantities as users state them: text with its unit, "0.5 mm", or a number in SI."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def amount(name: str, value: object, wanted: Quantity) -> float:
         found = wanted(given)
     except PydanticCustomError as error:
         why = (error.context or {})["why"]
-        raise InputError([Problem("", name, f"{shown(value)} ({why})", wanted.expected, _assigned(name, wanted.example))]) from None
+        raise InputError([Problem("", name, f"{shown(value)} ({why})", wanted.expected, passing=((name, wanted.example),))]) from None
     return found.nominal if isinstance(found, Toleranced) else found
 
 
@@ -65,7 +65,7 @@ def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]
     else:
         parts = list(value) if hasattr(value, "__iter__") and hasattr(value, "__len__") else []
     if len(parts) != _AXES:
-        raise InputError([Problem("", name, shown(value), wanted.expected, _assigned(name, wanted.example))])
+        raise InputError([Problem("", name, shown(value), wanted.expected, passing=((name, wanted.example),))])
     x, y, z = each_of(name, parts, [wanted.each] * _AXES)
     return x, y, z
 
@@ -99,8 +99,3 @@ def amounts(
     if problems:
         raise InputError(list(problems))
     return out
-
-
-def _assigned(name: str, example: str) -> str:
-    """Show the example behind its name, as it would be written in Python or on the command line."""
-    return f'{name} "{example}"' if name.startswith("-") else f'{name} = "{example}"'

@@ -11,11 +11,22 @@ if TYPE_CHECKING:
 
 
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
-    """Which arm does this file describe? Native TOML or URDF, by its ending.
+    """Return the arm that a file describes: native TOML or URDF, by its ending.
 
-    `sidecar` is the TOML that says what a URDF cannot (gearboxes, bearings, sections, tolerances). Raises InputError with every mistake in the file.
+    Parameters
+    ----------
+    path
+        The arm's file.
+    sidecar
+        TOML that states what a URDF cannot: gearboxes, bearings, sections, tolerances. Default: the one of the same name beside it.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the files.
+
     """
-    from lostmotion.analyses.arguments import a_path
+    from lostmotion.analyses.arguments import path_of
     from lostmotion.io import read as read_file
 
-    return read_file(a_path("path", path), None if sidecar is None else a_path("sidecar", sidecar))
+    return read_file(path_of("path", path), None if sidecar is None else path_of("sidecar", sidecar))

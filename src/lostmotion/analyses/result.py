@@ -1,21 +1,55 @@
-"""What was asked for, to be looked at: on the screen, as a report, as plain data, in a notebook."""
+"""Result of a question: printed, written as a report, as plain data, and shown in a notebook."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
 
+from lostmotion.errors import InputError
+
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+    from pathlib import Path
+
+    from lostmotion.errors import Problem
+    from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 
 
-class Shown(ABC):
-    """Whatever has a sheet of figures can be printed, given as plain data, and shown in a notebook."""
+class PartialResultError(InputError):
+    """What was asked cannot be answered, but part of it can: `partial()` computes that result. The command line shows it in place of the message."""
+
+    def __init__(self, problems: Sequence[Problem], partial: Callable[[], Result]) -> None:
+        """Keep the mistakes and the function that computes what can be answered."""
+        super().__init__(problems)
+        self.partial = partial
+
+
+class Result(ABC):
+    """Base class of results: whatever has a sheet of figures can be printed, written and shown."""
 
     @property
     @abstractmethod
     def sheet(self) -> Sheet:
-        """Give every figure, as printed, reported and written."""
+        """Return every figure, as printed, reported and written."""
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        return ()
+
+    @property
+    def failure(self) -> str:
+        """Return why the answer is no, in a sentence; empty where it is yes. The command line then exits with 1."""
+        return ""
+
+    def files(self) -> dict[str, bytes]:
+        """Return what the report's folder holds besides report.html and result.json, by name."""
+        return {}
+
+    def written_besides(self, folder: Path) -> Iterable[str]:  # noqa: ARG002 - for those that have something to say
+        """Return a line for each file that the command line names besides the report."""
+        return ()
 
     def summary(self) -> None:
         """Print every figure."""
@@ -23,12 +57,30 @@ class Shown(ABC):
 
         print_sheet(self.sheet)
 
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html, result.json and the files besides into the folder `out`, whole or not at all, and return the folder.
+
+        Missing parents are made. With `force` an earlier folder is replaced once the new one is complete. The same result gives the same bytes.
+        Raises OutputExistsError where the folder exists and `force` is not set, LostmotionError where it cannot be written.
+        """
+        from lostmotion.reporting.folder import refuse_existing, write_whole
+        from lostmotion.reporting.page import contents
+
+        refuse_existing(out, force=force)
+        return write_whole({**contents(self.sheet, self.plots), **self.files()}, out, force=force)
+
     def result(self) -> dict[str, Any]:
-        """Give every printed figure as plain data, as in result.json."""
+        """Return every printed figure as plain data, as in result.json."""
         from lostmotion.reporting.sheet import plain
         from lostmotion.version import __version__
 
         return plain(self.sheet, __version__)
+
+    def __repr__(self) -> str:
+        """Return the figures that are asked for first, one a line."""
+        sheet = self.sheet
+        head = f"<{type(self).__name__} of '{sheet.name}'" + (f": {sheet.counts}" if sheet.counts else "")
+        return "\n".join([head, *(f"  {card.title}: {card.number}" for card in sheet.cards)]) + ">"
 
     def _repr_html_(self) -> str:
         """Show the figures as tables in a notebook."""

@@ -66,7 +66,7 @@ def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
     sought = wanted.maker.casefold()
     if not any(sought in maker.casefold() for maker in makers):
         near = nearest(wanted.maker, makers) or next(iter(makers), "")
-        raise refuse_argument("maker", wanted.maker, "one of " + ", ".join(makers[:20]), f'--maker "{near}"')
+        raise refuse_argument("maker", wanted.maker, "one of " + ", ".join(makers[:20]), maker=near)
     asked = {
         "rated torque": (wanted.min_torque, 1.0),
         "stiffness": (wanted.min_stiffness, 1.0),

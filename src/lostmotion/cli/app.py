@@ -1,40 +1,56 @@
-"""The command line's frame: what all commands share, and what happens to mistakes."""
+"""The command line: one command per question, and what happens to mistakes."""
 
 from __future__ import annotations
 
 import errno
-import math
+import importlib
 import os
 import signal
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
-from lostmotion.cli.spoken import Spoken
+from lostmotion import QUESTIONS
+from lostmotion.cli.generator import command_of, stopped
 from lostmotion.cli.terminal import LOST, flush, give_up, is_of_output, open_up, say
-from lostmotion.cli.typed import Typed
-from lostmotion.errors import LostmotionError
+from lostmotion.errors import InputError, LostmotionError, Problem, nearest, shown
 from lostmotion.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from types import FrameType
 
-stopped: list[bool] = []
-STOPPED = 130  # the shell's own code for it
+# Other names of commands.
+_ALIASES: Final = {"run": "study"}
 
 
-class _App(typer.Typer):
-    """Commands that say what is wrong with what was typed."""
+class _Questions(TyperGroup):
+    """The commands, each made when it is asked for."""
 
-    def command(self, name: str | None = None, **options: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - typer's own options
-        return super().command(name, cls=Typed, **options)
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]  # noqa: ARG002 - Click's own signature
+        """Return the names of the questions, in the order of the help."""
+        return list(QUESTIONS)
+
+    def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]  # noqa: ANN401, ARG002 - Click's own class
+        """Return the command of this name, None where there is none."""
+        name = _ALIASES.get(cmd_name, cmd_name)
+        if name not in QUESTIONS:
+            return None
+        return command_of(getattr(importlib.import_module(QUESTIONS[name]), name))
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
+        """Return the command that was typed. Raises InputError where there is none of this name."""
+        word = args[0]
+        if word not in {*QUESTIONS, *_ALIASES}:
+            near = nearest(word, QUESTIONS)
+            raise InputError([Problem("", "command", shown(word), "one of " + ", ".join(QUESTIONS), "lostmotion study arm.toml", near)])
+        return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
 
 
-app = _App(
-    cls=Spoken,
+app = typer.Typer(
+    cls=_Questions,
     help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
     no_args_is_help=True,
     add_completion=False,
@@ -54,24 +70,6 @@ def _options(
     version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_print_version)] = False,  # noqa: FBT002
 ) -> None:
     """Take the options that go before a command."""
-
-
-def amount(
-    option: str,
-    text: str | None,
-    si: str,
-    example: str,
-    above: float = 0.0,
-    *,
-    low: float | None = None,
-    high: float = math.inf,
-) -> float | None:
-    """Read what an option asks for, in SI, above `above`, or where `low` is given at least that; errors as `ask.amounts.amount`."""
-    from lostmotion.analyses.quantities import amount as read
-    from lostmotion.units import Quantity
-
-    field = Quantity(si, example, above=above, high=high) if low is None else Quantity(si, example, low=low, high=high)
-    return None if text is None else read(option, text, field)
 
 
 def main() -> None:
@@ -120,7 +118,7 @@ def _of_system(error: OSError) -> tuple[int, str]:
 
 
 def _stop(_signal: int, _frame: FrameType | None) -> None:
-    """Remember that the user wants to stop: compiled code may swallow the exception and go on with half a result."""
+    """Remember that the user wants to stop: compiled code may swallow the exception and continue with half a result."""
     stopped.append(True)
     say("\nlostmotion: stopped", error=True)
     raise KeyboardInterrupt

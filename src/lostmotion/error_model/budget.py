@@ -56,7 +56,7 @@ LABELS: Final[dict[By, Callable[[TermInfo], str]]] = {"part": lambda info: info.
 def label_of(by: By) -> Callable[[TermInfo], str]:
     """How are terms named that are put together by part, cause, level or term? Raises InputError for another word."""
     if by not in LABELS:
-        raise refuse_argument("by", by, "one of " + ", ".join(LABELS), 'by = "cause"')
+        raise refuse_argument("by", by, "one of " + ", ".join(LABELS), by="cause")
     return LABELS[by]
 
 
@@ -226,5 +226,5 @@ def _tallies(arm: Arm, q: Floats, groupings: tuple[By, ...], approach: float) ->
         block = [Tally.of(matrix, by) for by in groupings]
         out = [whole + part for whole, part in zip(out, block, strict=True)] if out else block
     if not out:
-        raise refuse_argument("poses", "none", "at least one pose", "pose = 0")
+        raise refuse_argument("poses", "none", "at least one pose", at=0)
     return out

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _AXES = "xyz"
-_EXAMPLE = 'zone = "x 0.2..0.5 m"'
+_EXAMPLE = "x 0.2..0.5 m"
 # So many poses are looked at to find those in a zone.
 MOST_TRIED: Final = 1 << 19
 
@@ -42,11 +42,11 @@ def one_pose(q: Floats, pose: Any) -> tuple[Floats, str]:  # noqa: ANN401 - a nu
     """
     if isinstance(pose, Integral):
         if not 0 <= int(pose) < len(q):
-            raise refuse_argument("pose", pose, f"a number from 0 to {len(q) - 1}", "pose = 0")
+            raise refuse_argument("at", pose, f"a number from 0 to {len(q) - 1}", at=0)
         return q[[int(pose)]], f"pose {pose}"
     values = np.atleast_2d(np.asarray(pose, dtype=float))
     if values.shape != (1, q.shape[1]) or not np.isfinite(values).all():
-        raise refuse_argument("pose", f"values of shape {np.shape(pose)}", f"{q.shape[1]} finite joint values in rad and m, or a number", "pose = 0")
+        raise refuse_argument("at", f"values of shape {np.shape(pose)}", f"{q.shape[1]} finite joint values in rad and m, or a number", at=0)
     return values, "the pose asked for"
 
 
@@ -61,7 +61,7 @@ def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 
         mask = np.asarray(zone)
         if mask.shape != (len(tool),) or mask.dtype != bool:
             raise refuse_argument(
-                "zone", f"an array of {mask.dtype} of shape {mask.shape}", f"a truth value for each of the {len(tool)} poses", _EXAMPLE
+                "zone", f"an array of {mask.dtype} of shape {mask.shape}", f"a truth value for each of the {len(tool)} poses", zone=_EXAMPLE
             )
         name = "the zone asked for"
     if not mask.any():
@@ -131,7 +131,7 @@ def _refused(found: str, expected: str, tool: Floats) -> InputError:
     """Refuse a zone and say where the tool goes; its name is our own text, and is not cut short."""
     low, high = tool.min(axis=0), tool.max(axis=0)
     reached = ", ".join(f"{axis} {a:.3f}..{b:.3f} m" for axis, a, b in zip(_AXES, low, high, strict=True))
-    return InputError([Problem("", "zone", found, f"{expected}; the tool goes {reached}", _EXAMPLE)])
+    return InputError([Problem("", "zone", found, f"{expected}; the tool goes {reached}", passing=(("zone", _EXAMPLE),))])
 
 
 def _in_box(tool: Floats, ends: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, str]:
@@ -155,8 +155,8 @@ def checked_ends(ends: Mapping[Any, Any]) -> dict[str, tuple[float, float]]:
         except (TypeError, ValueError):
             low = high = math.nan
         if not (isinstance(axis, str) and axis in set(_AXES)) or not (math.isfinite(low) and math.isfinite(high)) or low > high:
-            mistakes.append(Problem("", "zone", shown(f"{axis}: {pair}")[1:-1], expected, _EXAMPLE))
+            mistakes.append(Problem("", "zone", shown(f"{axis}: {pair}")[1:-1], expected, passing=(("zone", _EXAMPLE),)))
         out[axis] = (low, high)
     if mistakes or not out:
-        raise InputError(mistakes or [Problem("", "zone", "no ends", expected, _EXAMPLE)])
+        raise InputError(mistakes or [Problem("", "zone", "no ends", expected, passing=(("zone", _EXAMPLE),))])
     return out

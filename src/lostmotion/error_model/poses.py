@@ -37,10 +37,10 @@ class Poses:
         """Refuse joint values that are no table of finite numbers, and sets that do not share the poses evenly."""
         if self.q.ndim != 2 or not len(self.q) or not np.isfinite(self.q).all():  # noqa: PLR2004 - pose and joint
             raise refuse_argument(
-                "poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m", "poses = 2048"
+                "poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m", poses=2048
             )
         if self.replicates < 1 or len(self.q) % self.replicates:
-            raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", "replicates = 1")
+            raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", replicates=1)
 
     def __len__(self) -> int:
         """Give the number of poses."""
@@ -58,16 +58,16 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
     Raises InputError for an unknown law, or a count below one or above ten million.
     """
     if law not in POSE_LAWS:
-        raise refuse_argument("pose law", law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+        raise refuse_argument("pose_law", law, "one of " + ", ".join(POSE_LAWS), pose_law="sobol")
     if not 1 <= count <= MOST_POSES:
-        raise refuse_argument("poses", count, f"from 1 to {MOST_POSES}", "poses = 2048")
+        raise refuse_argument("poses", count, f"from 1 to {MOST_POSES}", poses=2048)
     low, high = arm.limits.T
     joints = len(low)
     if law == "grid":
         steps = max(math.ceil(count ** (1 / joints) - 1e-9), 1)
         if steps**joints > MOST_POSES:
             found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
-            raise refuse_argument("poses on a grid", found, f"at most {MOST_POSES}", 'pose_law = "sobol"')
+            raise refuse_argument("poses, pose_law", found, f"at most {MOST_POSES}", pose_law="sobol")
         axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
         at = np.unravel_index(np.arange(steps**joints), (steps,) * joints) if joints <= _MOST_AXES else np.zeros((joints, 1), int)
         return Poses(np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)]), "grid")

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import nearest
-from lostmotion.io.text import begins_as_xml, refuse
+from lostmotion.io.text import begins_as_xml, read_text, refuse
+from lostmotion.io.toml import read_toml
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -38,5 +39,9 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
         if path.is_dir():
             refuse(str(path), "", "a folder", f"a file that ends in one of {', '.join(READERS)}", str(path / "arm.toml"))
         refuse(str(path), "", f"the ending '{ending}'" if ending else "no ending", f"one of {', '.join(READERS)}", f"{path.stem or 'arm'}.toml", near)
+    if ending == ".toml":
+        read_toml(path)  # before what checks its keys is loaded, which takes most of a second
+    elif not path.exists():
+        read_text(path, 1)
     arm: Arm = importlib.import_module(f"lostmotion.io.{READERS[ending]}").read_arm(path, None if sidecar is None else Path(sidecar))
     return arm

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 
 from lostmotion.catalogue.gearboxes import FROM_CATALOGUE
-from lostmotion.errors import InputError, shown
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.io import READERS, read
 from lostmotion.io.arm_builder import build_arm
 from lostmotion.io.draft import Draft
@@ -79,7 +79,7 @@ def _read(path: Path, joint: str | None, kind: Kind) -> OnePart[Any]:
         return _of_joint(read(path), str(path), joint, kind)
     if joint is not None:
         expected = f"an arm file where a joint is named; this one has no joints{', but one ' + kind + ' for itself' if kind in tree else ''}"
-        refuse(str(path), "--joint", shown(joint), expected, f"lostmotion {_COMMANDS[kind]} {path.name}")
+        raise refuse_argument("joint", joint, f"{expected}: {path.name}")
     return _alone(str(path), path.stem, tree, kind)
 
 
@@ -87,15 +87,16 @@ def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any
     """Take the part of one joint out of a whole arm."""
     having = [each.name for each in arm.moving if getattr(each, kind) is not None]
     names = f"one of its joints with a {kind}: {listed(having)}" if having else f"an arm with a {kind} on one of its joints; this one has none"
-    example = f"--joint {having[0]}" if having else _EXAMPLES[kind]
+    example = {"joint": having[0]} if having else {}
     if joint is None:
-        refuse(file, "--joint", "an arm, and no joint named", names, example)
+        raise refuse_argument("joint", f"none named, and {Path(file).name} is an arm", names, **example)
     found = next((each for each in arm.joints if each.name == joint), None)
     if found is None:
-        refuse(file, "--joint", shown(joint), names, example, nearest(joint, having))
+        problem = Problem("", "joint", shown(joint), names, nearest=nearest(joint, having), passing=tuple(example.items()))
+        raise InputError([problem])
     part = None if isinstance(found, FixedJoint) else getattr(found, kind)
     if part is None:
-        refuse(file, "--joint", f"the joint '{joint}', which has no {kind}", names, example)
+        raise refuse_argument("joint", f"'{joint}', which has no {kind}", names, **example)
     if kind in found.assumed:  # the joint says that all of it is assumed
         part = part.model_copy(update={"assumed": tuple(key for key in value_keys(type(part)) if key in part.model_fields_set)})
     return OnePart(cut(f"{arm.name}, {kind} of joint {joint}", LONGEST_NAME), part, _notes_on(arm, part))

@@ -25,7 +25,7 @@ _ZONE: Final = "x 0.2..0.5 m, y -100..100 mm"
 _ROUNDING: Final = 1e-9
 
 
-def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
+def read_pose(text: str, arm: Arm, argument: str = "at") -> int | Floats:
     """Return the joint values (joint,) in rad and m of a pose given by its number or by the value of every moving joint.
 
     Raises InputError with every mistake: joints that are unknown, missing or named twice, values without a unit of their kind or outside the limits.
@@ -34,7 +34,6 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
         return int(text)
     joints = {joint.name: joint for joint in arm.moving}
     example = " ".join(f"{name}={'10mm' if isinstance(joint, PrismaticJoint) else '30deg'}" for name, joint in joints.items())
-    example = _given(option, example)
     # A joint of the arm is met by its whole name, whatever letters that has.
     known = re.compile(r"\s*(?P<name>" + "|".join(re.escape(name) for name in sorted(joints, key=len, reverse=True)) + ")" + _VALUE)
     mistakes: list[Problem] = []
@@ -43,51 +42,62 @@ def read_pose(text: str, arm: Arm, option: str = "--at") -> int | Floats:
     while at < len(text) <= _LONGEST and text[at:].strip():
         match = known.match(text, at) or _ANY.match(text, at)
         if match is None:
-            mistakes.append(Problem("", option, shown(text[at:].strip()), "joint=value with its unit, for every joint, or a pose's number", example))
+            mistakes.append(
+                Problem(
+                    "",
+                    argument,
+                    shown(text[at:].strip()),
+                    "joint=value with its unit, for every joint, or a pose's number",
+                    passing=((argument, example),),
+                )
+            )
             break
         at = match.end()
         name = match["name"]
         if name not in joints or name in found:
             what = f"joint '{name}' twice" if name in found else shown(name)
             meant = "" if name in found else nearest(name, joints)
-            mistakes.append(Problem("", option, what, f"each joint once, of {listed(joints)}", example, meant))
+            mistakes.append(Problem("", argument, what, f"each joint once, of {listed(joints)}", nearest=meant, passing=((argument, example),)))
             continue
         si = "m" if isinstance(joints[name], PrismaticJoint) else "rad"
         try:
             found[name] = read_quantity(match["value"], si).nominal
         except UnitError as error:
             found[name] = joints[name].limits[0]
-            mistakes.append(Problem("", option, f"{name}={shown(match['value'])[1:-1]} ({error})", "a value with its unit", example))
+            mistakes.append(
+                Problem("", argument, f"{name}={shown(match['value'])[1:-1]} ({error})", "a value with its unit", passing=((argument, example),))
+            )
             continue
         low, high = joints[name].limits
         slack = _ROUNDING * (high - low)
         if not low - slack <= found[name] <= high + slack:
             unit, factor = ("mm", 1e3) if si == "m" else ("deg", 180 / np.pi)
             ends = f"{low * factor:.6g} {unit} to {high * factor:.6g} {unit}"
-            mistakes.append(Problem("", option, f"{name}={match['value']}", f"a value within its limits, {ends}", f"{name}={low * factor:.6g}{unit}"))
+            mistakes.append(
+                Problem("", argument, f"{name}={match['value']}", f"a value within its limits, {ends}", f"{name}={low * factor:.6g}{unit}")
+            )
     if len(text) > _LONGEST:
-        mistakes.append(Problem("", option, f"{len(text)} characters", f"at most {_LONGEST}", example))
+        mistakes.append(Problem("", argument, f"{len(text)} characters", f"at most {_LONGEST}", passing=((argument, example),)))
     missing = [name for name in joints if name not in found]
     if missing and not mistakes:
-        mistakes.append(Problem("", option, f"no value for {listed(missing)}", "the value of every moving joint", example))
+        mistakes.append(Problem("", argument, f"no value for {listed(missing)}", "the value of every moving joint", passing=((argument, example),)))
     if mistakes:
         raise InputError(mistakes)
     return np.array([found[name] for name in joints])
 
 
-def read_zone(text: str, option: str = "--zone") -> dict[str, tuple[float, float]]:
+def read_zone(text: str, argument: str = "zone") -> dict[str, tuple[float, float]]:
     """Return the limits (m) of a zone along each of the base's axes that it names.
 
-    `option` is what the text was given as: an option, or the argument of a call. Raises InputError with every mistake: an axis that is none of
+    `argument` is what the text was given for. Raises InputError with every mistake: an axis that is none of
     x, y, z or comes twice, ends in the wrong order, no unit of length.
     """
     expected = "ends along x, y and z in the base's axes, lower one first, with their unit"
-    example = _given(option, _ZONE)
     out: dict[str, tuple[float, float]] = {}
     mistakes: list[Problem] = []
 
     def refuse(part: str, why: str) -> None:
-        mistakes.append(Problem("", option, f"{shown(part.strip())} ({why})", expected, example))
+        mistakes.append(Problem("", argument, f"{shown(part.strip())} ({why})", expected, passing=((argument, _ZONE),)))
 
     for part in text[:_LONGEST].split(","):
         match = _ENDS.fullmatch(part)
@@ -120,8 +130,3 @@ def _amiss(part: str) -> str:
     if not axis.isalpha():
         return "no axis, and a space, before the ends"
     return "no unit after the ends" if ends.strip()[-1:].isdigit() else "the ends are no numbers with their unit"
-
-
-def _given(option: str, text: str) -> str:
-    """Show a text as it is given: behind an option, or to an argument."""
-    return f'{option} "{text}"' if option.startswith("-") else f'{option} = "{text}"'

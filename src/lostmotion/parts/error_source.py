@@ -59,7 +59,7 @@ Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
 class Part(BaseModel):
     """A description that cannot be changed once made and knows no field but its own."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(defer_build=True, frozen=True, extra="forbid")
 
     def __copy__(self) -> Self:
         """Copy the fields only: what was worked out from them once may not hold for a changed copy."""

@@ -126,12 +126,12 @@ def analytic(
     if not all(_LEAST_LEVEL <= level <= _MOST_LEVEL for level in wanted):
         raise ValueError(f"levels {list(levels)}; expected shares from {_LEAST_LEVEL} to {_MOST_LEVEL}")
     if threads < 1:
-        raise refuse_argument("threads", threads, "at least 1", "threads = 2")
+        raise refuse_argument("threads", threads, "at least 1", threads=2)
     if approach not in (-1, 0, 1):
-        raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+        raise refuse_argument("approach", approach, "-1, 0 or 1", approach=0)
     q = as_poses(arm, poses.q if isinstance(poses, Poses) else poses)
     if not len(q):
-        raise refuse_argument("poses", "none", "at least one", "lostmotion.sample_poses(arm, 128)")
+        raise refuse_argument("poses", "none", "at least one", poses=128)
     keep_freed()
     drawn = Drawn(screws(arm, q[:TILE], approach=approach))
     found: list[Analytic] = []

@@ -1,16 +1,12 @@
-"""The summary on the terminal, and the progress bar over it."""
+"""The summary on the terminal."""
 
 from __future__ import annotations
 
-import sys
-import time
-from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Self, TextIO, TypeVar, cast
+from typing import TYPE_CHECKING, Final, TypeVar, cast
 
 from rich import box
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
@@ -18,12 +14,9 @@ from rich.text import Text
 from lostmotion.errors import legible
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from lostmotion.reporting.sheet import Section, Sheet
 
 T = TypeVar("T")
-_SECONDS_BEFORE_BAR = 1.0
 
 # A remark in a narrower column than this is no longer read easily.
 _REMARK: Final = 20
@@ -44,7 +37,7 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
         # Rather a line that the terminal folds than a figure cut to another one.
         screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
         if not beside:
-            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a remark that many rows share is printed once
+            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a word that many rows share is told once
                 labels = "; ".join(row.label for row in section.rows if row.note == note)
                 screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
         if section.note:
@@ -79,12 +72,12 @@ def _legible(held: T) -> T:
 
 
 def _taken(screen: Console, table: Table) -> int:
-    """Return the width of the table once drawn. Columns that cannot be narrower go beyond the screen, and further than `measure` says."""
+    """How wide is the table once drawn? Columns that cannot be narrower go beyond the screen, and further than `measure` says."""
     return max(Segment.get_line_length(line) for line in Segment.split_lines(screen.render(table)))
 
 
 def _fits(screen: Console, section: Section) -> bool:
-    """Return whether the rows' remarks have room at the right of the figures; otherwise they are printed below."""
+    """Say whether the rows' remarks have room at the right of the figures; if not, they are better told below."""
     longest = max((len(row.note) for row in section.rows), default=0)
     taken = screen.measure(_table(section, remarks=False)).maximum
     return taken + min(longest, _REMARK) <= screen.width
@@ -114,56 +107,3 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
                 cells.append(figure.interval)
         table.add_row(Text(row.label), *cells, *([Text(row.note)] if remarks else []))  # as Text: brackets in them are no markup
     return table
-
-
-class _Forgiving:
-    """A stream whose failures are nobody's business: a bar that cannot be drawn, on a full disk, must not cost the results."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever a stream has
-        return getattr(self._stream, name)
-
-    def write(self, text: str) -> int:
-        with suppress(OSError, ValueError):
-            return self._stream.write(text)
-        return len(text)
-
-    def flush(self) -> None:
-        with suppress(OSError, ValueError):
-            self._stream.flush()
-
-
-class ProgressBar:
-    """A bar that shows itself only once the work has taken a second."""
-
-    def __init__(self) -> None:
-        """Begin to count the time; nothing is shown yet."""
-        self._started = time.monotonic()
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:3.0f} %"),
-            TimeRemainingColumn(),
-            console=Console(file=cast("TextIO", _Forgiving(sys.stderr))),
-            transient=True,
-        )
-        self._task = self._bar.add_task("")
-        self._shown = False
-
-    def __enter__(self) -> Self:
-        """Begin to wait."""
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        """Take the bar away."""
-        if self._shown:
-            self._bar.stop()
-
-    def __call__(self, what: str, done: int, of: int) -> None:
-        """Show what is being done and how far it is."""
-        if not self._shown and time.monotonic() - self._started > _SECONDS_BEFORE_BAR:
-            self._bar.start()
-            self._shown = True
-        self._bar.update(self._task, description=what, completed=done, total=of)

@@ -64,12 +64,12 @@ def order(  # noqa: PLR0913 - a run is these numbers
     arm, axes = read_sweep(path, sidecar, by, progress, look)
     Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
     if not 0 <= seed < 2**63:
-        raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", "seed = 1")
+        raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", seed=1)
     files = texts(path, sidecar, axes)
     given: str | None = None
     if isinstance(poses, int):
         if pose_law not in POSE_LAWS:
-            raise refuse_argument("pose law", pose_law, "one of " + ", ".join(POSE_LAWS), 'pose_law = "sobol"')
+            raise refuse_argument("pose_law", pose_law, "one of " + ", ".join(POSE_LAWS), pose_law="sobol")
         count, sets = rounded(arm, poses, pose_law)
     else:
         # Designs with other joints or limits must be able to take them too.
@@ -78,9 +78,9 @@ def order(  # noqa: PLR0913 - a run is these numbers
     each = min(check_block(block or usual_block(robots), robots), count // sets)
     total = designs(axes) * sets * -(-count // sets // each)
     if total > MOST_BLOCKS:
-        raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", f"block = {LARGEST_BLOCK}")
+        raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", block=LARGEST_BLOCK)
     if robots * visits > MOST_RETURNS:
-        raise refuse_argument("robots x visits", robots * visits, f"at most {MOST_RETURNS}, held by every worker", "robots = 1000, visits = 30")
+        raise refuse_argument("robots, visits", robots * visits, f"at most {MOST_RETURNS}, held by every worker", robots=1000, visits=30)
     try:
         return Order(
             made_with=made_with(),
@@ -101,7 +101,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     except ValidationError as error:
         found = shown(", ".join(files) if error.errors()[0]["loc"] == ("files",) else error.errors()[0]["msg"])
         expected = "at most 50 files, with plain names that end in .toml, .urdf, .xml or .csv"
-        raise refuse_argument("files of the arm", found, expected, "arm.toml") from None
+        raise refuse_argument("arm", found, expected, arm="arm.toml") from None
 
 
 def carry_out(
@@ -138,7 +138,7 @@ def carry_out(
 def check_workers(workers: int) -> int:
     """Refuse more threads than make sense, or none."""
     if not 1 <= workers <= MOST_WORKERS:
-        raise refuse_argument("workers", workers, f"from 1 to {MOST_WORKERS}", "workers = 4")
+        raise refuse_argument("workers", workers, f"from 1 to {MOST_WORKERS}", workers=4)
     return workers
 
 

@@ -211,7 +211,7 @@ def check_block(block: int, robots: int) -> int:
     """Refuse blocks that are too large to be held by every worker."""
     most = largest_block(robots)
     if not 1 <= block <= most:
-        raise refuse_argument("block", block, f"from 1 to {most} poses with {robots} robots", f"block = {usual_block(robots)}")
+        raise refuse_argument("block", block, f"from 1 to {most} poses with {robots} robots", block=usual_block(robots))
     return block
 
 

@@ -40,7 +40,7 @@ class Drawn:
     along: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Replay:
     """One extreme, computed again.
 
@@ -90,9 +90,9 @@ def replays(
     """
     order = store.order
     if design is not None and not 0 <= design < order.designs:
-        raise refuse_argument("design", design, f"from 0 to {order.designs - 1}", "--design 0")
+        raise refuse_argument("design", design, f"from 0 to {order.designs - 1}", design=0)
     if not 1 <= worst <= MOST:
-        raise refuse_argument("worst", worst, f"from 1 to {MOST}", "--worst 3")
+        raise refuse_argument("worst", worst, f"from 1 to {MOST}", worst=3)
     looked_at = range(order.designs) if design is None else [design]
     found: list[Worst] = []
     for k, each in enumerate(looked_at):

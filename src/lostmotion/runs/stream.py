@@ -25,13 +25,13 @@ _WORDS: Final = 4  # that Philox makes of one count
 def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
     """Return how many poses a law makes of so many, and in how many independent sets. As `sample_poses`, up to eight times 2^30."""
     if not 1 <= poses <= MOST_POSES:
-        raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", "poses = 100000")
+        raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", poses=100000)
     if law == "grid":
         joints = len(arm.moving)
         steps = max(math.ceil(poses ** (1 / joints) - 1e-9), 1)
         if steps**joints > MOST_POSES:
             found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
-            raise refuse_argument("poses on a grid", found, f"at most {MOST_POSES}", 'pose_law = "sobol"')
+            raise refuse_argument("poses, pose_law", found, f"at most {MOST_POSES}", pose_law="sobol")
         return steps**joints, 1
     each = math.ceil(poses / REPLICATES)
     return REPLICATES * (1 << (each - 1).bit_length() if law == "sobol" else each), REPLICATES

@@ -55,7 +55,7 @@ def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> It
 def check_address(address: str) -> None:
     """Refuse what cannot be an address, and an address where Dask is not installed, before anything is written."""
     if _local_workers(address) is None and ":" not in address:
-        raise refuse_argument("--dask", address, "local:N with N worker processes, or the address of a scheduler", "--dask tcp://10.0.0.5:8786")
+        raise refuse_argument("dask", address, "local:N with N worker processes, or the address of a scheduler", dask="tcp://10.0.0.5:8786")
     if importlib.util.find_spec("distributed") is None:
         raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'")
 
@@ -145,7 +145,9 @@ def cluster(address: str) -> Iterator[Cluster]:
             client = Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
         except (OSError, ValueError, OverflowError, ImportError) as error:
             found = f"{shown(address)}: no Dask scheduler answers there ({shown(error)})"
-            raise InputError([Problem("", "--dask", found, "the address of a running scheduler, or local:N", "--dask tcp://10.0.0.5:8786")]) from None
+            raise InputError(
+                [Problem("", "dask", found, "the address of a running scheduler, or local:N", passing=(("dask", "tcp://10.0.0.5:8786"),))]
+            ) from None
         with client:
             yield Cluster(client, lambda: sum(client.nthreads().values()))
         return
@@ -168,5 +170,5 @@ def _local_workers(address: str) -> int | None:
         return None
     count = address.removeprefix(_LOCAL)
     if not count.isdecimal() or not 1 <= int(count) <= _MOST_LOCAL:
-        raise refuse_argument("--dask", address, "local:N with N worker processes, or the address of a scheduler", "--dask local:4")
+        raise refuse_argument("dask", address, "local:N with N worker processes, or the address of a scheduler", dask="local:4")
     return int(count)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from lostmotion.error_model.budget import Budget, budget
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -13,6 +13,7 @@ from lostmotion.propagation.montecarlo.stopping import run_until
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from lostmotion.analyses.arguments import Method
     from lostmotion.error_model.pose_selection import InZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from lostmotion.propagation.montecarlo.blocks import Device
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.propagation.montecarlo.stopping import Stopping, Tolerance
-
-Method = Literal["montecarlo", "analytic", "both"]
-METHODS: tuple[Method, ...] = ("montecarlo", "analytic", "both")
 
 
 @dataclass(frozen=True)

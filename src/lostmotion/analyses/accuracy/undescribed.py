@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.arguments import chosen_poses
-from lostmotion.analyses.result import Shown
+from lostmotion.analyses.result import Result
 from lostmotion.error_model.provenance import states
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Lines, Sheet
 
 
-@dataclass(frozen=True)
-class Undescribed(Shown):
+@dataclass(frozen=True, repr=False)
+class Undescribed(Result):
     """The results for an arm without any error source: `summary()`, `report("out/")`, `result()`."""
 
     arm: Arm
@@ -41,17 +41,6 @@ class Undescribed(Shown):
         from lostmotion.analyses.accuracy.tables.undescribed import undescribed_sheet
 
         return undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines)
-
-    def report(self, out: str | Path, *, force: bool = False) -> Path:
-        """Write report.html and result.json into the folder `out`, whole or not at all, and return the folder.
-
-        Raises OutputExistsError where the folder exists and `force` is not set.
-        """
-        from lostmotion.reporting.folder import refuse_existing, write_whole
-        from lostmotion.reporting.page import contents
-
-        refuse_existing(out, force=force)
-        return write_whole(contents(self.sheet, ()), out, force=force)
 
 
 def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file: Path | None = None, sidecar: Path | None = None) -> Undescribed:

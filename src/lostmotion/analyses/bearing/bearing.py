@@ -73,12 +73,12 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
     Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `shaft_equilibrium`'s flag.
     """
     if not 1 <= count <= MOST_BUILT:
-        raise refuse_argument("built", count, f"from 1 to {MOST_BUILT}", "built = 1000")
+        raise refuse_argument("built", count, f"from 1 to {MOST_BUILT}", built=1000)
     pair = bearing.rows
     if load.axial and not pair.axial:
-        raise refuse_argument("--force-axial", f"{load.axial:g} N", "none: cylindrical rollers hold nothing along the axis", '--force-axial "0 N"')
+        raise refuse_argument("force_axial", f"{load.axial:g} N", "none: cylindrical rollers hold nothing along the axis", force_axial="0 N")
     if not np.isfinite(load.row).all():
-        raise refuse_argument("load", load, "finite forces and moment", "BearingLoad(radial=2000.0)")
+        raise refuse_argument("load", load, "finite forces and moment", force_radial="2 kN")
     spread = bearing.spreads["working"]
     clearances = np.array([spread.lowest, spread.middle, spread.highest])
     settled = shaft_equilibrium(pair.seats, np.tile(load.row, (3, 1)), clearances)

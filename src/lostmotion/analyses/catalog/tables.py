@@ -35,9 +35,9 @@ def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None
     Raises InputError for a name that is not there, a maker without rows, and for figures of gearboxes asked of another kind.
     """
     if kind not in (None, "gearbox") and not wanted.empty:
-        raise refuse_argument("kind", kind, "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes", "--kind gearbox")
+        raise refuse_argument("kind", kind, "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes", kind="gearbox")
     if name is not None and not replace(wanted, ratio=None).empty:
-        raise refuse_argument("NAME", name, "a name, or figures to search by, not both", '--min-torque "300 N m"')
+        raise refuse_argument("name", name, "a name, or figures to search by, not both", min_torque="300 N m")
     if name is not None:
         return _one(name, wanted.ratio, kind, own)
     with_gearboxes = kind in (None, "gearbox")

@@ -111,13 +111,13 @@ def gear(
         raise refuse_argument("gearbox", type(gearbox).__name__, "a gearbox that a joint can have")
     for name, value in (("torque", torque), ("lost_motion_torque", lost_motion_torque), ("slope_range", slope_range and slope_range[1])):
         if value is not None and not (np.isfinite(value) and value > 0):
-            raise refuse_argument(name, value, "a torque above zero", f"{name} = 200.0")
+            raise refuse_argument(name, value, "a torque above zero", **{name: 200.0})
     if slope_range is not None and not 0 <= slope_range[0] < slope_range[1]:
-        raise refuse_argument("slope_range", slope_range, "two rising torques", "slope_range = (100.0, 200.0)")
+        raise refuse_argument("slope_range", slope_range, "two rising torques", slope_range=(100.0, 200.0))
     if not 2 <= gearboxes <= MOST_GEARBOXES:  # noqa: PLR2004 - a scatter needs two
-        raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", "gearboxes = 1000")
+        raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", gearboxes=1000)
     if seed < 0:
-        raise refuse_argument("seed", seed, "a whole number, zero or more", "seed = 1")
+        raise refuse_argument("seed", seed, "a whole number, zero or more", seed=1)
     chosen, rated = gearbox.rated_torque if torque is None else torque, gearbox.rated_torque
     if chosen is None:
         return GearStudy(gearbox, None, gearboxes, seed, None, None, None)

@@ -88,15 +88,15 @@ def cube_from_arguments(arm: Arm, centre: Floats, side: float, rotation: Floats 
     is out of reach.
     """
     if not (math.isfinite(side) and side > 0):
-        raise refuse_argument("cube", side, "a side above zero", '--cube "400 mm"')
+        raise refuse_argument("cube", side, "a side above zero", cube="400 mm")
     cube = cube_in_reach(arm, centre, side, rotation)
     if cube is None:
         where = ", ".join(f"{x * 1e3:.0f}" for x in centre)
         raise refuse_argument(
             "cube",
             f"{side * 1e3:.0f} mm about ({where}) mm",
-            f"a cube all of which the tool reaches{orientation_clause(arm)} ({len(check_points())} points of it are looked at)",
-            "a smaller --cube, another --centre, or neither, to have it found",
+            f"a cube all of which the tool reaches{orientation_clause(arm)} ({len(check_points())} points of it are checked); "
+            "smaller, elsewhere, or found where neither is stated",
         )
     return cube
 

@@ -91,7 +91,7 @@ def largest_cube(
             found += _candidates(grid, step, joint_values, reached, held)
     if not found:
         expected = f"a part of the workspace above the floor that the tool reaches all over{orientation_clause(arm)}"
-        raise refuse_argument("cube", "none", expected, f"{'another orientation of the tool, or ' if orientation_clause(arm) else ''}a lower floor")
+        raise refuse_argument("cube", "none", expected, floor="-500 mm")
     found.sort(key=lambda each: (each.side, each.centre[0]), reverse=True)
     at_least = found[0].side - 1.5 * step
     grown = [_grown(arm, each, step, clearance, floor) for each in found[:_FOLLOWED] if each.side > at_least]
@@ -168,7 +168,7 @@ def _settled(arm: Arm, found: Candidate, resolution: float, text: str) -> Cube:
         cube = checked(arm, tried, resolution, text)
         if cube is not None:
             return cube
-    raise refuse_argument("cube", "none that holds on a finer grid", "a cube by hand", '--cube "300 mm" --centre "600 mm, 0 mm, 400 mm"')
+    raise refuse_argument("cube", "none that holds on a finer grid", "a cube by hand", cube="300 mm", centre="600 mm, 0 mm, 400 mm")
 
 
 def _grid(tools: Floats, floor: float | None, cells: int) -> tuple[Floats, float]:
@@ -177,7 +177,7 @@ def _grid(tools: Floats, floor: float | None, cells: int) -> tuple[Floats, float
     if floor is not None:
         low[2] = max(low[2], floor)
     if (high <= low).any():
-        raise refuse_argument("cube", "no part of the workspace above the floor", "a floor below the workspace", '--floor "-500 mm"')
+        raise refuse_argument("cube", "no part of the workspace above the floor", "a floor below the workspace", floor="-500 mm")
     step = float((high - low).max()) / cells
     axes = [np.arange(a, b + 1e-9, step) + ((b - a) % step) / 2 for a, b in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1), step

@@ -116,13 +116,15 @@ def find_columns(
         match = _MAP.match(text)
         if match is None or match["role"] not in _ROLES:
             near = nearest(match["role"], _ROLES) if match else ""
-            mistakes.append(Problem("", "--map", shown(text), f"ROLE = COLUMN [unit], where ROLE is one of {listed(_ROLES)}", "xc = x_t [mm]", near))
+            expected = f"ROLE = COLUMN [unit], where ROLE is one of {listed(_ROLES)}"
+            mistakes.append(Problem("", "mapping", shown(text), expected, nearest=near, passing=(("mapping", "xc = x_t [mm]"),)))
             continue
         if match["column"] not in plain:
             if match["column"] in elsewhere:
                 continue
             near = nearest(match["column"], plain)
-            mistakes.append(Problem("", "--map", shown(match["column"]), f"a column of {cut(file, LONGEST)}: {listed(plain)}", "xc = x_t [mm]", near))
+            expected = f"a column of {cut(file, LONGEST)}: {listed(plain)}"
+            mistakes.append(Problem("", "mapping", shown(match["column"]), expected, nearest=near, passing=(("mapping", "xc = x_t [mm]"),)))
             continue
         asked = [each for each in asked if each[0] != match["role"]]
         asked.append((match["role"], match["column"], match["unit"] or "", match["sign"]))

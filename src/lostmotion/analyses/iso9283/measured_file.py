@@ -80,11 +80,11 @@ def read_measured(
     """
     files = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
     if not 1 <= len(files) <= _MOST_FILES:
-        raise refuse_argument("measured", f"{len(files)} files", f"1 to {_MOST_FILES}", '--measured "visits.csv"')
+        raise refuse_argument("measured", f"{len(files)} files", f"1 to {_MOST_FILES}", measured="visits.csv")
     if len(loads) not in {0, len(files)}:
-        raise refuse_argument("load", f"{len(loads)} for {len(files)} measured files", "one for each file, in their order", '--load "100 %"')
+        raise refuse_argument("load", f"{len(loads)} for {len(files)} measured files", "one for each file, in their order", load="100 %")
     if not all(0 <= load <= MOST_LOAD for load in loads):
-        raise refuse_argument("load", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", '--load "10 %"')
+        raise refuse_argument("load", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", load="10 %")
     tables = [read_table(each) for each in files]
     names = {name for header, _, _ in tables for name in column_names(header)} if len(files) > 1 else set()
     named: Sequence[float | None] = loads or [None] * len(files)
@@ -167,7 +167,7 @@ def _loads(file: str, lines: Sequence[int], stated: Floats | None, named: float 
     if not mistakes and others.size and named is not None:
         rows = f"{others.size} row{'s' * (others.size > 1)}, the first with {100 * stated[others[0]]:g} % of the payload"
         found = f"{rows}, where {100 * named:g} % is named for the whole file"
-        mistakes.append(Problem(file, f"line {lines[others[0]]}, load", found, "one load, or none named", "--load left out: the column tells it"))
+        mistakes.append(Problem(file, f"line {lines[others[0]]}, load", found, "one load, or no load stated beside the column"))
     if mistakes:
         refuse_all(mistakes, MOST_MISTAKES)
     return stated

@@ -154,9 +154,9 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         ("loads", len(loads), 1, MOST_LOADS),
     ):
         if not least <= value <= most:
-            raise refuse_argument(name, value, f"from {least} to {most}", f"{name} = 30")
+            raise refuse_argument(name, value, f"from {least} to {most}", **{name: 30})
     if not all(0 <= load <= MOST_LOAD for load in loads):
-        raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", f"loads = {LOADS}")
+        raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", loads=LOADS)
     told = progress or (lambda _what, _done, _of: None)
     steps = 3 * len(loads)
     arrives, still = cycle_approach(cube.q)
@@ -292,7 +292,7 @@ def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
     before[:, :3, 3] += np.diag(np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)) * (_APPROACH * cube.side)
     q, reached = inverse_kinematics(arm, before, np.tile(cube.q[pose], (3, 1)), turned=cube.rotation is not None)
     if not reached.all():
-        raise refuse_argument("cube", f"no way to {NAMES[pose]} along the base's axes", "a cube within reach", "a smaller --cube")
+        raise refuse_argument("cube", f"no way to {NAMES[pose]} along the base's axes", "a smaller cube, within reach")
     moved = cube.q[pose] - q
     return np.asarray(np.where(np.abs(moved) < _STILL, otherwise, np.sign(moved)))
 
@@ -304,7 +304,7 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
     """
     a, b = ends
     if a == b or not {a, b} <= set(range(len(NAMES))):
-        raise refuse_argument("path", ends, "two different ones of " + ", ".join(NAMES), '--path "P2 P4"')
+        raise refuse_argument("path", ends, "two different ones of " + ", ".join(NAMES), path="P2 P4")
     share = np.linspace(0.0, 1.0, points)[:, None]
     wanted = np.tile(cube.poses[a], (points, 1, 1))
     wanted[:, :3, 3] = (1 - share) * cube.poses[a, :3, 3] + share * cube.poses[b, :3, 3]
@@ -313,9 +313,7 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
     for k in range(points):
         found, reached = inverse_kinematics(arm, wanted[k : k + 1], here[None], turned=cube.rotation is not None)
         if not reached[0]:
-            raise refuse_argument(
-                "path", f"{NAMES[a]} {NAMES[b]}", "a line that the arm can follow without a change of configuration", '--path "P3 P5"'
-            )
+            raise refuse_argument("path", f"{NAMES[a]} {NAMES[b]}", "a line that the arm can follow without a change of configuration", path="P3 P5")
         q[k] = here = found[0]
     return q
 

@@ -42,7 +42,7 @@ class WarmUp:
         for name, value in (("rise", self.rise), ("time_constant", self.time_constant), ("expansion", self.expansion)):
             if not math.isfinite(value) or (name == "time_constant" and value <= 0):
                 expected = "seconds, above zero" if name == "time_constant" else "a finite number"
-                raise refuse_argument(f"warm_up.{name}", value, expected, "warm_up = WarmUp(rise=25.0, time_constant=3600.0)")
+                raise refuse_argument(f"warm_up.{name}", value, expected, warm_up="25 K")
 
 
 @dataclass(frozen=True)

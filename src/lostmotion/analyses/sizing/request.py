@@ -26,7 +26,9 @@ deflection then limit the links besides where they are stated.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Annotated, Any, Final, get_args
 
 from pydantic import Field, ValidationError, model_validator
@@ -129,15 +131,16 @@ class Asked:
         return Rules(self.plan.limits if limited else None, self.plan.tilt)
 
 
-def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
-    """What does this file, and do these options of a command line, ask of an arm?
+def read_asked(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
+    """Return what is asked of an arm by a file with `[sizing]`, or by the keys of that table, and by `options`, which are such keys as well.
 
-    `options` stand as keys of `[sizing]`, under their own names; `own` are the arm file's rows of reducers. Raises InputError with every mistake in
-    file and options, also links, gearboxes and bearings that the arm has not, or that cannot be chosen.
+    `own` are the arm file's rows of reducers. Raises InputError with every mistake in file and options, also links, gearboxes and bearings that the
+    arm has not, or that cannot be chosen.
     """
-    file = str(path) if path is not None else ""
-    tree = read_toml(path) if path is not None else {}
-    said_nothing = path is not None and TABLE not in tree
+    file = "by" if isinstance(by, Mapping) else str(by or "")
+    tree = {TABLE: {key: _worded(key, value) for key, value in by.items()}} if isinstance(by, Mapping) else {} if by is None else read_toml(by)
+    options = {key: _worded(key, value) for key, value in options.items()}
+    said_nothing = by is not None and TABLE not in tree
     stated = tree.pop(TABLE, {})
     in_file, mistakes = take_reducers(file, tree)
     if said_nothing:
@@ -149,14 +152,14 @@ def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequen
     if not isinstance(stated, dict):
         refuse_all([*mistakes, Problem(file, TABLE, shown(stated), "a table", _EXAMPLE)])
     twice = [key for key in options if key in stated]
-    mistakes += [Problem(file, f"{TABLE}.{key}", f"stated here, and by --{key}", "one of the two", f"--{key} left out") for key in twice]
+    mistakes += [Problem(file, f"{TABLE}.{key}", "stated here, and as an argument", "one of the two") for key in twice]
     merged = {**stated, **options}
     links = merged.pop("links", {})
     tables = {name: merged.pop(name) for name in TABLES_OFFERED if name in merged}
 
     def key_of(where: KeyPath) -> str:
         if where and where[0] in options:
-            return "--" + str(where[1] if where[0] == "family" and len(where) > 1 and where[1] in _OPTIONS else where[0])
+            return str(where[1] if where[0] == "family" and len(where) > 1 and where[1] in _OPTIONS else where[0])
         return _key((TABLE, *where))
 
     plan = _checked(merged, Plan, file, key_of, mistakes)
@@ -179,7 +182,7 @@ def read_asked(path: Path | None, options: dict[str, Any], arm: Arm, own: Sequen
             expected = "what a kilogram of link costs, for prices are to be small; 0 where links cost nothing"
             mistakes.append(Problem(file, f"{TABLE}.price_per_kg", "nothing", expected, "price_per_kg = 12"))
     if mistakes or not isinstance(plan, Plan):
-        refuse_all(mistakes)
+        refuse_all([_as_argument(each) if each.key in {*options, *_OPTIONS} else each for each in mistakes])
     return Asked(plan, wanted) if plan.target is None else _aiming(plan, wanted, offers, parts)
 
 
@@ -208,6 +211,8 @@ def _aiming(plan: Plan, wanted: dict[str, Wanted], offers: Offers, parts: list[S
 
 # Keys of a family that options of the command line are called after; its kind is --family's own word.
 _OPTIONS: Final = ("outer", "wall")
+# Keys of the table that are quantities with a unit.
+_UNITS: Final = {"slope": "rad", "tilt": "rad", "step": "m", "target": "m"}
 _MISSING: Final = "nothing"
 
 
@@ -215,6 +220,36 @@ def _one_for_one(mistakes: list[Problem], keys: Sequence[str]) -> list[Problem]:
     """Leave out what is missing among these keys where another of them is wrong: whoever mistypes one size of two has made one mistake."""
     wrong = any(each.key in keys and each.found != _MISSING for each in mistakes)
     return [each for each in mistakes if not (wrong and each.key in keys and each.found == _MISSING)]
+
+
+def _as_argument(mistake: Problem) -> Problem:
+    """Return a mistake in an option as one of the argument."""
+    name, _, value = mistake.example.partition(" = ")
+    passing = ((name, value.strip('"')),) if name == mistake.key and value[:1] == '"' else ()
+    return replace(mistake, file="", example="" if passing else mistake.example, passing=passing)
+
+
+def _worded(name: str, value: Any) -> Any:  # noqa: ANN401 - values of a file's table
+    """Return numbers in SI as text with their unit, as a file has them; anything else as it is."""
+    if name in _UNITS:
+        return f"{float(value)!r} {_UNITS[name]}" if _is_number(value) else value
+    if name == "family" and isinstance(value, dict):
+        return {size: _size(each) for size, each in value.items()}
+    if name == "stock" and isinstance(value, list | tuple):
+        return [_worded("family", each) for each in value]
+    if name == "links" and isinstance(value, dict):
+        return {joint: {key: _worded(key, each) for key, each in said.items()} if isinstance(said, dict) else said for joint, said in value.items()}
+    return value
+
+
+def _size(value: Any) -> Any:  # noqa: ANN401 - a size, or a range of it
+    if _is_number(value):
+        return f"{float(value)!r} m"
+    return " .. ".join(str(_size(each)) for each in value) if isinstance(value, tuple) else value
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _key(path: KeyPath) -> str:

@@ -1,174 +1,140 @@
-"""Carry out big runs: many poses, or a grid of designs; and replay their extremes."""
+"""Ask for many poses, or a grid of designs, block by block."""
 
 from __future__ import annotations
 
 import os
 from contextlib import nullcontext
-from dataclasses import dataclass
-from operator import index
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
-from lostmotion.analyses.arguments import DEFAULT_POSES, DEFAULT_ROBOTS, DEFAULT_VISITS, a_path, sign_of
-from lostmotion.analyses.result import Shown
-from lostmotion.error_model.provenance import states
-from lostmotion.errors import InputError, Problem, shown
+from lostmotion.analyses.arguments import (
+    DEFAULT_POSES,
+    DEFAULT_ROBOTS,
+    DEFAULT_VISITS,
+    ApproachArgument,
+    PoseLawArgument,
+    ProgressArgument,
+    RobotsArgument,
+    SeedArgument,
+    SidecarArgument,
+    VisitsArgument,
+    path_of,
+)
+from lostmotion.analyses.signature import Argument, question, read_arguments
+from lostmotion.errors import refuse_argument, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Mapping
 
-    import xarray
-
-    from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.arm import Arm
-    from lostmotion.reporting.sheet import Sheet
-    from lostmotion.runs.job import Law
-    from lostmotion.runs.replay import Replay
-    from lostmotion.runs.store import Store
-    from lostmotion.runs.summary import Outcome
+    from lostmotion.analyses.sweep.result import Sweep
 
 
-def sweep(  # noqa: PLR0913 - a run is these numbers
-    path: str | Path,
-    by: str | Path | None = None,
-    poses: int | str | Path = DEFAULT_POSES,
-    robots: int = DEFAULT_ROBOTS,
-    visits: int = DEFAULT_VISITS,
-    seed: int = 1,
+def _file_of(name: str, value: object, _given: object) -> Path:
+    """Return the path of the arm's file: a sweep changes keys of the file, which an arm in memory no longer has."""
+    if not isinstance(value, str | os.PathLike):
+        found = "nothing" if value is None else f"an Arm, {value.name}" if hasattr(value, "name") else shown(value)
+        expected = "the path of an arm file: a sweep changes keys of the file, which an arm in memory no longer has"
+        raise refuse_argument(name, found, expected, **{name: "arm.toml"})
+    return Path(value)
+
+
+def _poses_of(name: str, value: Any, _given: Mapping[str, Any]) -> int | Path:  # noqa: ANN401 - whatever a user passes
+    """Return how many poses each design visits, or the CSV file of them, which the run reads with the arm."""
+    try:
+        return int(value) if isinstance(value, int | str) and not isinstance(value, bool) else path_of(name, value)
+    except ValueError:
+        return path_of(name, value)
+
+
+@question(folder="sweep")
+def sweep(
+    arm: Annotated[
+        "str | Path",
+        Argument("Arm file: native TOML, or URDF with its sidecar TOML; its [sweep] states which keys take which values.", _file_of, metavar="FILE"),
+    ],
+    by: Annotated[
+        "str | Path | None", Argument("TOML with [sweep], in place of the arm's own. Without either there is one design.", path_of, metavar="SWEEP")
+    ] = None,
+    poses: Annotated[
+        "int | str | Path",
+        Argument(
+            "How many poses each design visits, any number, rounded up to 8 x a power of two for sobol; or a CSV file of poses, one column per "
+            "joint with a header like 'A [deg]'.",
+            _poses_of,
+            metavar="COUNT|CSV",
+            aliases=("--poses-file",),
+        ),
+    ] = DEFAULT_POSES,
+    robots: RobotsArgument = DEFAULT_ROBOTS,
+    visits: VisitsArgument = DEFAULT_VISITS,
+    seed: SeedArgument = 1,
     *,
-    sidecar: str | Path | None = None,
-    pose_law: Law = "sobol",
-    approach: str = "random",
-    block: int | None = None,
-    out: str | Path | None = None,
-    workers: int | None = None,
-    dask: str | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    pose_law: PoseLawArgument = "sobol",
+    approach: ApproachArgument = "random",
+    block: Annotated[
+        int | None,
+        Argument(
+            "Poses computed and stored at a time; part of the job, for sums differ in their last bits. Default: 1024, fewer with many robots.",
+            least=1,
+        ),
+    ] = None,
+    sidecar: SidecarArgument = None,
+    out: Annotated[
+        "str | Path | None",
+        Argument("Folder of the run; a run that was stopped continues there. Default: NAME-sweep.", path_of, metavar="FOLDER", changes_figures=False),
+    ] = None,
+    workers: Annotated[
+        int | None, Argument("Number of threads; no byte depends on it. Default: one per processor.", least=1, changes_figures=False)
+    ] = None,
+    dask: Annotated[
+        str | None,
+        Argument(
+            "Compute on Dask instead: local:N processes, or a scheduler's address. No byte depends on it.", metavar="ADDRESS", changes_figures=False
+        ),
+    ] = None,
+    progress: ProgressArgument = None,
 ) -> Sweep:
-    """How accurate is every design that an arm file's `[sweep]` asks for, or the one arm at any number of poses?
+    """Study an arm at any number of poses, or a grid of designs, block by block; stopped or killed, the same command continues.
 
-    path     the arm file: its keys are what a sweep changes, which an arm in memory no longer has; `sidecar` as in `read`
-    by       a TOML with [sweep], in place of the arm's own; without either there is one design
-    poses    how many of each design, any number up to 8 x 2^30: memory does not grow with it; or a CSV of poses as in `formats.poses`
-    robots, visits, seed, pose_law, approach   as in `study`; all designs share poses and draws
-    block    poses computed and kept at a time; changes last bits of sums, so it is part of the order. Left out: 1024, fewer with many robots
-    out      the folder of the run, NAME-sweep where left out. A run that was killed goes on from what is there, to the same bytes
-    workers  threads; left out: one per processor. dask: "local:N" processes, or the address of a scheduler, instead
+    All designs share poses and draws. Memory does not grow with the number of poses.
 
-    Raises InputError with every mistake in the files, for counts out of range, and where no scheduler answers; OutputExistsError where the folder
-    holds anything else. Then nothing is written.
+    Raises
+    ------
+    InputError
+        With every mistake in the arguments and the files, and where no scheduler answers. Then nothing is written.
+    OutputExistsError
+        Where the folder holds anything but this run.
+
     """
-    from lostmotion.mechanism.arm import Arm
+    asked = read_arguments(sweep, locals())
+    from lostmotion.analyses.sweep.result import Sweep
     from lostmotion.runs.execute import carry_out, check_workers, order
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import summarise
     from lostmotion.runs.workers import check_address, cluster
 
-    if not isinstance(path, str | os.PathLike):
-        found = f"an Arm, {path.name}" if isinstance(path, Arm) else shown(path)
-        expected = "the path of an arm file: a sweep changes keys of the file, which an arm in memory no longer has"
-        raise InputError([Problem("", "path", found, expected, 'lostmotion.sweep("z-arm.toml")')])
     if dask is not None:
         check_address(dask)
-    threads = check_workers(os.cpu_count() or 1 if workers is None else workers)
-    sign = int(sign_of(approach))
-    path = Path(path)
-    asked = order(
-        path,
-        None if sidecar is None else a_path("sidecar", sidecar),
-        None if by is None else a_path("by", by),
-        poses=Path(poses) if isinstance(poses, str | Path) else index(poses),
-        robots=index(robots),
-        visits=index(visits),
-        seed=index(seed),
+    threads = check_workers(os.cpu_count() or 1 if asked.workers is None else asked.workers)
+    job = order(
+        asked.arm,
+        asked.sidecar,
+        asked.by,
+        poses=asked.poses,
+        robots=asked.robots,
+        visits=asked.visits,
+        seed=asked.seed,
         pose_law=pose_law,
-        approach=sign,
-        block=block,
+        approach=int(asked.approach),
+        block=asked.block,
         progress=progress,
     )
+    folder = asked.out or Path(f"{asked.arm.stem}-sweep")
     with nullcontext() if dask is None else cluster(dask) as connected:  # before anything is written
-        store = Store.begin(Path(out or f"{path.stem}-sweep"), asked)
-        carry_out(store, threads, connected, progress)
-    return Sweep(asked.read(0), store, tuple(summarise(store, progress)))
-
-
-def replay(
-    folder: str | Path,
-    design: int | None = None,
-    worst: int = 1,
-    progress: Callable[[str, int, int], None] | None = None,
-) -> list[Replayed]:
-    """How did the largest errors of a run come about, term by term? Each of a pose of its own, the largest first.
-
-    folder  the run's; nothing in it is changed
-    design  by its number, from 0; left out: of all designs
-
-    Raises LostmotionError for a folder that holds no run or lacks blocks, InputError for a number out of range.
-    """
-    from lostmotion.runs.replay import replays
-    from lostmotion.runs.store import Store
-
-    store = Store.open(a_path("folder", folder))
-    return [Replayed(store.order.read(each.found.design).name, store, each) for each in replays(store, design, worst, progress)]
-
-
-@dataclass(frozen=True, repr=False)
-class Sweep(Shown):
-    """A run that is done: `outcomes` by design, `arrays()` over the keys swept, `summary()`, `report()`, `result()`; `store` holds every block."""
-
-    arm: Arm
-    store: Store
-    outcomes: tuple[Outcome, ...]
-
-    @property
-    def states(self) -> States:
-        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of the first design."""
-        return states(self.arm)
-
-    @property
-    def sheet(self) -> Sheet:
-        """Give every figure, as printed, reported and written."""
-        from lostmotion.analyses.sweep.tables.sweep import sweep_sheet
-
-        return sweep_sheet(self.arm, self.store.order, self.outcomes)
-
-    def report(self) -> Path:
-        """Write report.html and result.json beside the blocks; gives the folder. Those of an earlier summing up are replaced."""
-        from lostmotion.analyses.sweep.plots import sweep_plots
-        from lostmotion.reporting.page import contents
-
-        for name, content in contents(self.sheet, sweep_plots(self.store.order, self.outcomes)).items():
-            self.store.keep(name, content)
-        return self.store.folder
-
-    def arrays(self) -> xarray.Dataset:
-        """Give the figures of every design over the keys swept."""
-        from lostmotion.runs.arrays import dataset
-
-        return dataset(self.store.order, self.outcomes)
-
-    def __repr__(self) -> str:
-        """Tell in a line what was run."""
-        order = self.store.order
-        return f"<Sweep of '{self.arm.name}': {order.designs} designs x {order.poses} poses x {order.robots} robots x {order.visits} visits>"
-
-
-@dataclass(frozen=True, repr=False)
-class Replayed(Shown):
-    """One extreme of a run: `found` holds its pose, draws and terms; `summary()`, `result()`."""
-
-    arm: str
-    store: Store
-    found: Replay
-
-    @property
-    def sheet(self) -> Sheet:
-        """Give every figure, as printed and written."""
-        from lostmotion.analyses.sweep.tables.replay import replay_sheet
-
-        return replay_sheet(self.arm, self.store.order, self.found)
-
-    def __repr__(self) -> str:
-        """Tell in a line what was replayed."""
-        at = self.found.found
-        return f"<Replay of design {at.design}, pose {at.pose}, robot {at.robot}, visit {at.visit}: {at.error:.6g} m>"
+        store = Store.begin(folder, job)
+        try:
+            carry_out(store, threads, connected, progress)
+        except KeyboardInterrupt as stop:
+            stop.add_note(f"the blocks that are done are stored in '{folder}'; the same command continues")
+            raise
+    return Sweep(job.read(0), store, tuple(summarise(store, progress)))

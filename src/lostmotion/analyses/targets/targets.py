@@ -136,25 +136,25 @@ def targets(  # noqa: PLR0913 - a target is these numbers
     """
     check_target(target, share)
     if not 1 <= len(poses) <= MOST_POSES:
-        raise refuse_argument("poses", len(poses), f"from 1 to {MOST_POSES}", "poses = 1024")
+        raise refuse_argument("poses", len(poses), f"from 1 to {MOST_POSES}", poses=1024)
     if not 20 <= robots <= MOST_ROBOTS:  # noqa: PLR2004 - 95 % of fewer is all of them
-        raise refuse_argument("robots", robots, f"from 20 to {MOST_ROBOTS}", "robots = 1000")
+        raise refuse_argument("robots", robots, f"from 20 to {MOST_ROBOTS}", robots=1000)
     if visits < 2:  # noqa: PLR2004 - a scatter needs two
-        raise refuse_argument("visits", visits, "at least 2", "visits = 30")
+        raise refuse_argument("visits", visits, "at least 2", visits=30)
     if threads < 1:
-        raise refuse_argument("threads", threads, "at least 1", "threads = 2")
+        raise refuse_argument("threads", threads, "at least 1", threads=2)
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
     matrix = screws(arm, poses.q, approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         most = _MOST_CELLS // len(matrix.infos)
-        raise refuse_argument("poses", len(poses), f"at most {most} with the {len(matrix.infos)} terms of this arm", f"poses = {most // 2}")
+        raise refuse_argument("poses", len(poses), f"at most {most} with the {len(matrix.infos)} terms of this arm", poses=most // 2)
     return _Solver(plan, matrix, kind, target, share, threads, progress or (lambda *_: None)).solve(zone)
 
 
 def check_target(target: float, share: float) -> None:
     """Raise InputError for a target that is no positive length, or a share out of range."""
     if not (math.isfinite(target) and target > 0):
-        raise refuse_argument("target", target, "a length above zero", 'error = "0.5 mm"')
+        raise refuse_argument("target", target, "a length above zero", error="0.5 mm")
     check_share(share)
 
 

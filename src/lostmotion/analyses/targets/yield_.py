@@ -154,7 +154,7 @@ def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float
     Raises InputError for more than MOST_ROBOTS robots. AP and RP are NaN for a single visit.
     """
     if plan.robots > MOST_ROBOTS:
-        raise refuse_argument("robots", plan.robots, f"at most {MOST_ROBOTS} where each is judged by itself", "robots = 1000")
+        raise refuse_argument("robots", plan.robots, f"at most {MOST_ROBOTS} where each is judged by itself", robots=1000)
     own = replace(plan, groups=plan.robots)
     counts = np.zeros((plan.robots, error_bins.BINS), np.int32)
     worst = np.zeros((2, plan.robots))
@@ -205,11 +205,11 @@ def production_of(  # noqa: PLR0913 - a production is these numbers
     single visit.
     """
     if not (math.isfinite(target) and target > 0):
-        raise refuse_argument("target", target, "a length above zero, m", "target = 0.0005")
+        raise refuse_argument("target", target, "a length above zero, m", target=0.0005)
     if judged not in JUDGED:
-        raise refuse_argument("judged", judged, "one of " + ", ".join(JUDGED), 'judged = "error"')
+        raise refuse_argument("judged", judged, "one of " + ", ".join(JUDGED), judged="error")
     if judged != "error" and visits < 2:  # noqa: PLR2004 - a scatter needs two
-        raise refuse_argument("visits", visits, "at least 2 for AP and RP", "visits = 30")
+        raise refuse_argument("visits", visits, "at least 2 for AP and RP", visits=30)
     check_share(share)
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
     return yield_of(robot_figures(plan, computed_blocks(plan), share), judged, target)
@@ -223,4 +223,4 @@ def yield_of(found: RobotFigures, judged: Judged, target: float) -> Yield:
 def check_share(share: float) -> None:
     """Raise InputError for a share of positions or robots out of range."""
     if not 0.5 <= share <= 0.999:  # noqa: PLR2004 - a half, and what samples can tell
-        raise refuse_argument("share", share, "from 0.5 to 0.999", "share = 0.95")
+        raise refuse_argument("share", share, "from 0.5 to 0.999", share=0.95)

@@ -98,19 +98,21 @@ def grid_over(points: Floats, edge: float | None = None, margin: float = 0.15) -
     if edge is None:
         edge = _round(longest / _CELLS_ALONG) if longest > 0 else 0.1
     if not (math.isfinite(edge) and edge > 0):
-        raise refuse_argument("cell", edge, "a length above zero, m", "cell = 0.05")
+        raise refuse_argument("cell", edge, "a length above zero, m", cell=0.05)
     if 0 < longest < edge:
         found = f"{edge * 1e3:.4g} mm around a workspace of {' x '.join(f'{x * 1e3:.4g}' for x in extent)} mm"
-        example = f'cell = "{longest * 1e3 / _CELLS_ALONG:.2g} mm"'
-        raise refuse_argument("cell", found, f"an edge shorter than the workspace, {longest * 1e3:.4g} mm: one cell tells no places apart", example)
+        example = f"{longest * 1e3 / _CELLS_ALONG:.2g} mm"
+        raise refuse_argument(
+            "cell", found, f"an edge shorter than the workspace, {longest * 1e3:.4g} mm: one cell tells no places apart", cell=example
+        )
     flat = extent <= _FLAT * longest
     first = np.where(flat, 0, np.floor((low - margin * longest) / edge)).astype(float)
     count = np.where(flat, 1, np.floor((high + margin * longest) / edge) - first + 1)
     if float(count.prod()) > MOST_CELLS:
         least = edge * (float(count.prod()) / MOST_CELLS) ** (1 / max(int((~flat).sum()), 1))
         found = f"{edge * 1e3:.4g} mm, {float(count.prod()):.3g} cells around a workspace of {' x '.join(f'{x * 1e3:.4g}' for x in extent)} mm"
-        example = f'cell = "{math.ceil(least * 1e3 * 1.05):d} mm"'
-        raise refuse_argument("cell", found, f"at most {MOST_CELLS} cells: edges of about {least * 1e3:.3g} mm or more", example)
+        example = f"{math.ceil(least * 1e3 * 1.05):d} mm"
+        raise refuse_argument("cell", found, f"at most {MOST_CELLS} cells: edges of about {least * 1e3:.3g} mm or more", cell=example)
     plane = tuple(float(a + b) / 2 if still else math.nan for a, b, still in zip(low, high, flat, strict=True))
     return Grid(edge, tuple(int(n) for n in first), tuple(int(n) for n in count), plane)  # type: ignore[arg-type]
 

@@ -167,29 +167,29 @@ class Wish:
     def __post_init__(self) -> None:
         """Refuse what cannot be asked for, in one message each."""
         if self.by not in BYS:
-            raise refuse_argument("by", self.by, "one of " + ", ".join(BYS), 'by = "best"')
+            raise refuse_argument("by", self.by, "one of " + ", ".join(BYS), by="best")
         self._refuse_kinds()
         if not 0.25 <= self.level <= 0.9995:  # noqa: PLR2004 - as `analytic`
-            raise refuse_argument("level", self.level, "a share from 0.25 to 0.9995", "level = 0.95")
+            raise refuse_argument("level", self.level, "a share from 0.25 to 0.9995", level=0.95)
         if self.target is not None and not (math.isfinite(self.target) and self.target > 0):
-            raise refuse_argument("target", self.target, "a length above zero, m", "target = 0.0005")
+            raise refuse_argument("target", self.target, "a length above zero, m", target=0.0005)
         if self.box is not None and (len(self.box) != 3 or not all(math.isfinite(x) and x >= 0 for x in self.box) or not any(self.box)):  # noqa: PLR2004
-            raise refuse_argument("box", self.box, "three lengths along x, y and z, m, one above zero at least", "box = (0.3, 0.2, 0.1)")
+            raise refuse_argument("box", self.box, "three lengths along x, y and z, m, one above zero at least", box=(0.3, 0.2, 0.1))
         if not (math.isfinite(self.clear) and self.clear >= 0):
-            raise refuse_argument("clear", self.clear, "a length, zero or more, m", "clear = 0.2")
+            raise refuse_argument("clear", self.clear, "a length, zero or more, m", clear=0.2)
         if math.isnan(self.floor):
-            raise refuse_argument("floor", self.floor, "a height, m", "floor = 0.0")
+            raise refuse_argument("floor", self.floor, "a height, m", floor=0.0)
         if not 2 <= self.per_cell <= 1024:  # noqa: PLR2004 - best and worst of one are no two figures
-            raise refuse_argument("per_cell", self.per_cell, "from 2 to 1024 poses", f"per_cell = {PER_CELL}")
+            raise refuse_argument("per_cell", self.per_cell, "from 2 to 1024 poses", per_cell=PER_CELL)
 
     def _refuse_kinds(self) -> None:
         """Refuse lengths that are no numbers, and what only counts for a box where none is asked for."""
         for name in ("cell", "target", "clear", "floor"):
             if not isinstance(getattr(self, name), Real | None):
-                raise refuse_argument(name, getattr(self, name), "a number of metres", f"{name} = 0.05")
+                raise refuse_argument(name, getattr(self, name), "a number of metres", **{name: "50 mm"})
         for name in ("box_by_mean", "turned", "clear", "floor"):
             if self.box is None and getattr(self, name) != type(self).__dataclass_fields__[name].default:
-                raise refuse_argument(name, getattr(self, name), "a box beside it, which alone it counts for", "box = (0.3, 0.2, 0.1)")
+                raise refuse_argument(name, getattr(self, name), "a box beside it, which alone it counts for", box=(0.3, 0.2, 0.1))
 
 
 def zones(

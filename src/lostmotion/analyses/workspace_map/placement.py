@@ -106,7 +106,7 @@ def best_boxes(  # noqa: PLR0913 - a search is these numbers
         axes = ", ".join(f"{'xyz'[k]} = {grid.plane[k] * 1e3:.4g} mm" for k in np.flatnonzero(stuck))
         asked = " x ".join(f"{x * 1e3:.4g}" for x in size)
         fits = " x ".join(f"{0 if flat else x * 1e3:.4g} mm" for x, flat in zip(size, grid.flat, strict=True))
-        raise refuse_argument("box", f"{asked} mm, and the tool cannot leave {axes}", "0 mm along such an axis", f'box = "{fits}"')
+        raise refuse_argument("box", f"{asked} mm, and the tool cannot leave {axes}", "0 mm along such an axis", box=fits)
     whole = whole_cells(arm, reached)
     if allowed is not None:
         whole &= allowed

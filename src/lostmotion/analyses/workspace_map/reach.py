@@ -110,10 +110,9 @@ def _refuse_too_many(cells: int, per_cell: int) -> None:
     """Refuse more poses than memory holds."""
     if cells * per_cell > MOST_POSES:
         raise refuse_argument(
-            "cell",
+            "cell, per_cell",
             f"{cells} cells reached with {per_cell} poses each",
-            f"at most {MOST_POSES} poses in all",
-            "a larger cell, or fewer poses per cell",
+            f"at most {MOST_POSES} poses in all: a larger cell, or fewer poses per cell",
         )
 
 

@@ -56,9 +56,9 @@ class Plan:
         """
         for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
             if not isinstance(value, Integral) or not 1 <= value <= most:
-                raise refuse_argument(name, value, f"a whole number from 1 to {most}", f"{name} = 30")
+                raise refuse_argument(name, value, f"a whole number from 1 to {most}", **{name: 30})
         if approach not in (-1, 0, 1):
-            raise refuse_argument("approach", approach, "-1, 0 or 1", "approach = 0")
+            raise refuse_argument("approach", approach, "-1, 0 or 1", approach=0)
         check_device(device)
         keep_freed()
         groups = min(_MOST_GROUPS, robots)
@@ -131,7 +131,7 @@ class BlockSample:
 def check_device(device: str) -> None:
     """Refuse a device that is not known (InputError), or a GPU that is not there or that JAX is not there for (LostmotionError)."""
     if device not in DEVICES:
-        raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), 'device = "cpu"')
+        raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), device="cpu")
     if device == "gpu":
         from lostmotion.propagation.montecarlo.jax_kernel import refuse_without_gpu
 

@@ -119,7 +119,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
     Raises InputError for robots, visits, threads, tile, approach or device out of range, LostmotionError for a GPU that is not there.
     """
     if threads < 1 or tile < 1:
-        raise refuse_argument("threads, tile", f"{threads}, {tile}", "at least 1 of each", "threads = 2")
+        raise refuse_argument("threads, tile", f"{threads}, {tile}", "at least 1 of each", threads=2)
     plan = Plan.of(arm, poses, robots, visits, seed, approach, device)
     out = _empty(plan)
     total: Tally | None = None

@@ -46,7 +46,6 @@ _MOST_GROWTH: Final = 8.0
 _FEW_ROBOTS: Final = 30
 # A stage that adds less than this is not worth its time.
 _LEAST_GROWTH: Final = 1.2
-_EXAMPLE: Final = 'until = "1 %"'
 _WANTED: Final = "a share of each figure from 0.3 % to 50 %, or '1 digit', '2 digits', '3 digits'"
 # Quantiles are read from bins of 0.27 %: a share below that could not be told.
 _LEAST: Final = 0.003
@@ -66,15 +65,15 @@ class Tolerance:
         if isinstance(until, str):
             match = re.fullmatch(r"\s*(\d{1,6}(?:\.\d{1,6})?)\s*(%|digits?)\s*", until)
             if match is None:
-                raise refuse_argument("until", until, _WANTED, _EXAMPLE)
+                raise refuse_argument("until", until, _WANTED, until="1 %")
             amount = float(match[1])
             if match[2] != "%":
                 if amount not in {1, 2, 3}:
-                    raise refuse_argument("until", until, _WANTED, 'until = "2 digits"')
+                    raise refuse_argument("until", until, _WANTED, until="2 digits")
                 return cls(digits=int(amount))
             until = amount / 100
         if not _LEAST <= until <= 0.5:  # noqa: PLR2004 - as `_WANTED` says
-            raise refuse_argument("until", given, _WANTED, _EXAMPLE)
+            raise refuse_argument("until", given, _WANTED, until="1 %")
         return cls(float(until))
 
     def half(self, value: float) -> float:
@@ -171,7 +170,7 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
     are. Other arguments and errors as `montecarlo.run`; raises InputError for `most_robots` below `robots`.
     """
     if not robots <= most_robots <= ROBOTS_THERE_CAN_BE:
-        raise refuse_argument("most_robots", most_robots, f"from the {robots} robots it begins with to {ROBOTS_THERE_CAN_BE}", "most_robots = 10000")
+        raise refuse_argument("most_robots", most_robots, f"from the {robots} robots it begins with to {ROBOTS_THERE_CAN_BE}", most_robots=10000)
     visited = {len(poses): poses}
     runs = 0
 

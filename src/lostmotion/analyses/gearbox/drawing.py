@@ -1,33 +1,16 @@
-"""The report of a gearbox: a folder with report.html and result.json, and the profile of a cycloidal one as profile.dxf."""
+"""The profile of a cycloidal gearbox as a DXF file where the user wants it."""
 
 from __future__ import annotations
 
 import secrets
 import tempfile
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lostmotion.errors import LostmotionError, OutputExistsError
-from lostmotion.reporting.folder import refuse_existing, to_disk, write_whole
-from lostmotion.reporting.page import contents
+from lostmotion.reporting.folder import to_disk
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from lostmotion.analyses.gearbox.gear import GearStudy
-    from lostmotion.reporting.sheet import Sheet
-
-
-def write_gearbox(sheet: Sheet, study: GearStudy, drawing: bytes | None, out: str | Path, *, force: bool = False) -> Path:
-    """Write the sheet into the folder `out`, whole or not at all, and return the folder; errors as `folder.write_whole`."""
-    from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
-
-    refuse_existing(out, force=force)
-    drawn = gearbox_plots(study)
-    if drawing is None:
-        return write_whole(contents(sheet, drawn), out, force=force)
-    sheet = replace(sheet, drawing="the profiles of disc and ring in mm")
-    return write_whole({**contents(sheet, drawn), "profile.dxf": drawing}, out, force=force)
 
 
 def refuse_existing_file(out: Path, *, force: bool) -> None:
@@ -39,7 +22,7 @@ def refuse_existing_file(out: Path, *, force: bool) -> None:
     if out.exists() and not force:
         raise OutputExistsError(f"'{out}' exists\n  replace it with --force, or name another file with --dxf")
     try:
-        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not show whether that works
+        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not tell whether that works
             pass
     except OSError as error:
         raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error

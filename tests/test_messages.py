@@ -6,18 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from lostmotion.cli.spoken import Option, spoken
+import lostmotion
+from lostmotion.analyses.signature import question_of
+from lostmotion.cli.generator import spelled
 from lostmotion.errors import Problem
 
 ARM = str(Path(__file__).parent.parent / "examples" / "z-arm.toml")
-OPTIONS = {
-    "pose": Option("--at"),
-    "robots": Option("--robots", number=True),
-    "visits": Option("--visits", number=True),
-    "pose_law": Option("--pose-law"),
-    "cell": Option("--cell"),
-    "share": Option("--share", number=True),
-}
 
 
 @pytest.mark.parametrize(
@@ -28,7 +22,7 @@ OPTIONS = {
             """lostmotion: 3 mistakes
 --poses
   found     'many'
-  expected  a whole number, at least 1
+  expected  a whole number, at least 1, or a CSV file of poses
   example   --poses 2048
 --robots
   found     '0'
@@ -54,10 +48,10 @@ lostmotion run
         (
             ("run",),
             """lostmotion: 1 mistake
-file
+ARM
   found     nothing
-  expected  Arm: native TOML, or URDF with its sidecar TOML.
-  example   lostmotion run arm.toml
+  expected  an arm, or the path of its file
+  example   lostmotion study arm.toml
 """,
         ),
         (
@@ -65,7 +59,7 @@ file
             """lostmotion: 1 mistake
 --seed
   found     nothing after it
-  expected  a whole number, at least 0
+  expected  Seed of the random draws: same seed, same result.
   example   --seed 1
 """,
         ),
@@ -92,8 +86,8 @@ lostmotion run
             """lostmotion: 1 mistake
 command
   found     'mapp'
-  expected  one of run, map, catalog, gear, bearing, statics, size, iso9283, target, sweep, replay, schema
-  example   lostmotion run arm.toml
+  expected  one of study, map, iso9283, target, size, statics, gear, bearing, catalog, sweep, replay, schema
+  example   lostmotion study arm.toml
   did you mean 'map'?
 """,
         ),
@@ -112,10 +106,10 @@ def test_words_that_no_option_takes_are_said_as_any_mistake_is(tmp_path, words, 
         (("run", ARM, "--at", "A=3", "--zone", "q 1..2 m", "--zone", "x 1..2", "--until", "5x"), ["--at", "--zone", "--zone", "--until"]),
         (("run", "none.toml", "--at", "A=3", "--zone", "q 1..2 m"), ["none.toml", "--zone"]),
         (("target", "none.toml", "--error", "1 mm", "--zone", "x 1..2"), ["none.toml", "--zone"]),
-        (("map", "none.toml", "--cell", "3", "--target", "3 kg"), ["--cell", "--target", "none.toml"]),
-        (("statics", "none.toml", "--tilt", "3"), ["--tilt", "none.toml"]),
-        (("bearing", "none.toml", "--moment", "3", "--force-axial", "2"), ["--force-axial", "--moment", "none.toml"]),
-        (("iso9283", "none.toml", "--load", "3", "--path", "P1", "--warm-up", "3"), ["--warm-up", "--load", "--path", "none.toml"]),
+        (("map", "none.toml", "--cell", "3", "--target", "3 kg"), ["none.toml", "--cell", "--target"]),
+        (("statics", "none.toml", "--tilt", "3"), ["none.toml", "--tilt"]),
+        (("bearing", "none.toml", "--moment", "3", "--force-axial", "2"), ["none.toml", "--force-axial", "--moment"]),
+        (("iso9283", "none.toml", "--load", "3", "--path", "P1", "--warm-up", "3"), ["--load", "none.toml", "--load", "--path", "--warm-up"]),
         (("catalog", "--ratio", "x", "--min-torque", "3", "--file", "none.toml"), ["--ratio", "--min-torque", "none.toml"]),
     ],
 )
@@ -151,29 +145,32 @@ def test_a_refused_argument_is_named_as_it_was_typed(tmp_path, words, lines):
 
 
 @pytest.mark.parametrize(
-    ("key", "example", "named", "typed"),
+    ("key", "passing", "named", "typed", "assigned"),
     [
-        ("pose", "pose = 0", "--at", "--at 0"),
-        ("pose", 'pose = "A=30deg B=-10deg"', "--at", '--at "A=30deg B=-10deg"'),
-        ("pose law", 'pose_law = "sobol"', "--pose-law", "--pose-law sobol"),
-        ("robots, tile", "robots = 1000, visits = 30", "--robots, tile", "--robots 1000 --visits 30"),
-        ("cell", "cell = 0.05", "--cell", ""),
-        ("cell", "a larger cell", "--cell", "a larger cell"),
-        ("share", 'share = "95 %"', "--share", ""),
-        ("share", "share = 0.95", "--share", "--share 0.95"),
-        ("pose", "pose = (0.1, 0.2)", "--at", ""),
-        ("arm", 'lostmotion.read("z-arm.toml")', "arm", ""),
-        ("threads", "threads = 2", "threads", "threads = 2"),
-        ("--path", '--path "P2 P4"', "--path", '--path "P2 P4"'),
+        ("at", {"at": 0}, "--at", "--at 0", "at = 0"),
+        ("at", {"at": "A=30deg B=-10deg"}, "--at", '--at "A=30deg B=-10deg"', 'at = "A=30deg B=-10deg"'),
+        ("pose_law", {"pose_law": "sobol"}, "--pose-law", "--pose-law sobol", 'pose_law = "sobol"'),
+        ("robots, tile", {"robots": 10, "visits": 3}, "--robots, tile", "--robots 10 --visits 3", "robots = 10, visits = 3"),
+        ("arm", {"arm": "arm.toml"}, "ARM", "lostmotion study arm.toml", 'arm = "arm.toml"'),
+        ("tile", {"tile": 2}, "tile", "", "tile = 2"),
     ],
 )
-def test_examples_are_rewritten_or_left_out(key, example, named, typed):
-    """Names of arguments become options; what only Python takes is left out; what is no option stays."""
-    told = spoken(Problem("", key, "that", "this", example), OPTIONS)
-    assert (told.key, told.found, told.expected, told.example) == (named, "that", "this", typed)
+def test_an_argument_is_spelled_where_it_was_asked(key, passing, named, typed, assigned):
+    """An option on the command line, an assignment in Python; what is no option is no example of one."""
+    problem = Problem("", key, "that", "this", passing=tuple(passing.items()))
+    seen = spelled(problem, question_of(lostmotion.study))
+    assert (seen.key, seen.found, seen.expected, seen.example) == (named, "that", "this", typed)
+    assert str(problem).endswith(f"example   {assigned}")
+
+
+def test_a_pair_of_values_is_spelled_value_by_value():
+    """As it stands behind the option, and as a tuple."""
+    problem = Problem("", "slope_range", "that", "this", passing=(("slope_range", ("50 %", "100 %")),))
+    assert spelled(problem, question_of(lostmotion.gear)).example == '--slope-range "50 %" "100 %"'
+    assert str(problem).endswith('slope_range = ("50 %", "100 %")')
 
 
 def test_mistakes_in_files_keep_their_words():
     """A key of a file is no option, whatever it is called."""
-    problem = Problem("arm.toml", "pose", "that", "this", "pose = 0")
-    assert spoken(problem, OPTIONS) is problem
+    problem = Problem("arm.toml", "poses", "that", "this", "poses = 0")
+    assert spelled(problem, question_of(lostmotion.study)) is problem

@@ -1,0 +1,40 @@
+"""Public names with their homes: the questions, reading, their results, then the pieces in between, then what can go wrong."""
+
+# isort: off
+from lostmotion.analyses.accuracy.command import study as study
+from lostmotion.analyses.workspace_map.command import map as map
+from lostmotion.analyses.iso9283.command import iso9283 as iso9283
+from lostmotion.analyses.targets.command import target as target
+from lostmotion.analyses.sizing.command import size as size
+from lostmotion.analyses.statics.command import statics as statics
+from lostmotion.analyses.gearbox.command import gear as gear
+from lostmotion.analyses.bearing.command import bearing as bearing
+from lostmotion.analyses.catalog.command import catalog as catalog
+from lostmotion.analyses.sweep.command import sweep as sweep
+from lostmotion.analyses.replay.command import replay as replay
+from lostmotion.analyses.schema.command import schema as schema
+from lostmotion.analyses.read import read as read
+from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, Study as Study
+from lostmotion.analyses.workspace_map.result import AccuracyMap as AccuracyMap
+from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
+from lostmotion.analyses.targets.result import Target as Target
+from lostmotion.analyses.targets.production import production_yield as production_yield
+from lostmotion.analyses.sizing.result import Selection as Selection, Size as Size
+from lostmotion.analyses.statics.result import Statics as Statics
+from lostmotion.analyses.gearbox.result import Gear as Gear
+from lostmotion.analyses.bearing.result import BearingStudy as BearingStudy
+from lostmotion.analyses.catalog.result import Catalog as Catalog
+from lostmotion.analyses.sweep.result import Sweep as Sweep
+from lostmotion.analyses.replay.result import Replayed as Replayed
+from lostmotion.mechanism.arm import Arm as Arm
+from lostmotion.mechanism.tool import Payload as Payload, Tool as Tool
+from lostmotion.mechanism.serial import frames as frames, worst_torques_over_tilts as worst_torques_over_tilts, wrenches as wrenches
+from lostmotion.mechanism.elastostatics import compliance as compliance, deflection as deflection, ellipsoid as ellipsoid
+from lostmotion.error_model.poses import Poses as Poses, sample_poses as sample_poses
+from lostmotion.error_model.pose_matrix import screws as screws, worst_case as worst_case
+from lostmotion.errors import DidNotConvergeError as DidNotConvergeError, InputError as InputError
+from lostmotion.errors import LostmotionError as LostmotionError, OutputExistsError as OutputExistsError
+
+__version__: str
+HOMES: dict[str, str]
+QUESTIONS: dict[str, str]

@@ -1,0 +1,126 @@
+"""Accuracy of an arm over its workspace, sampled or by sums over terms, with its tables, plots and arrays."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.accuracy.answer import Answer
+from lostmotion.analyses.accuracy.attribution import Attributed
+from lostmotion.analyses.result import Result
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray
+
+    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.budget import Budget, Halving
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.analytic import Analytic, Pooled
+    from lostmotion.reporting.plot import Plot
+    from lostmotion.reporting.sheet import Sheet
+
+
+class Study(Answer, Attributed, Result):
+    """Accuracy of an arm by a Monte Carlo run: every attribute of `Answer`."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return workspace, error, AP and RP, error budget and torques, each figure with its interval and sample."""
+        from lostmotion.analyses.accuracy.tables.study import sheet
+
+        return sheet(self)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.accuracy.plots.study import plots
+
+        return plots(self)
+
+    def arrays(self) -> xarray.Dataset:
+        """Return every result per pose and per robot with its name, unit and coordinates."""
+        from lostmotion.analyses.accuracy.arrays import dataset
+
+        return dataset(self)
+
+    def files(self) -> dict[str, bytes]:
+        """Return the arrays as arrays.nc."""
+        return {"arrays.nc": bytes(self.arrays().to_netcdf(engine="scipy"))}
+
+    def __repr__(self) -> str:
+        """Return the main figures, one a line."""
+        from lostmotion.analyses.accuracy.tables.study import sections
+        from lostmotion.reporting.provenance import ideal_said
+
+        wanted = {"error": 4, "iso9283": 4, "budget": 3}
+        lines = [
+            f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} robots x {self.sampled.visits} visits, seed {self.seed}"
+        ]
+        for section in sections(self):
+            for row in section.rows[: wanted.get(section.key, 0)]:
+                interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""
+                share = f", {row.figures[1]} of the mean square" if section.key == "budget" else ""
+                lines.append(f"  {row.label:32} {row.figures[0]}{interval}{share}")
+        ideal = ideal_said(self.states)
+        return "\n".join([*lines, *([f"  at least: {ideal}"] if ideal else [])]) + ">"
+
+
+@dataclass(frozen=True, repr=False)
+class AnalyticStudy(Attributed, Result):
+    """Accuracy of an arm by sums over terms: `analytic` at every pose, `pooled` over all, `budget` by part and kind, `budgets` of poses and zones."""
+
+    arm: Arm
+    poses: Poses
+    approach: float
+    analytic: Analytic
+    pooled: Pooled
+    budget: Budget
+    budgets: tuple[Budget, ...] = ()
+    zones: tuple[FoundInZone, ...] = ()
+    seed: int = 1
+    threads: int = 1
+
+    @functools.cached_property
+    def halving(self) -> Halving:
+        """Return what halving each part's errors, or each kind of error, takes off the 95 % error, by common random numbers."""
+        from lostmotion.propagation.montecarlo.sensitivity import halving_at
+
+        return halving_at(self.arm, self.poses, self.seed, approach=self.approach, threads=self.threads)
+
+    @property
+    def places(self) -> tuple[Budget, ...]:
+        """Return the error budgets of poses and zones."""
+        return (*self.budgets, *(zone.budget for zone in self.zones))
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.accuracy.tables.analytic import analytic_sheet
+
+        blame = replace(self.budget, halving=self.halving)
+        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, blame, self.places, self.zones, approach=self.approach)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.accuracy.plots.budget import of_budget
+
+        return of_budget(self.budget, self.places)
+
+    def arrays(self) -> xarray.Dataset:
+        """Return every figure per pose with its uncertainty, name, unit and coordinates."""
+        from lostmotion.analyses.accuracy.arrays import analytic_dataset
+
+        return analytic_dataset(self.arm, self.poses, self.analytic, self.zones)
+
+    def files(self) -> dict[str, bytes]:
+        """Return the arrays as arrays.nc."""
+        return {"arrays.nc": bytes(self.arrays().to_netcdf(engine="scipy"))}
+
+    def __repr__(self) -> str:
+        """Return what was studied, in a line."""
+        return f"<AnalyticStudy of '{self.arm.name}': {len(self.poses)} poses; mean {self.pooled.mean.value:.4g} m>"

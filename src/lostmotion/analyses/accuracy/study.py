@@ -1,0 +1,77 @@
+"""One study by one route: over the workspace, in zones, and its error budgets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lostmotion.analyses.accuracy.answer import Answer, answer
+from lostmotion.analyses.accuracy.result import AnalyticStudy, Study
+from lostmotion.error_model.budget import budget
+from lostmotion.error_model.pose_selection import among, one_pose, poses_in_zone
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.mechanism.serial import tool_points
+from lostmotion.propagation.montecarlo.stopping import MOST_POSES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lostmotion.analyses.accuracy.route import FoundInZone, Route
+    from lostmotion.error_model.pose_selection import InZone
+    from lostmotion.error_model.poses import PoseLaw, Poses
+    from lostmotion.mechanism.arm import Arm
+
+
+def carry_out(arm: Arm, chosen: Poses, law: PoseLaw | None, route: Route, at: Sequence[Any], zones: Sequence[Any]) -> Study | AnalyticStudy:
+    """Return the study of these poses by this route, with error budgets at the poses `at`, and the same figures in `zones`.
+
+    `law` chooses more poses where the route continues until figures are precise; None where the poses were given. Raises InputError for a pose that
+    there is not, and a zone that no pose reaches, before anything is computed.
+    """
+    for pose in at:
+        one_pose(chosen.q, pose)
+    rooms = [_Room.of(arm, chosen, each, law, route.seed) for each in zones]
+    found = route.over(arm, chosen, None if law is None else lambda count: sample_poses(arm, count, law, route.seed))
+    in_zones = tuple(room.studied(route) for room in rooms)
+    study: Study | AnalyticStudy
+    if found.sampled is not None:
+        whole = answer(arm, found.poses, found.sampled, route.seed, approach=route.approach, threads=route.threads, progress=route.progress)
+        besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": in_zones}
+        study = Study(**{name: getattr(whole, name) for name in Answer.__dataclass_fields__} | besides)
+    elif found.analytic is not None and found.pooled is not None:
+        every = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=route.approach, replicates=found.poses.replicates)
+        study = AnalyticStudy(
+            arm, found.poses, route.approach, found.analytic, found.pooled, every, zones=in_zones, seed=route.seed, threads=route.threads
+        )
+    else:
+        raise ValueError("a study by no route")
+    for pose in at:
+        study = study.with_budget(at=pose)
+    return study
+
+
+@dataclass(frozen=True)
+class _Room:
+    """A zone to study: its first poses, and where poses are chosen by a law, how more of them are found."""
+
+    arm: Arm
+    zone: InZone
+    more: Callable[[int], InZone] | None = None
+
+    @classmethod
+    def of(cls, arm: Arm, chosen: Poses, zone: Any, law: PoseLaw | None, seed: int) -> _Room:  # noqa: ANN401 - a mask, or ends by axis
+        """Find the poses in a zone: by the law where there is one and the zone has ends, else those among the study's own."""
+        if law is None or not isinstance(zone, dict):
+            return cls(arm, among(chosen, tool_points(arm, chosen.q), zone))
+
+        def more(count: int) -> InZone:
+            return poses_in_zone(arm, count, zone, seed, law)
+
+        return cls(arm, more(len(chosen)), more)
+
+    def studied(self, route: Route) -> FoundInZone:
+        """Return the zone's figures by the study's route."""
+        if self.more is None or route.tolerance is None:
+            return route.within(self.arm, self.zone)
+        more = self.more
+        return route.within(self.arm, self.zone, lambda count: more(count).poses, len(more(MOST_POSES).poses))

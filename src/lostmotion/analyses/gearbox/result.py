@@ -1,0 +1,91 @@
+"""One gearbox: play, stiffness, lost motion, transmission error, with its tables, plots and drawing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.gearbox.gear import GearStudy
+from lostmotion.analyses.result import Result
+from lostmotion.errors import refuse_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    from lostmotion.reporting.plot import Plot
+    from lostmotion.reporting.sheet import Sheet
+
+
+@dataclass(frozen=True, repr=False)
+class Gear(GearStudy, Result):
+    """One gearbox: every attribute of `GearStudy`; `dxf` is the file that the report writes the profiles to as well."""
+
+    name: str = "gearbox"
+    notes: tuple[str, ...] = ()
+    dxf: Path | None = None
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
+
+        sheet = gearbox_sheet(self.name, self, self.notes)
+        return replace(sheet, drawing="the profiles of disc and ring in mm") if self._drawn else sheet
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
+
+        return gearbox_plots(self)
+
+    @property
+    def _drawn(self) -> bool:
+        from lostmotion.io.dxf import can_draw
+
+        return self.drawn is not None and can_draw()
+
+    def files(self) -> dict[str, bytes]:
+        """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed."""
+        return {"profile.dxf": self.drawing()} if self._drawn else {}
+
+    def report(self, out: str | Path, *, force: bool = False) -> Path:
+        """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed, profile.dxf into the folder `out`.
+
+        Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is not set.
+        """
+        from lostmotion.analyses.gearbox.drawing import refuse_existing_file, write_drawing
+
+        if self.dxf is None:
+            return super().report(out, force=force)
+        refuse_existing_file(self.dxf, force=force)
+        drawing = self.drawing()
+        written = super().report(out, force=force)
+        write_drawing(drawing, self.dxf, force=force)
+        return written
+
+    def written_besides(self, folder: Path) -> Iterable[str]:
+        """Return where the drawing is, or why there is none."""
+        from lostmotion.io.dxf import CHORD_ERROR
+
+        if self._drawn:
+            yield f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
+        elif self.drawn is not None:
+            yield "Drawing: none, for want of ezdxf: pip install 'lostmotion[dxf]'"
+
+    def drawing(self) -> bytes:
+        """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""
+        from lostmotion.io.dxf import profile_dxf
+
+        refuse_drawing(self.gearbox)
+        return profile_dxf(self.gearbox, self.name)  # type: ignore[arg-type]
+
+
+def refuse_drawing(gearbox: object) -> None:
+    """Raise InputError for a gearbox that has no drawing."""
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+
+    if not isinstance(gearbox, CycloidalGearbox):
+        found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
+        raise refuse_argument("dxf", found, "one by its drawing, of kind 'cycloidal', or no DXF file")

@@ -1,0 +1,1 @@
+"""How the largest errors of a run arise."""

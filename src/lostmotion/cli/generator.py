@@ -1,0 +1,222 @@
+"""One command per question, generated from its signature, and the options that every command has."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+from typer.core import TyperCommand
+
+from lostmotion.analyses.signature import Argument, Parameter, question_of
+from lostmotion.cli.terminal import say, say_json
+from lostmotion.errors import InputError, Problem, nearest, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from lostmotion.analyses.result import Result
+    from lostmotion.analyses.signature import Question
+
+STOPPED: Final = 130  # the shell's own code for it
+stopped: list[bool] = []
+# What every command has besides the arguments of its question.
+SHARED: Final = (
+    Parameter("out", str, Argument("Folder for report.html, result.json and what else the command writes.", metavar="FOLDER"), None),
+    Parameter("force", bool, Argument("Replace an existing output folder."), default=False),
+    Parameter(
+        "json", bool, Argument("Print result.json in place of the tables; then a folder is written only where --out names one."), default=False
+    ),
+    Parameter("quiet", bool, Argument("Print nothing but where the report is."), default=False),
+)
+# The class of all mistakes in what was typed, of whichever Click typer brings.
+_UsageError: Final[type[Exception]] = typer.BadParameter.__mro__[1]
+
+
+def command_of(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - a command of whichever Click typer brings
+    """Return the command that asks this question."""
+    question = question_of(function)
+
+    def carry_out(**typed: Any) -> None:  # noqa: ANN401 - as declared below
+        try:
+            _carry_out(function, question, typed)
+        except InputError as error:
+            raise InputError([spelled(problem, question) for problem in error.problems]) from error
+
+    declared = [_declared(question, each) for each in (*question.options, *shared_options(question))]
+    vars(carry_out)["__signature__"] = inspect.Signature(declared)
+    carry_out.__annotations__ = {each.name: each.annotation for each in declared}
+    app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    kind = type("_Asking", (_Command,), {"question": question})
+    app.command(question.name, cls=kind, help=f"{question.summary}\n\n{question.details}")(carry_out)
+    return typer.main.get_command(app)
+
+
+def shared_options(question: Question) -> tuple[Parameter, ...]:
+    """Return the options that a command has besides the arguments of its question: none where its result is data alone."""
+    own = {each.name for each in question.options}
+    if question.folder is None:
+        return ()
+    return tuple(each for each in SHARED if each.name not in own and not (each.name == "force" and "out" in own))
+
+
+def _declared(question: Question, parameter: Parameter) -> inspect.Parameter:
+    """Return one option as typer declares it; all values are text, which the question reads."""
+    about = parameter.argument
+    kind: Any = str | None
+    if parameter.is_switch:
+        kind = bool
+    elif about.repeats:
+        kind = list[str] | None
+    elif about.together > 1:
+        kind = tuple[(str,) * about.together] | None  # type: ignore[misc]
+    names = [_option(parameter.name), *about.aliases]
+    metavar = None if parameter.is_switch else " ".join([parameter.metavar] * about.together)
+    text = parameter.help
+    if parameter.name == "out" and parameter in SHARED:
+        text += f" Default: NAME-{question.folder}." if question.folder else " Default: none is written."
+    shown_as = (
+        typer.Argument(help=text, metavar=_positional(parameter), show_default=False)
+        if _is_positional(question, parameter)
+        else typer.Option(*names, help=text, metavar=metavar, show_default=False)
+    )
+    default = False if parameter.is_switch else None
+    return inspect.Parameter(parameter.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, shown_as])
+
+
+def _is_positional(question: Question, parameter: Parameter) -> bool:
+    """Return whether a parameter is typed without its name: the first one is."""
+    return bool(question.options) and parameter is question.options[0]
+
+
+def _positional(parameter: Parameter) -> str:
+    return parameter.name.upper() if parameter.required else f"[{parameter.name.upper()}]"
+
+
+def _option(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[str, Any]) -> None:
+    """Ask the question, write its report, and print what was found."""
+    given = {each.name: typed[each.name] for each in question.options if typed[each.name] or each.required}
+    if question.folder is None:
+        say_json(function(**given))
+        return
+    from lostmotion.analyses.result import PartialResultError
+    from lostmotion.reporting.folder import refuse_existing
+    from lostmotion.reporting.progress import ProgressBar
+
+    common = {each.name: typed[each.name] for each in shared_options(question)}
+    force = common.get("force", False)
+    out = common.get("out") or (None if common["json"] else _folder(question, given))
+    callbacks = {each.name for each in question.parameters if each.argument.python_only}
+    if "ready" in callbacks and out is not None:
+        given["ready"] = partial(refuse_existing, out, force=force)
+    try:
+        with ProgressBar() as bar:
+            found = function(**given, **({"progress": bar} if "progress" in callbacks else {}))
+    except PartialResultError as error:
+        found = error.partial()
+    except KeyboardInterrupt as stop:
+        for note in getattr(stop, "__notes__", ()):
+            say(f"lostmotion: {note}", error=True)
+        raise typer.Exit(STOPPED) from None
+    if stopped:
+        raise typer.Exit(STOPPED)
+    results = found if isinstance(found, list) else [found]
+    own = "out" not in common  # a folder that is one of the question's arguments
+    written = [each.report() if own else each.report(out, force=force) for each in results if own or out is not None]
+    _show(results, written, common)
+
+
+def _show(results: list[Result], written: list[Path], common: Mapping[str, Any]) -> None:
+    """Print the figures, which are written already: a closed pipe must not cost the results."""
+    if common["json"]:
+        say_json(results[0].result() if len(results) == 1 else [each.result() for each in results])
+    elif not common["quiet"]:
+        for each in results:
+            each.summary()
+    failures = [each.failure for each in results if each.failure]
+    for each, folder in zip(results, written, strict=False):
+        if not common["json"]:
+            say(f"\nReport: {folder / 'report.html'}")
+            for line in each.written_besides(folder):
+                say(line)
+    for failure in dict.fromkeys(failures):
+        say(f"lostmotion: {failure}", error=True)
+    if failures:
+        raise typer.Exit(1)
+
+
+def _folder(question: Question, given: Mapping[str, Any]) -> str | None:
+    """Return the folder for results where none was named: NAME is that of the first file."""
+    if not question.folder:
+        return None
+    files = [value for each in question.options if each.argument.metavar == "FILE" and (value := given.get(each.name))]
+    first = files[0] if files else question.name
+    return f"{Path(first if isinstance(first, str) else first[0]).stem}-{question.folder}"
+
+
+class _Command(TyperCommand):
+    """A command that refuses what was typed with what was found, what is expected and an example."""
+
+    question: Question
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
+        """Read the words typed. Raises InputError for an option that there is not, one without its value, and words too many."""
+        typed = list(args)
+        try:
+            return super().parse_args(ctx, args)  # type: ignore[arg-type, unused-ignore]
+        except _UsageError as error:
+            raise InputError(list(_problems(self, ctx, typed, error))) from error
+
+
+def _problems(command: Any, ctx: typer.Context, typed: list[str], error: Exception) -> Iterator[Problem]:  # noqa: ANN401 - Click's own class
+    known = {name: each for each in (*command.question.options, *SHARED) for name in (_option(each.name), *each.argument.aliases)}
+    option = str(getattr(error, "option_name", ""))
+    if not option:
+        _, left, _ = command.make_parser(ctx).parse_args(args=typed)
+        yield Problem("", ctx.command_path, shown(" ".join(left)), "nothing more; what has spaces stands in quotes", '"x 0.2..0.5 m"')
+    elif option not in known:
+        near = nearest(option, known)
+        example = _example(near, known[near]) if near else ""
+        yield Problem("", ctx.command_path, shown(option), f"an option that {ctx.command_path} --help lists", example, near)
+    elif known[option].is_switch:
+        yield Problem("", option, "a value", "the option alone: it is a switch", option)
+    else:
+        found = "too few values after it" if known[option].argument.together > 1 else "nothing after it"
+        yield Problem("", option, found, known[option].argument.help, _example(option, known[option]))
+
+
+def _example(option: str, parameter: Parameter) -> str:
+    """Return an option with its default, or with the kind of its value."""
+    if parameter.is_switch:
+        return option
+    return f"{option} {parameter.metavar if parameter.default in (None, ()) else parameter.default}"
+
+
+def spelled(problem: Problem, question: Question) -> Problem:
+    """Return a mistake as the command line spells it: arguments by their options, and an example that can be typed."""
+    if problem.file:
+        return problem
+    known = {each.name: each for each in question.options}
+    first = question.options[0].name if question.options else ""
+    names = [name if name not in known else name.upper() if name == first else _option(name) for name in problem.key.split(", ")]
+    example = problem.example or " ".join(
+        f"lostmotion {question.name} {value}" if name == first else _typed(name, value) for name, value in problem.passing if name in known
+    )
+    return replace(problem, key=", ".join(names), example=example, passing=())
+
+
+def _typed(name: str, value: object) -> str:
+    """Write an option with its value."""
+    if value is True:
+        return _option(name)
+    values = value if isinstance(value, tuple) else (value,)
+    return " ".join(
+        [_option(name), *(f'"{each}"' if isinstance(each, str) and not each.replace("_", "").isalnum() else str(each) for each in values)]
+    )
