@@ -32,7 +32,7 @@ from lostmotion.propagation.montecarlo.kernel import MEAN
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
 
 UR5E = Path(__file__).parent.parent / "examples" / "ur5e.urdf"
 
@@ -40,7 +40,7 @@ UR5E = Path(__file__).parent.parent / "examples" / "ur5e.urdf"
 class NumPyStudy:
     """The careful program: what it may know beforehand is worked out here and not timed."""
 
-    def __init__(self, matrix: Screws, robots: int, visits: int) -> None:
+    def __init__(self, matrix: PoseMatrix, robots: int, visits: int) -> None:
         self.matrix, self.robots, self.visits = matrix, robots, visits
         self.steps = steps_between(matrix.at)
         self.places = np.unique(matrix.place)

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 import lostmotion
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
 from lostmotion.mechanism.frames import steps_between
-from lostmotion.mechanism.serial import as_poses, frames, joint_torques, terms, tool_points, worst_torques_over_tilts, wrenches
+from lostmotion.mechanism.serial import as_poses, frames, joint_torques, tool_points, worst_torques_over_tilts, wrenches
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
@@ -285,7 +285,7 @@ def test_joint_values_of_another_shape_are_refused(q: np.ndarray):
 def test_joint_values_that_are_no_numbers_are_refused(bad: float):
     """An angle that is not finite is refused by every question."""
     q = np.array([[0.0, bad]])
-    for question in (frames, wrenches, joint_torques, worst_torques_over_tilts, terms, tool_points):
+    for question in (frames, wrenches, joint_torques, worst_torques_over_tilts, lostmotion.screws, tool_points):
         with pytest.raises(ValueError, match="not finite"):
             question(planar(), q)
 
@@ -319,7 +319,7 @@ def test_terms_know_their_owner_and_place():
         link={"length": "0.4 m ± 1 mm"},
     )
     arm = Arm(name="arm", joints=[joint], base=Base(roll="0 deg ± 1 deg"))
-    where = {item.owner: arm.places[item.place] for item in terms(arm, np.zeros((1, 1)))}
+    where = {of.owner: arm.places[of.place] for of in arm.terms}
     assert where == {
         "base tilt": "base",
         "joints.A.mounting": "A.seat",
@@ -329,7 +329,7 @@ def test_terms_know_their_owner_and_place():
         "joints.A.lumped": "A",
         "joints.A.link": "A.tip",
     }
-    names = [item.name for item in terms(arm, np.zeros((1, 1)))]
+    names = [of.name for of in arm.terms]
     assert len(set(names)) == len(names)
     assert "joints.A.gearbox.backlash" in names
 
@@ -339,8 +339,8 @@ def test_the_approach_reaches_every_joint():
     joints = [RevoluteJoint(name=name, limits=(-1, 1), gearbox={"backlash": 1e-3}) for name in "AB"]
     arm = Arm(name="arm", joints=joints)
     for approach, left in ((0.0, 2), (1.0, 0), (-1.0, 0)):
-        found = [item for item in terms(arm, np.zeros((1, 2)), approach=approach) if item.term.visit is not None and np.any(item.term.screw)]
-        assert len(found) == left
+        matrix = lostmotion.screws(arm, np.zeros((1, 2)), approach=approach)
+        assert sum(info.visit is not None and matrix.local[0, :, k].any() for k, info in enumerate(matrix.infos)) == left
 
 
 SOURCES = Path(lostmotion.__file__).parent

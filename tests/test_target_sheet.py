@@ -110,11 +110,12 @@ def test_sizes_have_practical_units():
     assert str(in_unit(Size(49 * 10800 / math.pi, "N m/rad", divides=True), 2.0)) == "24.5 N m/arcmin"
     assert str(in_unit(Size(200e6, "N/m", divides=True), 0.5)) == "400 N/µm"
     factor = Estimate(2.0, 1.6, 2.5)
-    clearance = size_at(Item("joints.A.bearing", "clearance", (0,), Size(60e-6, "m")), factor)
+    clearance = size_at(Item("joints.A.bearing", "bearing", "clearance", (0,), Size(60e-6, "m")), factor)
     assert (clearance.value, clearance.low, clearance.high) == pytest.approx((0.12, 0.096, 0.15))
-    stiffness = size_at(Item("joints.A.gearbox", "stiffness", (0,), Size(49 * 10800 / math.pi, "N m/rad", divides=True)), factor)
+    per_arcmin = Size(49 * 10800 / math.pi, "N m/rad", divides=True)
+    stiffness = size_at(Item("joints.A.gearbox", "gearbox", "stiffness", (0,), per_arcmin, stiff=True), factor)
     assert (stiffness.low, stiffness.high) == pytest.approx((49 / 2.5, 49 / 1.6))
-    link = size_at(Item("joints.A.link", "stiffness", (0,)), factor)
+    link = size_at(Item("joints.A.link", "link", "stiffness", (0,), stiff=True), factor)
     assert (link.value, link.low, link.high) == pytest.approx((50, 40, 62.5))
     assert (clearance.unit, link.unit) == ("mm", "%")
 

@@ -25,7 +25,6 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation.analytic import Drawn
 from lostmotion.propagation.error_magnitude import POOLED_POINTS, pooled_counts
-from lostmotion.propagation.montecarlo.common_random_numbers import scaled
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -111,7 +110,7 @@ def test_sizes_scale_the_terms_as_changed_parts_do(name):
         other_arm = arm.model_copy(update={"joints": (arm.joints[0], other, *arm.joints[2:])})
         item = next(each for each in items(arm, before.infos) if each.name == f"joints.{joint.name}.{cause}")
         after = screws(other_arm, q)
-        np.testing.assert_allclose(after.tool, scaled(before, all_factors(before, item, 1.7)).tool, rtol=1e-9, atol=1e-18)
+        np.testing.assert_allclose(after.tool, before.scaled(all_factors(before, item, 1.7)).tool, rtol=1e-9, atol=1e-18)
         changed.append(cause)
     assert len(changed) >= 2
 
@@ -181,7 +180,7 @@ def test_the_mean_square_is_a_form_in_the_factors(name):
     of_terms = np.ones(len(matrix.infos))
     for item, factor in zip(found, factors, strict=True):
         of_terms[list(item.columns)] = factor
-    total = Tally.of(scaled(matrix, of_terms)).total / 64
+    total = Tally.of(matrix.scaled(of_terms)).total / 64
     assert factors @ form @ factors == pytest.approx(total, rel=1e-9)
     assert contributions(form, factors).sum() == pytest.approx(total, rel=1e-9)
 
@@ -216,7 +215,7 @@ def test_samples_agree_with_sums_over_terms():
     metric = ErrorMetric(matrix, poses.replicates, 0.95, 1.4e-3, 1)
     for item in items(arm, matrix.infos)[8:12]:
         factors = all_factors(matrix, item, 2.5)
-        changed = scaled(matrix, factors)
+        changed = matrix.scaled(factors)
         drawn = Drawn(changed)
         counts = pooled_counts(drawn.shift(changed), changed.bias[:, 3:], drawn.draws(POOLED_POINTS))
         assert metric.value(factors).value == pytest.approx(quantile(counts.sum(axis=0), 0.95), rel=3e-3)

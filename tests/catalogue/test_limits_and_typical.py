@@ -6,9 +6,8 @@ import pytest
 
 from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
 from lostmotion.io import read
-from lostmotion.mechanism.serial import terms
 from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
-from tests.parts.conditions import ARCMIN
+from tests.parts.conditions import ARCMIN, local_screws
 
 HEAD = 'name = "x"\n'
 ROW = (
@@ -46,7 +45,7 @@ def test_a_typical_loop_is_narrower_by_its_share(tmp_path):
     sizes = []
     for values in ("limit", "typical"):
         arm = arm_from(tmp_path, JOINT + f'gearbox = {{ catalogue = "X-10", values = "{values}" }}\n' + ROW + TYPICAL)
-        sizes.append(sum(abs(each.term.screw).max() for each in terms(arm, [[0.3]]) if "hysteresis" in each.name))
+        sizes.append(sum(abs(screw).max() for of, screw in local_screws(arm, [[0.3]]) if of.term.cause == "hysteresis"))
     assert sizes[1] == pytest.approx(0.1 * sizes[0])
 
 

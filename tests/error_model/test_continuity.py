@@ -22,7 +22,7 @@ from lostmotion.mechanism.serial import worst_torques_over_tilts
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
-from tests.parts.conditions import ARCMIN
+from tests.parts.conditions import ARCMIN, local_screws
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -236,14 +236,8 @@ def test_friction_that_nobody_states_is_assumed_and_reported():
     assert bearing.startswith("friction of the bearing of A: not stated, assumed 2 %")
     # what moves within the friction repeats as its play: an eighth of it, a tenth of the lean
     leaning = arm().model_copy(update={"base": Base(pitch=0.02 * 0.5)})
-    term = next(item.term for item in _terms(leaning) if item.name == "joints.A.gearbox.backlash")
-    assert np.abs(term.screw).max() == pytest.approx(ARCMIN / 2, rel=1e-3)
-
-
-def _terms(arm: Arm) -> list[object]:
-    from lostmotion.mechanism.serial import terms
-
-    return terms(arm, np.array([[math.pi / 2]]))
+    screw = next(screw for of, screw in local_screws(leaning, [math.pi / 2]) if of.name == "joints.A.gearbox.backlash")
+    assert np.abs(screw).max() == pytest.approx(ARCMIN / 2, rel=1e-3)
 
 
 def test_an_arm_without_weight_has_friction_all_the_same():

@@ -10,8 +10,9 @@ import pytest
 from lostmotion.io import read
 from lostmotion.io.native import arm_of
 from lostmotion.mechanism.inverse import jacobian
-from lostmotion.mechanism.serial import frames, joint_torques, terms, tool_points, wrenches
+from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
 from tests.io.urdfs import agrees_with_pinocchio, arm, joint, link, robot
+from tests.parts.conditions import local_screws
 
 PLACE = {"xyz": ["100 mm", "-200 mm", "700 mm"], "rpy": ["170 deg", "10 deg", "-30 deg"]}
 XYZ, RPY = (0.1, -0.2, 0.7), tuple(np.radians([170, 10, -30]).tolist())
@@ -45,7 +46,7 @@ def test_a_place_on_the_base_is_a_fixed_joint_before_the_arm():
     assert np.abs(joint_torques(placed, q) - joint_torques(plinth, q)).max() < 1e-12
     assert np.abs(jacobian(placed, q) - jacobian(plinth, q)).max() < 1e-12
     assert np.abs(wrenches(placed, q)[0] - wrenches(plinth, q)[0]).max() < 1e-11
-    one, other = ({term.name: term.term.screw for term in terms(each, q)} for each in (placed, plinth))
+    one, other = ({of.name: screw for of, screw in local_screws(each, q)} for each in (placed, plinth))
     assert one.keys() == other.keys()
     assert all(np.abs(one[name] - other[name]).max() < 1e-12 for name in one)
 
@@ -90,8 +91,7 @@ def test_a_plinth_carries_the_leaning_further():
     q = np.zeros((1, 3))
 
     def moved(each):
-        (lean,) = (term.term for term in terms(each, q) if term.owner == "base tilt")
-        turn, point = lean.screw[..., :3].ravel(), tool_points(each, q)[0]
-        return np.cross(turn, point) * lean.bound
+        ((lean, screw),) = ((of.term, screw) for of, screw in local_screws(each, q) if of.owner == "base tilt")
+        return np.cross(screw[0, :3], tool_points(each, q)[0]) * lean.bound
 
     assert moved(high)[1] - moved(low)[1] == pytest.approx(-math.radians(1))

@@ -13,6 +13,7 @@ from lostmotion.io.native import arm_of
 from lostmotion.mechanism.serial import frames
 from lostmotion.spatial import pose_of, shift, turn
 from tests.io.conftest import JOINT
+from tests.parts.conditions import local_screws
 
 UR5E = {
     "a": [0, -0.425, -0.3922, 0, 0, 0],
@@ -157,8 +158,6 @@ def test_a_link_behind_a_row_keeps_its_beam():
     link = {"section": {"kind": "rod", "diameter": "40 mm"}, "material": "steel", "length_tolerance": "50 µm"}
     arm = arm_of("x", {"name": "x", "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], "dh": row, "link": link}]})
     assert arm.joints[0].link.reach == pytest.approx(0.5)
-    from lostmotion.mechanism.serial import terms
-
-    length = next(placed for placed in terms(arm, np.zeros(1)) if placed.name == "joints.A.link.length")
-    seen_from_joint = arm.joints[0].link.tip_pose[:3, :3] @ length.term.screw[3:]
+    length, screw = next(each for each in local_screws(arm, np.zeros(1)) if each[0].name == "joints.A.link.length")
+    seen_from_joint = arm.joints[0].link.tip_pose[:3, :3] @ screw[0, 3:]
     assert seen_from_joint * length.term.bound == pytest.approx(50e-6 * np.array([0.6, 0, 0.8]))

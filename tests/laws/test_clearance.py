@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.laws.clearance import seated, seated_across
+from lostmotion.laws.clearance import seated
 
 # Squares of smaller loads have no digits left.
 LOADS = st.floats(-1e6, 1e6).map(lambda load: load if abs(load) > 1e-100 else 0.0)
@@ -21,19 +21,6 @@ def test_a_part_never_leaves_its_play(loads: list[float], friction: float, more:
     at = seated(load, friction, np.abs(load) + more)
     assert (np.abs(at) <= 1).all()
     assert (at * load >= 0).all()
-
-
-@given(st.lists(st.tuples(LOADS, LOADS, LOADS), min_size=1, max_size=20), st.floats(0, 1e6))
-@settings(deadline=None, max_examples=200)
-def test_a_journal_never_leaves_its_clearance(loads: list[tuple[float, float, float]], friction: float):
-    """In a round clearance, where the load holds the part and what is left to chance add up to the radius, in the load's direction."""
-    load = np.array(loads)
-    size = np.linalg.norm(load, axis=1)
-    held, free = seated_across(load, friction, size)
-    np.testing.assert_allclose(np.linalg.norm(held, axis=1) + free, 1.0, rtol=1e-12)
-    assert (free >= 0).all()
-    np.testing.assert_allclose(np.cross(held, load), 0, atol=1e-9 * size.max(initial=1))
-    assert ((held * load).sum(axis=1) >= 0).all()
 
 
 def test_without_friction_any_load_closes_the_play():
@@ -51,10 +38,3 @@ def test_what_rounding_leaves_of_zero_is_no_load(friction: float):
     """A load of 1e-10 of the whole wrench is a rounding error of zero and closes nothing; one of 1e-8 is a load."""
     np.testing.assert_array_equal(seated(np.array([1e-7, -1e-7]), friction, np.full(2, 1e3)), [0, 0])
     np.testing.assert_array_equal(seated(np.array([1e-5, -1e-5]), friction, np.full(2, 1e3)), [1, -1])
-
-
-def test_a_journal_without_load_is_free_all_round():
-    """Without load the way of arriving decides everything, and nothing is divided by zero."""
-    held, free = seated_across(np.zeros((2, 3)), 0.0, np.zeros(2))
-    np.testing.assert_array_equal(held, 0)
-    np.testing.assert_array_equal(free, 1)

@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy import stats
 
-from lostmotion.laws.distributions import Amount, Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance, product_mean
+from lostmotion.laws.distributions import Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance, product_mean
 
 LAWS: dict[str, Law] = {
     "normal cut at 3": Normal(),
@@ -21,11 +19,6 @@ LAWS: dict[str, Law] = {
     "two-sided": TwoSided(),
     "cosine": Cosine(),
     "sine": Sine(),
-}
-AMOUNTS = {
-    "uniform amount": Amount(0.3, Uniform()),
-    "normal amount": Amount(0.2, Normal()),
-    "sure amount": Amount(0.0, Normal()),
 }
 
 
@@ -46,13 +39,13 @@ def test_a_draw_has_mean_zero(law: Law):
     assert moments(law, 1) == pytest.approx(0, abs=1e-6)
 
 
-@pytest.mark.parametrize("law", [*LAWS.values(), *AMOUNTS.values()], ids=[*LAWS, *AMOUNTS])
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_a_draw_has_mean_square_one(law: Law):
-    """Draws of every law, amounts included, have mean square one, so that a term's screw is its deviation."""
+    """Draws of every law have mean square one, so that a term's screw is its deviation."""
     assert moments(law, 2) == pytest.approx(1, abs=1e-6)
 
 
-@pytest.mark.parametrize("law", [*LAWS.values(), *AMOUNTS.values()], ids=[*LAWS, *AMOUNTS])
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_no_draw_passes_its_bound_and_the_bound_is_reached(law: Law):
     """The bound of a law is its largest draw: none is beyond it and some come as near as one likes."""
     u = np.concatenate([np.linspace(0, 1, 100_003)[1:-1], [2.0**-53, 1 - 2.0**-53]])
@@ -83,16 +76,6 @@ def test_the_two_parts_of_a_wave_share_one_phase():
     np.testing.assert_allclose(np.hypot(Cosine().quantile(u), Sine().quantile(u)), math.sqrt(2), rtol=1e-14)
 
 
-@given(st.floats(0, 0.33), st.sampled_from([Normal(), Uniform()]))
-@settings(deadline=None, max_examples=50)
-def test_an_amount_is_its_law_around_one(scatter: float, inner: Law):
-    """An amount is (1 + k x) over its root mean square: never negative for scatters that parts may state."""
-    u = np.linspace(0.001, 0.999, 99)
-    amount = Amount(scatter, inner).quantile(u) * math.hypot(1, scatter)
-    np.testing.assert_allclose(amount, 1 + scatter * inner.quantile(u), rtol=1e-12)
-    assert Amount(scatter, inner).bound * math.hypot(1, scatter) == pytest.approx(1 + scatter * inner.bound)
-
-
 def test_the_word_behind_a_tolerance_names_its_law():
     """A dimension marked "uniform" falls anywhere alike, any other one by a normal law that its limit cuts at three sigma."""
     assert of_tolerance("uniform") == Uniform()
@@ -112,8 +95,7 @@ def test_the_excess_of_a_cut_normal_law_is_scipys(cut: float):
 
 
 def test_means_of_products_from_one_uniform():
-    """The two parts of a wave are uncorrelated but not independent; an amount goes with the draw that it is made of."""
+    """The two parts of a wave are uncorrelated but not independent."""
     assert product_mean((Cosine(), Sine())) == pytest.approx(0, abs=1e-12)
     assert product_mean((Cosine(), Cosine(), Sine(), Sine())) == pytest.approx(0.5, abs=1e-12)
-    assert product_mean((Amount(0.2, Uniform()), Uniform())) == pytest.approx(0.2 / math.hypot(1, 0.2), abs=1e-12)
     assert product_mean(()) == pytest.approx(1, abs=1e-12)

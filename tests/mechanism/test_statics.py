@@ -13,12 +13,13 @@ from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import static_loads
 from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, alone, bending
-from lostmotion.mechanism.serial import frames, joint_torques, terms, worst_torques_over_tilts, wrenches
+from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts, wrenches
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Material
 from lostmotion.units import Toleranced
 from tests.mechanism.test_elastostatics import elastic_arm, payload_wrench
+from tests.parts.conditions import local_screws
 
 
 def directions_within(rng: np.random.Generator, tilt: float, count: int) -> np.ndarray:
@@ -119,7 +120,7 @@ def test_the_causes_of_bending_add_up_to_what_the_link_does():
     at = frames(arm, q)
     for bent in bending(arm, q, np.zeros((50, 3)), 0.0):
         place = arm.places.index(f"{bent.joint}.tip")
-        twist = sum(item.term.screw for item in terms(arm, q) if item.owner == f"joints.{bent.joint}.link" and item.term.level == "design")
+        twist = sum(screw for of, screw in local_screws(arm, q) if of.owner == f"joints.{bent.joint}.link" and of.term.level == "design")
         line = np.einsum("pji,pj->pi", at[place, :, :3, :3], at[place, :, :3, 3] - at[place - 1, :, :3, 3])
         line /= np.linalg.norm(line, axis=1)[:, None]
         sizes = [np.linalg.norm(np.cross(line, part), axis=1) for part in (twist[:, 3:], twist[:, :3])]

@@ -2,25 +2,70 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.mechanism.serial import PlacedTerm, frames, terms
-from lostmotion.parts.error_source import Condition, ErrorSource, Term
+from lostmotion.error_model.pose_matrix import screws
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
+from lostmotion.parts.term import Condition, Draw, Holding, Level, Motion, Term, level_of
 from lostmotion.spatial import adjoint
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.placed_terms import PlacedTerm
+    from lostmotion.parts.error_source import ErrorSource
     from lostmotion.spatial import Floats
 
 TURN_Z = np.array([0, 0, 1.0, 0, 0, 0])
 SLIDE_Z = np.array([0, 0, 0, 0, 0, 1.0])
 ARCMIN = np.pi / 180 / 60
 STEEL = {"young": 210e9, "poisson": 0.3, "density": 7850.0}
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a place feels, pose first, and the joint that it belongs to."""
+
+    angle: Floats
+    axis: Floats
+    wrench: Floats
+    gravity: Floats
+    approach: float
+    holding: Callable[[], Holding] = Holding
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """A term with its screw (pose, 6) at a place; a sided one with its side where the approach is known."""
+
+    term: Term
+    screw: Floats
+    visit: Draw | None
+
+    @property
+    def name(self) -> str:
+        """Give the term's name."""
+        return self.term.name
+
+    @property
+    def robot(self) -> Draw | None:
+        """Give what is drawn per robot."""
+        return self.term.robot
+
+    @property
+    def level(self) -> Level:
+        """Give the level of chance, with the side that is known."""
+        return level_of(self.robot, self.visit)
+
+    @property
+    def bound(self) -> float:
+        """Give the largest size of the draws."""
+        return math.prod(draw.law.bound for draw in (self.robot, self.visit) if draw is not None)
 
 
 def condition(
@@ -30,18 +75,29 @@ def condition(
     angle: float | Floats = 0.0,
     gravity: Sequence[float] = (0, 0, -9.80665),
     approach: float = 0.0,
-) -> Condition:
+) -> Place:
     """Say what a place feels: one pose, or as many as there are wrenches or angles."""
     loads = np.atleast_2d(np.asarray(wrench, dtype=float))
     angles = np.atleast_1d(np.asarray(angle, dtype=float))
     poses = max(len(loads), len(angles))
-    return Condition(
+    return Place(
         np.broadcast_to(angles, poses).copy(),
         axis,
         np.broadcast_to(loads, (poses, 6)).copy(),
         np.broadcast_to(np.asarray(gravity, dtype=float), (poses, 3)).copy(),
-        np.full(poses, approach),
+        approach,
     )
+
+
+def terms_at(part: ErrorSource, place: Place) -> list[Evaluated]:
+    """Evaluate the terms of a part at a place."""
+    at = Condition(place.angle, place.wrench.T, place.gravity.T)
+    out = []
+    for term in part.terms(Motion(place.axis, place.holding)):
+        known = term.sided and place.approach
+        screw = term.scale * term.form.screw(at).T * (-place.approach if known else 1.0)
+        out.append(Evaluated(term, screw, None if known else term.visit))
+    return out
 
 
 def gearbox(**fields: object) -> ErrorSource:
@@ -65,7 +121,7 @@ def encoder(**fields: object) -> ErrorSource:
     return made
 
 
-def design(found: Iterable[Term], poses: int = 1) -> Floats:
+def design(found: Iterable[Evaluated], poses: int = 1) -> Floats:
     """Add up what follows from the pose alone (pose, 6)."""
     out = np.zeros((poses, 6))
     for term in found:
@@ -74,7 +130,7 @@ def design(found: Iterable[Term], poses: int = 1) -> Floats:
     return out
 
 
-def drawn(found: Iterable[Term], draws: int, seed: int = 0, poses: int = 1) -> Floats:
+def drawn(found: Iterable[Evaluated], draws: int, seed: int = 0, poses: int = 1) -> Floats:
     """Add up all terms for so many robots at one visit each (draw, pose, 6); terms that name one stream share its uniforms."""
     rng = np.random.default_rng(seed)
     streams: dict[tuple[str, str], Floats] = {}
@@ -89,17 +145,24 @@ def drawn(found: Iterable[Term], draws: int, seed: int = 0, poses: int = 1) -> F
     return out
 
 
-def visit_size(found: Iterable[Term]) -> float:
+def visit_size(found: Iterable[Evaluated]) -> float:
     """Give the largest entry of all that differs from visit to visit."""
     return max((float(np.abs(term.screw).max()) for term in found if term.visit is not None), default=0.0)
 
 
+def local_screws(arm: Arm, q: Sequence[float] | Floats, *, approach: float = 0.0) -> list[tuple[PlacedTerm, Floats]]:
+    """Give every term of an arm with its screw (pose, 6) in the frame of its place."""
+    matrix = screws(arm, np.asarray(q, dtype=float), approach=approach)
+    return [(column.of, matrix.local[:, :, k]) for k, column in enumerate(matrix.infos)]
+
+
 def at_tool(arm: Arm, q: Sequence[float], *, approach: float = 0.0) -> list[tuple[PlacedTerm, Floats]]:
     """Carry every term of one pose to the tool: (term, twist (6,)) of the tool point, in the base's axes."""
-    at = frames(arm, np.array([q], dtype=float))[:, 0]
+    matrix = screws(arm, np.array([q], dtype=float), approach=approach)
+    at = matrix.at[:, 0]
     to_tool_point = np.eye(4)
     to_tool_point[:3, 3] = -at[-1, :3, 3]
     return [
-        (item, adjoint(to_tool_point @ at[item.place]) @ np.broadcast_to(item.term.screw, (1, 6))[0])
-        for item in terms(arm, np.array([q], dtype=float), approach=approach)
+        (column.of, adjoint(to_tool_point @ at[place]) @ screw)
+        for column, place, screw in zip(matrix.infos, matrix.place, matrix.local[0].T, strict=True)
     ]

@@ -15,7 +15,7 @@ from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.units import Toleranced
-from tests.parts.conditions import condition, drawn
+from tests.parts.conditions import condition, drawn, terms_at
 
 UM = 1e-6
 OF_209 = {"bore": "45 mm", "outside_diameter": "85 mm", "balls": 9, "ball_diameter": "12.7 mm", "pitch_diameter": "65 mm", "span": "60 mm"}
@@ -33,7 +33,7 @@ OF_CROSSED = {
 
 def shift(part, wrench):
     """Give the design's shift and tilt (6,) under one load."""
-    return sum(np.broadcast_to(term.screw, (1, 6))[0] for term in part.terms(condition(wrench)) if term.level == "design")
+    return sum(np.broadcast_to(term.screw, (1, 6))[0] for term in terms_at(part, condition(wrench)) if term.level == "design")
 
 
 def test_a_209_pair_under_load_is_the_published_209():
@@ -62,7 +62,7 @@ def test_clearance_sinks_with_any_load_and_then_gives():
 def test_an_unloaded_pair_rests_anywhere_in_its_play():
     """Without load each bearing rests somewhere on the circle of its clearance, the axis at most at half of it, and tilts by G/span at most."""
     pair = BallPair(**OF_209, clearance=20 * UM)
-    errors = drawn(pair.terms(condition()), 20_000)[:, 0]
+    errors = drawn(terms_at(pair, condition()), 20_000)[:, 0]
     across, tilt = np.hypot(errors[:, 3], errors[:, 4]), np.hypot(errors[:, 0], errors[:, 1])
     assert across.max() == pytest.approx(10 * UM, rel=0.01)
     assert tilt.max() == pytest.approx(20 * UM / 0.06, rel=0.01)
@@ -74,7 +74,7 @@ def test_roller_pairs_hold_nothing_along_the_axis():
     """Cylindrical rollers: whatever the thrust, no axial term, and across the shift is what it is without."""
     pair = RollerPair(**OF_NU212, clearance=50 * UM)
     np.testing.assert_array_equal(shift(pair, (0, 0, 0, 2000, 500, 700)), shift(pair, (0, 0, 0, 2000, 500, 0)))
-    assert not any("axial" in term.name for term in pair.terms(condition((0, 0, 0, 2000, 500, 700))))
+    assert not any("axial" in term.name for term in terms_at(pair, condition((0, 0, 0, 2000, 500, 700))))
 
 
 def test_a_crossed_roller_by_its_rollers_is_the_row_in_space():
@@ -106,7 +106,7 @@ def test_preload_makes_angular_contact_stiffer():
     loose, tight = BallPair(**fields), BallPair(**fields, preload="500 N")
     for wrench in ((0, 0, 0, 300, 0, 0), (0, 0, 0, 0, 0, 300), (10, 0, 0, 0, 0, 0)):
         assert np.linalg.norm(shift(tight, wrench)) < 0.8 * np.linalg.norm(shift(loose, wrench))
-    assert not any("clearance" in term.name or "play" in term.name for term in tight.terms(condition((5, 3, 0, 100, 0, 0))))
+    assert not any("clearance" in term.name or "play" in term.name for term in terms_at(tight, condition((5, 3, 0, 100, 0, 0))))
     wide, narrow = tight, BallPair(**fields, preload="500 N", arrangement="face-to-face")
     assert shift(wide, (50.0, 0, 0, 0, 0, 0))[0] < 0.5 * shift(narrow, (50.0, 0, 0, 0, 0, 0))[0]
 
@@ -135,7 +135,7 @@ def test_more_clearance_moves_the_shaft_by_what_the_amount_says():
     """The scatter's term is what one more micrometre of clearance moves the loaded shaft."""
     wrench = (0, 0, 0, 3000.0, 0, 0)
     scattered = BallPair(**OF_209, clearance=Toleranced(20e-6, 6e-6, "uniform"))
-    amounts = [term for term in scattered.terms(condition(wrench)) if term.name in ("inboard amount", "outboard amount")]
+    amounts = [term for term in terms_at(scattered, condition(wrench)) if term.name in ("inboard amount", "outboard amount")]
     limit = sum(term.screw[0, 3] * term.bound for term in amounts)
     more, less = (shift(BallPair(**OF_209, clearance=20e-6 + step), wrench)[3] for step in (6e-6, -6e-6))
     assert limit == pytest.approx((more - less) / 2, rel=0.03)

@@ -19,13 +19,14 @@ from lostmotion.parts.gearbox.cycloidal_model import Loop, Play, Wave, Waves, Wi
 from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.term import Condition, Motion
 from lostmotion.units import Toleranced
-from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive
+from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive, terms_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.parts.error_source import Condition, Term
+    from lostmotion.parts.term import Term
 
 
 def elastic_link(s: float) -> ErrorSource:
@@ -115,9 +116,9 @@ class DrawnGearbox(ErrorSource):
             Loop(torque, s * 1e-6 * torque, 0.1 * torque),
         )
 
-    def terms(self, at: Condition) -> list[Term]:
+    def terms(self, motion: Motion) -> list[Term]:
         """Give all of them."""
-        return [term for source in self.sources for term in source.terms(at)]
+        return [term for source in self.sources for term in source.terms(motion)]
 
 
 PARTS: dict[str, Callable[[float], ErrorSource]] = {
@@ -202,7 +203,7 @@ every_part = pytest.mark.parametrize("make", EVERY.values(), ids=EVERY)
 def test_terms_are_finite_screws_with_names_of_their_own(make, poses, axis, approach):
     """Whatever load, pose and axis, a part answers with finite screws, one per pose or one for all, each term under its own name."""
     at = condition([wrench for wrench, _ in poses], axis=axis, angle=np.array([angle for _, angle in poses]), approach=approach)
-    found = make(1.0).terms(at)
+    found = terms_at(make(1.0), at)
     assert found
     for term in found:
         assert np.shape(term.screw) in {(len(poses), 6), (6,)}
@@ -219,9 +220,9 @@ def test_poses_do_not_see_each_other(make, poses, axis, approach):
     """What a part does at one pose is the same whether that pose is asked for alone or among others."""
     part = make(1.0)
     wrenches, angles = [wrench for wrench, _ in poses], np.array([angle for _, angle in poses])
-    together = part.terms(condition(wrenches, axis=axis, angle=angles, approach=approach))
+    together = terms_at(part, condition(wrenches, axis=axis, angle=angles, approach=approach))
     for row in range(len(poses)):
-        alone = part.terms(condition(wrenches[row], axis=axis, angle=angles[row], approach=approach))
+        alone = terms_at(part, condition(wrenches[row], axis=axis, angle=angles[row], approach=approach))
         assert [(term.name, term.level) for term in alone] == [(term.name, term.level) for term in together]
         for one, many in zip(alone, together, strict=True):
             expected = many.screw if many.screw.ndim == 1 else many.screw[row]
@@ -234,7 +235,7 @@ def test_poses_do_not_see_each_other(make, poses, axis, approach):
 def test_twice_the_tolerances_make_twice_the_error(make, wrench, angle, axis, approach):
     """A part made twice as badly and twice as softly makes every one of its errors twice as large."""
     at = condition(wrench, axis=axis, angle=angle, approach=approach)
-    once, twice = make(1.0).terms(at), make(2.0).terms(at)
+    once, twice = terms_at(make(1.0), at), terms_at(make(2.0), at)
     assert [term.name for term in once] == [term.name for term in twice]
     for one, two in zip(once, twice, strict=True):
         np.testing.assert_allclose(two.screw, 2 * one.screw, rtol=1e-9, atol=1e-18)
@@ -246,7 +247,7 @@ def test_twice_the_tolerances_make_twice_the_error(make, wrench, angle, axis, ap
 @pytest.mark.parametrize("wrench", [(0,) * 6, (0, 0, 0.2, 0, 0, 2.0), (30, -20, 10, 100, 50, -80)])
 def test_no_robot_errs_beyond_the_worst_case(make, wrench, approach):
     """Of 10 000 robots none is off by more than the design error and all other terms at their bounds."""
-    found = make(1.0).terms(condition(wrench, angle=0.7, approach=approach))
+    found = terms_at(make(1.0), condition(wrench, angle=0.7, approach=approach))
     worst = sum((np.abs(np.broadcast_to(term.screw, (1, 6))) * term.bound for term in found), np.zeros((1, 6)))
     errors = drawn(found, 10_000)
     assert (np.abs(errors) <= worst * (1 + 1e-12)).all()
@@ -257,7 +258,7 @@ def test_no_robot_errs_beyond_the_worst_case(make, wrench, approach):
 def test_drawn_terms_have_mean_zero(make):
     """Averaged over many robots and visits only the design error is left: whatever has a mean puts it there."""
     at = condition((30, -20, 0.1, 1.0, 0.5, -0.8), angle=0.7)
-    found = make(1.0).terms(at)
+    found = terms_at(make(1.0), at)
     draws = 40_000
     spread = np.sqrt(sum((np.broadcast_to(term.screw, (1, 6)) ** 2 for term in found if term.level != "design"), np.zeros((1, 6))))
     errors = drawn(found, draws)
@@ -271,7 +272,7 @@ def test_drawn_terms_have_mean_zero(make):
 @settings(deadline=None, max_examples=20)
 def test_an_ideal_part_makes_no_error(part, wrench, axis, approach):
     """A part of which nothing but its size is stated is exact and rigid under any load."""
-    for term in part.terms(condition(wrench, axis=axis, angle=0.3, approach=approach)):
+    for term in terms_at(part, condition(wrench, axis=axis, angle=0.3, approach=approach)):
         assert not np.any(term.screw)
 
 
@@ -280,16 +281,47 @@ def test_an_ideal_part_makes_no_error(part, wrench, axis, approach):
 @pytest.mark.parametrize("axis", [TURN_Z, SLIDE_Z], ids=["turning", "sliding"])
 @pytest.mark.parametrize("wrench", [(30, -20, 10, 100, 50, -80), (-15, 40, -20, 60, -90, 70)])
 def test_springs_go_on_giving_and_what_rests_in_a_play_does_not(make, wrench, axis, approach):
-    """Under ten times the load a spring gives more than thrice as much; a term that says it rests in a play stays where it is."""
+    """Under ten times the load a spring deflects more than three times as far; what rests in a play stays where it is."""
     part = make(1.0)
     none, once, tenfold = (
-        {term.name: term for term in part.terms(condition(times * np.array(wrench), axis=axis, angle=0.3, approach=approach))} for times in (0, 1, 10)
+        {term.name: term for term in terms_at(part, condition(times * np.array(wrench), axis=axis, angle=0.3, approach=approach))}
+        for times in (0, 1, 10)
     )
     for name, term in once.items():
         if term.level == "design":
             before, after = (np.linalg.norm(one[name].screw - none[name].screw) for one in (once, tenfold))
-            if not term.seated:
+            if term.term.form.elastic:
                 # A micrometre along an axis may come and go with the loads across it: balls roll up their grooves.
                 assert after >= 3 * before or before < 1e-6
-            elif approach == 0:  # arriving from one side, friction's loop is seated as well, and grows with what rubs
+            elif approach == 0:  # with a known last motion friction's loop is a design term as well, and grows with the friction
                 assert after <= before * (1 + 1e-9)
+
+
+@every_part
+@pytest.mark.parametrize("axis", [TURN_Z, SLIDE_Z], ids=["turning", "sliding"])
+@pytest.mark.parametrize("load", [(30.0, -20.0, 12.0, 100.0, 50.0, -80.0), (-15.0, 40.0, -20.0, 60.0, -90.0, 70.0)])
+def test_the_compliance_of_a_spring_is_the_slope_of_its_deflection(make, load, axis):
+    """A small change of load deflects a spring by its compliance times that change; a play and a constant error have no compliance."""
+    change = 1e-4 * np.array([3.0, -2.0, 5.0, 30.0, 20.0, -40.0])
+
+    def at(wrench):
+        return Condition(np.array([0.3]), np.asarray(wrench)[:, None], np.zeros((3, 1)))
+
+    for term in make(1.0).terms(Motion(axis)):
+        form, slope = term.form, term.form.compliance(at(load))[0]
+        if form.elastic:
+            expected = (form.screw(at(load + change)) - form.screw(at(load - change)))[:, 0] / 2
+            np.testing.assert_allclose(slope @ change, expected, rtol=1e-3, atol=1e-9 * np.linalg.norm(form.screw(at(load))))
+        else:
+            assert not slope.any()
+
+
+@every_part
+def test_a_form_depends_on_what_it_reads_and_on_nothing_else(make):
+    """Other values of what a form does not read leave its screw as it is, to the bit."""
+    rng = np.random.default_rng(3)
+    read = {"angle": (1,), "wrench": (6, 1), "gravity": (3, 1)}
+    values, others = ({name: rng.uniform(-50, 50, shape) for name, shape in read.items()} for _ in range(2))
+    for term in make(1.0).terms(Motion(TURN_Z)):
+        mixed = {name: (values if name in term.form.reads else others)[name] for name in read}
+        np.testing.assert_array_equal(term.form.screw(Condition(**values)), term.form.screw(Condition(**mixed)))

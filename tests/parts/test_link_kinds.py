@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from lostmotion.laws.beam import box_section, compliance_per_length, i_section, rectangle_section, round_section
 from lostmotion.parts.compliance import doubt_of_compliance
 from lostmotion.parts.link import Link
-from tests.parts.conditions import STEEL, condition
+from tests.parts.conditions import STEEL, condition, terms_at
 
 E, G = 210e9, 210e9 / 2.6
 ALUMINIUM = {"young": 70e9, "poisson": 0.33, "density": 2700.0, "scatter": 0.03}
@@ -156,7 +156,7 @@ def test_a_tube_in_a_sleeve_is_as_stiff_as_both():
 def test_each_material_scatters_for_itself():
     """The term of a material is what the tip does when that material alone is softer by its scatter: the derivative of the whole, by differences."""
     at = condition([3.0, -2, 5, 40, -70, 90])
-    found = {term.name: term for term in Link(length=LENGTH, section=TUBE_IN_SLEEVE).with_joint_axis(AXIS).terms(at)}
+    found = {term.name: term for term in terms_at(Link(length=LENGTH, section=TUBE_IN_SLEEVE).with_joint_axis(AXIS), at)}
     for k, scatter in enumerate((0.03, 0.1)):
         moved = []
         for step in (-1e-5, 1e-5):
@@ -165,7 +165,7 @@ def test_each_material_scatters_for_itself():
             soft |= {"young": soft["young"] * (1 - step), "shear_modulus": soft.get("shear_modulus", soft["young"] / 2.66) * (1 - step)}
             layers[k]["material"] = soft
             link = Link(length=LENGTH, section={"kind": "composite", "layers": layers})
-            moved.append(sum(term.screw for term in link.with_joint_axis(AXIS).terms(at)[:2]))
+            moved.append(sum(term.screw for term in terms_at(link.with_joint_axis(AXIS), at)[:2]))
         term = found[f"stiffness scatter of material {k + 1}"]
         np.testing.assert_allclose(term.screw * term.bound, (moved[1] - moved[0]) / 2e-5 * scatter, rtol=1e-6, atol=1e-14)
 
@@ -179,7 +179,7 @@ def test_one_batch_of_a_material_scatters_once():
         {"length": LENGTH / 2, "section": rods[2]},
     ]
     link = Link(length=LENGTH, section={"kind": "stepped", "steps": steps}, material=ALUMINIUM).with_joint_axis(AXIS)
-    found = [term for term in link.terms(condition([0, 0, 0, 0, 0, 10.0])) if term.robot is not None]
+    found = [term for term in terms_at(link, condition([0, 0, 0, 0, 0, 10.0])) if term.robot is not None]
     assert [term.name for term in found] == ["stiffness scatter of material 1", "stiffness scatter of material 2"]
 
 
@@ -237,8 +237,8 @@ def test_a_link_answers_in_proportion():
     rng = np.random.default_rng(3)
     link = random_link(rng).with_joint_axis(AXIS)
     loads, gravities = rng.normal(size=(2, 6)) * 50, rng.normal(size=(2, 3)) * 10
-    one, two = (link.terms(condition(w, gravity=g)) for w, g in zip(loads, gravities, strict=True))
-    both = link.terms(condition(loads.sum(axis=0), gravity=gravities.sum(axis=0)))
+    one, two = (terms_at(link, condition(w, gravity=g)) for w, g in zip(loads, gravities, strict=True))
+    both = terms_at(link, condition(loads.sum(axis=0), gravity=gravities.sum(axis=0)))
     for a, b, ab in zip(one, two, both, strict=True):
         np.testing.assert_allclose(a.screw + b.screw, ab.screw, rtol=1e-12, atol=1e-20)
 

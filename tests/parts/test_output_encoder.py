@@ -15,7 +15,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.units import Toleranced
-from tests.parts.conditions import condition, drawn, encoder
+from tests.parts.conditions import condition, drawn, encoder, terms_at
 
 if TYPE_CHECKING:
     from lostmotion.parts.error_source import ErrorSource
@@ -32,7 +32,7 @@ def left_of(play: object = PLAY, dead_band: float | None = None) -> ErrorSource:
 @pytest.mark.parametrize(("dead_band", "half"), [(None, PLAY / 2), (PLAY, PLAY / 2), (PLAY / 8, PLAY / 8), (0.0, 0.0)])
 def test_without_load_the_output_rests_anywhere_within_play_and_dead_band(dead_band: float | None, half: float):
     """A uniform law of half width h: root mean square h / sqrt 3, never more than h, RP of many visits h/2 + 3 h / sqrt 12 = 1.36603 h."""
-    angle = drawn(left_of(dead_band=dead_band).terms(condition()), 200_000)[:, 0, 2]
+    angle = drawn(terms_at(left_of(dead_band=dead_band), condition()), 200_000)[:, 0, 2]
     assert np.abs(angle).max() <= half * (1 + 1e-12)
     assert math.sqrt((angle**2).mean()) == pytest.approx(half / math.sqrt(3), rel=0.01)
     shift = REACH * angle[:, None] * np.array([0, 1.0, 0])
@@ -43,7 +43,7 @@ def test_without_load_the_output_rests_anywhere_within_play_and_dead_band(dead_b
 def test_the_load_closes_what_the_encoder_leaves_and_the_controller_takes_the_rest(approach: float):
     """In proportion up to the friction, then nothing is left, wherever the joint came from: no wind-up, no hysteresis, no side, no mean."""
     loads = np.array([0.0, 1e-9, 0.25, 0.5, 1.0, 3.0]) * FRICTION
-    (term,) = left_of().terms(condition([(0, 0, load, 0, 0, 0) for load in loads], approach=approach))
+    (term,) = terms_at(left_of(), condition([(0, 0, load, 0, 0, 0) for load in loads], approach=approach))
     assert term.level == "visit"
     np.testing.assert_allclose(term.screw[:, 2] * math.sqrt(3), PLAY / 2 * np.clip(1 - loads / FRICTION, 0, None), rtol=1e-12, atol=1e-18)
 
@@ -51,9 +51,9 @@ def test_the_load_closes_what_the_encoder_leaves_and_the_controller_takes_the_re
 def test_a_play_that_scatters_is_left_open_as_it_is_and_a_dead_band_does_not():
     """Over robots the mean square is that of the amount's; a dead band well inside the play is the controller's own and the same on all."""
     scattered = Toleranced(PLAY, 0.6 * PLAY, "uniform")
-    angle = drawn(left_of(scattered).terms(condition()), 400_000)[:, 0, 2]
+    angle = drawn(terms_at(left_of(scattered), condition()), 400_000)[:, 0, 2]
     assert (angle**2).mean() == pytest.approx((PLAY**2 + (0.6 * PLAY) ** 2 / 3) / 12, rel=0.01)
-    (band,) = left_of(scattered, PLAY / 8).terms(condition())
+    (band,) = terms_at(left_of(scattered, PLAY / 8), condition())
     assert (band.level, band.name) == ("visit", "dead band")
 
 

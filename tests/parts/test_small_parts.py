@@ -14,7 +14,7 @@ from lostmotion.parts.joint import FixedJoint, Mounting, PrismaticJoint, Revolut
 from lostmotion.parts.lumped import Lumped
 from lostmotion.spatial import pose_of
 from lostmotion.units import Toleranced
-from tests.parts.conditions import SLIDE_Z, TURN_Z, at_tool, condition, design, drawn, encoder, visit_size
+from tests.parts.conditions import SLIDE_Z, TURN_Z, at_tool, condition, design, drawn, encoder, terms_at, visit_size
 
 
 def only(found: list, name: str) -> np.ndarray:
@@ -26,7 +26,7 @@ def only(found: list, name: str) -> np.ndarray:
 def test_an_encoder_on_the_motor_is_divided_by_the_ratio():
     """Resolution, noise and eccentricity of a motor encoder reach the output divided by the gear ratio; the mastering error reaches it whole."""
     fields = {"resolution": 1e-3, "noise": 2e-4, "eccentricity": 3e-4, "zero": 1e-4, "ratio": 100}
-    motor, output = (encoder(side=side, **fields).terms(condition(angle=0.0)) for side in ("motor", "output"))
+    motor, output = (terms_at(encoder(side=side, **fields), condition(angle=0.0)) for side in ("motor", "output"))
     for name in ("resolution", "noise", "eccentricity 1 cosine"):
         np.testing.assert_allclose(only(motor, name), only(output, name) / 100, rtol=1e-12)
         assert only(output, name)[2] > 0
@@ -38,7 +38,7 @@ def test_an_encoder_on_the_motor_is_divided_by_the_ratio():
 
 def test_a_count_is_anywhere_within_itself():
     """Within one count the position is uniform: deviation count/sqrt 12, and drawn anew at every visit, as noise is; zero is not."""
-    found = encoder(side="output", resolution=1e-3, zero=1e-4, noise=1e-5).terms(condition())
+    found = terms_at(encoder(side="output", resolution=1e-3, zero=1e-4, noise=1e-5), condition())
     assert {term.name: term.level for term in found} == {"resolution": "visit", "noise": "visit", "zero": "robot"}
     count = drawn([term for term in found if term.name == "resolution"], 20_000)[:, 0, 2]
     assert count.std() == pytest.approx(1e-3 / math.sqrt(12), rel=0.02)
@@ -49,7 +49,7 @@ def test_a_count_is_anywhere_within_itself():
 def test_eccentricity_goes_round_with_the_encoder(side: str, waves: int):
     """An eccentric disc errs once a turn of its own: once per output turn on the output, once per motor turn on the motor."""
     angles = np.linspace(0, 2 * np.pi, 128, endpoint=False)
-    found = encoder(side=side, eccentricity=1e-3, ratio=20).terms(condition(angle=angles))
+    found = terms_at(encoder(side=side, eccentricity=1e-3, ratio=20), condition(angle=angles))
     lines = np.abs(np.fft.rfft(drawn(found, 10, poses=128)[:, :, 2], axis=1)) / 64
     np.testing.assert_allclose(lines[:, waves], 1e-3 / (20 if side == "motor" else 1), rtol=1e-9)
     assert np.delete(lines, waves, axis=1).max() < 1e-15
@@ -76,11 +76,11 @@ def test_an_encoder_on_the_output_sees_the_gearbox():
 def test_a_motor_encoder_takes_the_ratio_of_its_gearbox():
     """An encoder that states no ratio turns as often as the gearbox makes it; one that does, as it says."""
     joint = RevoluteJoint(name="A", limits=(-1, 1), gearbox=GEARED, encoder={"noise": 8e-4})
-    assert only(joint.sources["encoder"].terms(condition()), "noise")[2] == pytest.approx(1e-5)
+    assert only(terms_at(joint.sources["encoder"], condition()), "noise")[2] == pytest.approx(1e-5)
     stated = RevoluteJoint(name="A", limits=(-1, 1), gearbox=GEARED, encoder={"noise": 8e-4, "ratio": 8})
-    assert only(stated.sources["encoder"].terms(condition()), "noise")[2] == pytest.approx(1e-4)
+    assert only(terms_at(stated.sources["encoder"], condition()), "noise")[2] == pytest.approx(1e-4)
     bare = RevoluteJoint(name="A", limits=(-1, 1), encoder={"noise": 8e-4})
-    assert only(bare.sources["encoder"].terms(condition()), "noise")[2] == pytest.approx(8e-4)
+    assert only(terms_at(bare.sources["encoder"], condition()), "noise")[2] == pytest.approx(8e-4)
 
 
 def sliding(**fields: object) -> PrismaticJoint:
@@ -92,7 +92,7 @@ def test_an_encoder_on_the_motor_of_a_screw_states_lengths_at_the_slide():
     """On a sliding joint no ratio divides what an encoder states: counts, noise and eccentricity are lengths at the slide."""
     fields = {"resolution": 1e-5, "noise": 2e-6, "eccentricity": 3e-6, "zero": 1e-5}
     joint = sliding(gearbox={"ratio": 4, "lead": 0.01}, encoder=fields)
-    found = joint.sources["encoder"].terms(condition(axis=SLIDE_Z))
+    found = terms_at(joint.sources["encoder"], condition(axis=SLIDE_Z))
     sizes = {term.name: only(found, term.name)[5] for term in found}
     assert sizes == pytest.approx(
         {"resolution": 5e-6, "noise": 2e-6, "eccentricity 1 sine": 0, "eccentricity 1 cosine": 3e-6, "zero": 1e-5},
@@ -110,12 +110,9 @@ def test_an_encoder_on_the_motor_of_a_screw_states_lengths_at_the_slide():
 )
 def test_eccentricity_on_a_screw_comes_back_with_the_motors_turn(drive, own, period):
     """A motor that turns 4 times per turn of a screw of 10 mm lead errs alike every 2.5 mm; what the encoder states itself goes before the drive."""
-    found = (
-        sliding(gearbox=drive, encoder={"eccentricity": 3e-6, **own})
-        .sources["encoder"]
-        .terms(
-            condition(axis=SLIDE_Z, angle=np.linspace(0, period, 64, endpoint=False)),
-        )
+    found = terms_at(
+        sliding(gearbox=drive, encoder={"eccentricity": 3e-6, **own}).sources["encoder"],
+        condition(axis=SLIDE_Z, angle=np.linspace(0, period, 64, endpoint=False)),
     )
     lines = np.abs(np.fft.rfft(drawn(found, 10, poses=64)[:, :, 5], axis=1)) / 32
     np.testing.assert_allclose(lines[:, 1], 3e-6, rtol=1e-9)
@@ -183,7 +180,7 @@ def test_any_direction_may_be_an_axis():
 
 def test_from_zero_to_maximum_is_read_as_a_cut_normal_law():
     """The paper's 'normal, from zero to maximum': mean max/2, three sigma reach both ends, none outside."""
-    angles = drawn(Lumped(angle=6e-3, law="from zero to maximum").terms(condition()), 20_000)[:, 0, 2]
+    angles = drawn(terms_at(Lumped(angle=6e-3, law="from zero to maximum"), condition()), 20_000)[:, 0, 2]
     assert angles.min() >= 0
     assert angles.max() <= 6e-3
     assert angles.mean() == pytest.approx(3e-3, rel=0.01)
@@ -193,14 +190,14 @@ def test_from_zero_to_maximum_is_read_as_a_cut_normal_law():
 @pytest.mark.parametrize(("law", "deviation"), [("normal", 0.98658 / 3), ("uniform", 1 / math.sqrt(3)), ("two-sided", 1.0)])
 def test_a_lumped_angle_stays_within_its_limit(law: str, deviation: float):
     """A lumped angle ± a never leaves ± a and scatters as its law says."""
-    angles = drawn(Lumped(angle=1e-3, law=law).terms(condition()), 20_000)[:, 0, 2]
+    angles = drawn(terms_at(Lumped(angle=1e-3, law=law), condition()), 20_000)[:, 0, 2]
     assert np.abs(angles).max() <= 1e-3 * (1 + 1e-12)
     assert angles.std() == pytest.approx(1e-3 * deviation, rel=0.02)
 
 
 def test_a_lumped_offset_shifts_along_the_named_axes():
     """A lumped offset is uniform and independent along each named direction of the joint's frame, and turns nothing."""
-    moved = drawn(Lumped(offset=3e-5, offset_along=["x", "z"]).terms(condition()), 20_000)[:, 0]
+    moved = drawn(terms_at(Lumped(offset=3e-5, offset_along=["x", "z"]), condition()), 20_000)[:, 0]
     assert not moved[:, [0, 1, 2, 4]].any()
     np.testing.assert_allclose(moved[:, [3, 5]].std(axis=0), 3e-5 / math.sqrt(3), rtol=0.02)
     assert np.abs(moved).max() <= 3e-5
@@ -209,8 +206,8 @@ def test_a_lumped_offset_shifts_along_the_named_axes():
 
 def test_lumped_errors_are_drawn_per_visit_or_per_robot_as_stated():
     """A lumped error differs from visit to visit unless it is said to belong to the robot."""
-    assert {term.level for term in Lumped(angle=1e-3, offset=1e-5).terms(condition())} == {"visit"}
-    assert {term.level for term in Lumped(angle=1e-3, offset=1e-5, varies="robot").terms(condition())} == {"robot"}
+    assert {term.level for term in terms_at(Lumped(angle=1e-3, offset=1e-5), condition())} == {"visit"}
+    assert {term.level for term in terms_at(Lumped(angle=1e-3, offset=1e-5, varies="robot"), condition())} == {"robot"}
 
 
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0, 0.8)])
@@ -219,7 +216,7 @@ def test_a_joint_is_mounted_askew_across_its_axis_only(axis: tuple[float, ...], 
     """Mounting tilts and offsets an axis in the two directions across it, equally, once per robot, and never along it."""
     direction = np.array(axis)
     twist = np.concatenate([np.zeros(3), direction] if slides else [direction, np.zeros(3)])
-    found = Mounting(tilt=1e-3, offset=2e-4).terms(condition(axis=twist))
+    found = terms_at(Mounting(tilt=1e-3, offset=2e-4), condition(axis=twist))
     assert {term.level for term in found} == {"robot"}
     total = sum(np.outer(term.screw, term.screw) * term.bound**2 for term in found)
     across = np.eye(3) - np.outer(direction, direction)
@@ -276,7 +273,7 @@ def test_a_tilted_base_turns_gravity():
 @pytest.mark.parametrize("varies", ["robot", "visit"])
 def test_a_mobile_base_stands_differently_every_time(varies: str):
     """The tilt of a base that is set down once belongs to the robot, of a mobile one to the visit."""
-    found = Base(roll=Toleranced(0, 0.01), pitch=Toleranced(0, 0.02), tilt_varies=varies).terms(condition())
+    found = terms_at(Base(roll=Toleranced(0, 0.01), pitch=Toleranced(0, 0.02), tilt_varies=varies), condition())
     assert {term.level for term in found} == {varies}
     angles = drawn(found, 10_000)[:, 0]
     assert 0.009 < np.abs(angles[:, 0]).max() <= 0.01
@@ -287,12 +284,12 @@ def test_a_mount_gives_in_six_directions():
     """A mount moves by load over stiffness, direction by direction; where no stiffness is stated it is rigid."""
     load = (10.0, -20.0, 30.0, 100.0, 200.0, -300.0)
     whole = Base(angular_stiffness=(1e5, 2e5, 3e5), linear_stiffness=(1e8, 2e8, 3e8))
-    np.testing.assert_allclose(design(whole.terms(condition(load)))[0], [1e-4, -1e-4, 1e-4, 1e-6, 1e-6, -1e-6], rtol=1e-12)
+    np.testing.assert_allclose(design(terms_at(whole, condition(load)))[0], [1e-4, -1e-4, 1e-4, 1e-6, 1e-6, -1e-6], rtol=1e-12)
     turning = Base(angular_stiffness=(1e5, 2e5, 3e5))
-    np.testing.assert_allclose(design(turning.terms(condition(load)))[0], [1e-4, -1e-4, 1e-4, 0, 0, 0], rtol=1e-12)
+    np.testing.assert_allclose(design(terms_at(turning, condition(load)))[0], [1e-4, -1e-4, 1e-4, 0, 0, 0], rtol=1e-12)
     sinking = Base(linear_stiffness=(1e8, 2e8, 3e8))
-    np.testing.assert_allclose(design(sinking.terms(condition(load)))[0], [0, 0, 0, 1e-6, 1e-6, -1e-6], rtol=1e-12)
-    assert visit_size(whole.terms(condition(load))) == 0
+    np.testing.assert_allclose(design(terms_at(sinking, condition(load)))[0], [0, 0, 0, 1e-6, 1e-6, -1e-6], rtol=1e-12)
+    assert visit_size(terms_at(whole, condition(load))) == 0
 
 
 def test_a_part_shows_what_was_stated():

@@ -12,9 +12,9 @@ from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream
-from lostmotion.error_model.pose_matrix import Screws, TermInfo
+from lostmotion.error_model.pose_matrix import Draws, PoseMatrix
 from lostmotion.errors import InputError
-from lostmotion.laws.distributions import Amount, Cosine, Normal, Sine, TwoSided, Uniform
+from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.propagation.analytic import Drawn, analytic, of_screws, pooled
 from tests.conftest import arm_of
 
@@ -60,16 +60,15 @@ def test_cumulants_are_the_samples(arm):
 
 
 def test_only_an_amount_with_its_play_has_third_cumulants(arm):
-    """E[x A A] S S of an amount A = 1 + k x (over its root mean square) and a side S: 2 k / (1 + k^2), in three orders; nothing else is skew."""
+    """E[x s (x s)] of a scattered amount x and a side s is one, in six orders; nothing else is skew."""
     matrix = screws(arm, sample_poses(arm, 8).q[:1])
     known = cumulants([info.draws for info in matrix.infos])
     assert len(known.threes)
-    for (first, second, third), value in zip(known.threes, known.three_values, strict=True):
-        amount, play, again = (matrix.infos[k] for k in (first, second, third))
-        scatter = play.robot.law.scatter
-        assert play is again
-        assert amount.robot.law == play.robot.law.inner
-        assert value == pytest.approx(3 * 2 * scatter / (1 + scatter**2), abs=1e-8)
+    for columns, value in zip(known.threes, known.three_values, strict=True):
+        by_level = {matrix.infos[k].level: matrix.infos[k] for k in columns}
+        both = by_level["robot x visit"]
+        assert (both.robot, both.visit) == (by_level["robot"].robot, by_level["visit"].visit)
+        assert value == pytest.approx(6.0, abs=1e-8)
 
 
 def test_terms_of_one_wave_are_uncorrelated_but_not_independent(arm):
@@ -193,7 +192,7 @@ def test_a_joint_that_errs_by_play_and_friction_alone_has_every_figure():
         assert whole.deviation.value == pytest.approx(lengths.std(), rel=5e-3)
 
 
-PLAY, FLAT, SLIGHT, AMOUNT = TwoSided(), Uniform(), Normal(), Amount(0.3, Normal())
+PLAY, FLAT, SLIGHT = TwoSided(), Uniform(), Normal()
 DOMINANT = {
     "a play": ([((1, 0, 0), None, ("side", PLAY))], (0, 0, 0)),
     "a play about a bias": ([((1, 0, 0), None, ("side", PLAY))], (0.5, 0.3, 0)),
@@ -201,21 +200,23 @@ DOMINANT = {
     "a play beside a normal error of its size": ([((1, 0, 0), None, ("side", PLAY)), ((0, 1, 0), ("n", SLIGHT), None)], (0, 0, 0)),
     "a flat error": ([((1, 0, 0), ("u", FLAT), None)], (0.3, 0.4, 0)),
     "a wave in a plane": ([((1, 0, 0), ("w", Cosine()), None), ((0, 0.7, 0), ("w", Sine()), None)], (0, 0, 0)),
-    "an amount times a side": ([((0.3, 0, 0), ("a", SLIGHT), None), ((1, 0, 0), ("a", AMOUNT), ("side", PLAY))], (1, 0.5, 0)),
+    "an amount times a side": (
+        [((0.3, 0, 0), ("a", SLIGHT), None), ((1, 0, 0), None, ("side", PLAY)), ((0.3, 0, 0), ("a", SLIGHT), ("side", PLAY))],
+        (1, 0.5, 0),
+    ),
 }
 
 
 def screws_of(terms, bias):
     """Give one pose at which these draws displace the tool point."""
-    infos, columns = [TermInfo("design", "", "design", 1.0, None, None)], [np.array(bias, float)]
-    for k, (shift, robot, visit) in enumerate(terms):
+    infos, columns = [Draws(None, None)], [np.array(bias, float)]
+    for shift, robot, visit in terms:
         streams = [None if stream is None else Stream(*stream) for stream in (robot, visit)]
-        level = "robot x visit" if all(streams) else "robot" if robot else "visit"
-        infos.append(TermInfo(f"{k}", "", level, 4.0, *streams))
+        infos.append(Draws(*streams))
         columns.append(np.array(shift, float))
     tool = np.zeros((1, 6, len(infos)))
     tool[0, 3:] = np.array(columns).T
-    return Screws(tuple(infos), np.zeros(len(infos), int), tool, tool, np.zeros((1, 1, 4, 4)), (0,))
+    return PoseMatrix(tuple(infos), tool, np.zeros(len(infos), int), np.ones(len(infos)), tool, np.zeros((1, 1, 4, 4)), (0,))
 
 
 def test_over_all_poses_no_length_in_a_gap_is_printed():

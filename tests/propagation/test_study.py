@@ -1,7 +1,5 @@
 """What must hold for every study."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,10 @@ from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
 from lostmotion.error_model.pose_matrix import root_sum_square
-from lostmotion.parts.error_source import limit_term
+from lostmotion.laws.distributions import Normal
+from lostmotion.parts.forms import Constant
+from lostmotion.parts.standard_terms import limit_terms
+from lostmotion.parts.term import Parameter
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -47,7 +48,7 @@ def test_parts_of_every_kind_compose_as_the_first_order_sum_says(arm):
     matrix = screws(arm, sample_poses(arm, 8).q)
     rows = np.arange(8)
     whole = exact.check(matrix, 0, rows, 1, 20, 5)
-    half = dataclasses.replace(matrix, local=matrix.local / 2, tool=matrix.tool / 2)
+    half = matrix.scaled(np.full(len(matrix.infos), 0.5))
     assert whole.mean / exact.check(half, 0, rows, 1, 20, 5).mean == pytest.approx(4, rel=0.02)
 
 
@@ -98,7 +99,7 @@ def test_shares_add_to_one_and_halving_is_what_a_second_run_finds(arm):
     assert sum(cost.share for cost in listed) == pytest.approx(1, abs=1e-12)
     for cost in listed:
         factor = np.array([0.5 if info.owner == cost.part else 1.0 for info in matrix.infos])
-        again = Tally.of(dataclasses.replace(matrix, tool=matrix.tool * factor))
+        again = Tally.of(matrix.scaled(factor))
         assert cost.rms_if_halved == pytest.approx(np.sqrt(again.total / again.poses), rel=1e-10)
 
 
@@ -286,8 +287,6 @@ def test_every_public_name_opens_and_none_is_missing():
 
 def test_a_tolerance_limit_is_never_left():
     """A term made from a limit reaches it at the law's bound and no further."""
-    from lostmotion.laws.distributions import Normal
-
-    term = limit_term("x", np.ones(6), 5e-5, Normal())
-    assert term.bound * term.screw[0] == pytest.approx(5e-5, rel=1e-12)
+    (term,) = limit_terms("x", Constant(np.ones(6)), 5e-5, Normal(), Parameter("x"))
+    assert term.bound * term.scale == pytest.approx(5e-5, rel=1e-12)
     assert JOINT["link"]["length"] == "400 mm ± 50 µm"

@@ -1,7 +1,5 @@
 """What calibration and compensation leave is what a study without those errors finds."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,8 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.propagation.analytic import Drawn, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
-from lostmotion.propagation.montecarlo.common_random_numbers import scaled, thinned
-from lostmotion.propagation.montecarlo.waterfall import STAGES, constant_screws, left, waterfall
+from lostmotion.propagation.montecarlo.common_random_numbers import thinned
+from lostmotion.propagation.montecarlo.waterfall import STAGES, geometry_of, left, waterfall
 from tests.conftest import JOINT, arm_of
 
 POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
@@ -20,7 +18,7 @@ POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
 
 def dropped(matrix, stage, geometry):
     """Give the pose matrix of a stage."""
-    return scaled(matrix, left(matrix.infos, stage, geometry))
+    return matrix.scaled(left(matrix.infos, stage, geometry))
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +29,9 @@ def found(arm):
 
 def test_calibrated_is_a_study_of_an_arm_that_was_built_without_constant_errors():
     """Lengths without tolerance, true axes, mastered encoders: the same draws by name, so the same figures."""
-    held = {**JOINT["bearing"], "clearance": "20 µm"}  # the first bearing is always held to the same side: its amount would be constant as well
-    arm = arm_of(bearing=held)
+    arm = arm_of()
     calibrated = waterfall(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED).stages[STAGES.index("calibrated")]
-    true = arm_of(bearing=held, mounting=None, encoder={**JOINT["encoder"], "zero": 0.0}, link={**JOINT["link"], "length": "400 mm"})
+    true = arm_of(mounting=None, encoder={**JOINT["encoder"], "zero": 0.0}, link={**JOINT["link"], "length": "400 mm"})
     again = montecarlo.run(true, sample_poses(true, POSES), ROBOTS, VISITS, SEED)
     assert calibrated.q95.value == pytest.approx(quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9)
     assert calibrated.mean.value == pytest.approx(again.robot_means[:, :, 0].mean(), rel=1e-9)
@@ -47,7 +44,7 @@ def test_stages_are_studies_with_those_levels_dropped(arm, found, monkeypatch, s
     def without(*words, **options):
         matrix = screws(*words, **options)
         kept = np.array([info.level not in gone for info in matrix.infos], dtype=float)
-        return replace(matrix, local=matrix.local * kept, tool=matrix.tool * kept)
+        return matrix.scaled(kept)
 
     monkeypatch.setattr(montecarlo, "screws", without)
     again = montecarlo.run(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED)
@@ -60,7 +57,7 @@ def test_stages_are_studies_with_those_levels_dropped(arm, found, monkeypatch, s
 def test_no_remedy_changes_repeatability(arm, monkeypatch):
     """RP of every robot at every pose is the same at all stages but the last, which keeps the amount of a free play as well."""
     poses = sample_poses(arm, 16)
-    geometry = constant_screws(arm, poses.q)
+    geometry = geometry_of(arm)
     before = montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2]
     for stage in STAGES:
         monkeypatch.setattr(montecarlo, "screws", lambda *words, stage=stage, **options: dropped(screws(*words, **options), stage, geometry))
@@ -68,8 +65,8 @@ def test_no_remedy_changes_repeatability(arm, monkeypatch):
 
 
 def test_calibration_finds_constant_errors_and_neither_waves_nor_what_follows_the_load(arm):
-    """Named, over the joints' whole ranges: even where a study has a single pose, at which everything is constant."""
-    geometry = constant_screws(arm, np.zeros((1, 3)))
+    """An error that depends on angle or load is not geometry, even where the study's poses happen to leave it constant."""
+    geometry = geometry_of(arm)
     kinds = {name.removeprefix("joints.A.") for name in geometry if name.startswith("joints.A.")}
     assert kinds == {
         "encoder.zero",
@@ -97,7 +94,7 @@ def test_both_agrees_with_the_route_without_sampling(arm):
     """Where nothing is left of the bias, mean square by samples and by the sum over terms agree within 3 %, at every stage."""
     poses = sample_poses(arm, 64)
     matrix = screws(arm, poses.q)
-    geometry = constant_screws(arm, poses.q)
+    geometry = geometry_of(arm)
     for stage in STAGES:
         kept = dropped(matrix, stage, geometry)
         plan = Plan.of(arm, poses, 2000, 2, 5, 0.0)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lostmotion.io import read
-from lostmotion.mechanism.serial import terms
-from tests.parts.conditions import ARCMIN
+from tests.parts.conditions import ARCMIN, local_screws
 
 
 def error_under(tmp_path, reducer: str, torque: float) -> float:
@@ -18,8 +17,8 @@ def error_under(tmp_path, reducer: str, torque: float) -> float:
         encoding="utf-8",
     )
     arm = read(tmp_path / "arm.toml")
-    placed = [item for item in terms(arm, np.zeros((1, 1))) if item.owner == "joints.A.gearbox" and item.term.level == "design"]
-    return float(sum(item.term.screw[0, 2] for item in placed))
+    found = local_screws(arm, np.zeros((1, 1)))
+    return float(sum(screw[0, 2] for of, screw in found if of.owner == "joints.A.gearbox" and of.term.level == "design"))
 
 
 def test_harmonic_drives_example_of_the_torsion_angle(tmp_path):

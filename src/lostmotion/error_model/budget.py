@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
+import math
 import operator
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, Self
 
@@ -18,43 +18,28 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.pose_matrix import Screws, TermInfo
+    from lostmotion.error_model.pose_matrix import Column, PoseMatrix
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.parts.term import Level
     from lostmotion.spatial import Floats
 
 By = Literal["part", "cause", "level", "term"]
 # A part whose r.m.s. error alone is a smaller share of the whole's moves the tool by rounding only: it counts as nothing, wherever that is asked.
 NOTHING: Final = 1e-12
 _BLOCK: Final = 1024
-# What tells terms of one cause apart: the bearing, what is drawn of a play, a harmonic's number and its phase.
-_NOT_CAUSE: Final = re.compile(r"\b(?:inboard|outboard|side held by load|by approach|amount|position)\b|\d+$")
-_HARMONIC: Final = re.compile(r"\d+ per turn")
+# The three parts of a mean square, by what an error changes with.
+_PARTS: Final[dict[Level, int]] = {"design": 0, "robot": 1, "visit": 2, "robot x visit": 2}
+# The label by which columns are put together.
+LABELS: Final[dict[By, Callable[[Column], str]]] = {
+    "part": lambda column: column.owner,
+    "cause": lambda column: f"{column.of.kind} {column.of.term.cause}",
+    "level": lambda column: ("design", "robot", "visit")[_PARTS[column.level]],
+    "term": lambda column: f"{column.owner}.{column.of.term.effect or column.of.term.name}",
+}
 
 
-def _level(info: TermInfo) -> str:
-    return "visit" if info.level == "robot x visit" else info.level
-
-
-def _term(info: TermInfo) -> str:
-    return info.name.rsplit(" ", 1)[0] if info.phase else info.name
-
-
-def _cause(info: TermInfo) -> str:
-    """Name the kind of error, whichever joint it is at: "gearbox backlash", "link length"."""
-    kind, _, member = info.owner.rsplit(".", 1)[-1].partition(" ")
-    stem = _term(info).removeprefix(info.owner).lstrip(".")
-    if _HARMONIC.search(stem):
-        stem = member
-    stem = " ".join(_NOT_CAUSE.sub("", stem).split())
-    return f"{kind} {stem or 'clearance'}"
-
-
-# What terms are put together by, and the name of what a term belongs to.
-LABELS: Final[dict[By, Callable[[TermInfo], str]]] = {"part": lambda info: info.owner, "cause": _cause, "level": _level, "term": _term}
-
-
-def label_of(by: By) -> Callable[[TermInfo], str]:
-    """How are terms named that are put together by part, cause, level or term? Raises InputError for another word."""
+def label_of(by: By) -> Callable[[Column], str]:
+    """Return the label of a column when terms are put together by part, cause, level or term. Raises InputError for another word."""
     if by not in LABELS:
         raise refuse_argument("by", by, "one of " + ", ".join(LABELS), by="cause")
     return LABELS[by]
@@ -77,60 +62,46 @@ class Halving:
 class Tally:
     """Sums over poses of mean-square tool errors, m^2; one entry per part in `owners`, or per whatever else terms are put together by.
 
-    total     of everything: |bias|^2 plus the variances, which add because terms are independent
-    variance  of each part's drawn terms; own_bias of its design terms alone; shared_bias their product with the whole bias
-    levels    the mean square that is |bias|^2 (design), drawn per robot, and drawn per visit
-    of_visits what of `variance` is drawn per visit; None where that was not asked
+    Columns with the same draws are one error, the design columns among them: with their sum X and the part x of it that one entry has,
+    total   of everything: |X|^2 over all errors
+    own     (entry,) |x|^2: the mean square of each entry by itself
+    shared  (entry, 3) x.X by design, by robot and by visit; the entries add up to the total
     """
 
     owners: tuple[str, ...]
     poses: int
     total: float
-    variance: Floats
-    own_bias: Floats
-    shared_bias: Floats
-    levels: Floats
-    of_visits: Floats | None = None
+    own: Floats
+    shared: Floats
 
     @classmethod
-    def of(cls, matrix: Screws, by: By = "part") -> Self:
-        """Sum up one block of poses, terms put together by part, by cause ("gearbox backlash", at whichever joint), by level or not at all."""
-        shift = matrix.along_poses[3:]
-        bias = matrix.bias[:, 3:].T
-        label = label_of(by)
-        names = [label(info) for info in matrix.infos]
-        owners = tuple(dict.fromkeys(names))
-        variance, own, shared, of_visits = (np.zeros(len(owners)) for _ in range(4))
-        squares = matrix.square_sums
-        for k, owner in enumerate(owners):
-            part = np.zeros_like(bias)
-            for c, info in enumerate(matrix.infos):
-                if names[c] == owner and info.level == "design":
-                    part += shift[:, c]
-                elif names[c] == owner:
-                    variance[k] += squares[c]
-                    of_visits[k] += squares[c] if info.level != "robot" else 0.0
-            own[k] = np.vdot(part, part)
-            shared[k] = np.vdot(part, bias)
-        whole = float(np.sum(bias * bias))
-        robot = float(squares[matrix.columns("robot")].sum())
-        visit = float(squares[matrix.columns("visit", "robot x visit")].sum())
-        return cls(owners, len(matrix.tool), whole + robot + visit, variance, own, shared, np.array([whole, robot, visit]), of_visits)
+    def of(cls, matrix: PoseMatrix, by: By | Callable[[Column], str] = "part") -> Self:
+        """Sum up one block of poses, terms put together by part, by cause ("gearbox backlash", at whichever joint), by level, or by a label."""
+        label = by if callable(by) else label_of(by)
+        names = [label(column) for column in matrix.infos]
+        entry = {owner: k for k, owner in enumerate(dict.fromkeys(names))}
+        own, shared = np.zeros(len(entry)), np.zeros((len(entry), 3))
+        shift, merged, total = matrix.along_poses[3:], matrix.merged, 0.0
+        for column, members in enumerate(matrix.groups.values()):
+            whole, part = merged.along_poses[3:, column], _PARTS[merged.infos[column].level]
+            for name in dict.fromkeys(names[k] for k in members):
+                mine = [k for k in members if names[k] == name]
+                x = whole if len(mine) == len(members) else shift[:, mine].sum(axis=1)
+                own[entry[name]] += np.vdot(x, x)
+                shared[entry[name], part] += np.vdot(x, whole)
+            total += float(np.vdot(whole, whole))
+        return cls(tuple(entry), len(matrix.tool), total, own, shared)
+
+    @property
+    def levels(self) -> Floats:
+        """Return the mean square by design, by robot and by visit (3,)."""
+        return np.asarray(self.shared.sum(axis=0))
 
     def __add__(self, other: Tally) -> Tally:
         """Put two blocks together."""
         if self.owners != other.owners:
             raise ValueError("blocks of different arms do not add")
-        return Tally(
-            self.owners,
-            self.poses + other.poses,
-            self.total + other.total,
-            self.variance + other.variance,
-            self.own_bias + other.own_bias,
-            self.shared_bias + other.shared_bias,
-            self.levels + other.levels,
-            None if self.of_visits is None or other.of_visits is None else self.of_visits + other.of_visits,
-        )
+        return Tally(self.owners, self.poses + other.poses, self.total + other.total, self.own + other.own, self.shared + other.shared)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,18 +125,15 @@ class Cost:
 
 
 def costs(tally: Tally) -> list[Cost]:
-    """What does each part cost over the poses tallied, the largest first? Exactly nothing where only rounding makes it move the tool (`NOTHING`)."""
+    """Return the cost of each part over the poses tallied, the largest first; exactly zero where only rounding makes it move the tool (`NOTHING`)."""
     mean_square = tally.total / tally.poses
-    visits = np.full(len(tally.owners), np.nan) if tally.of_visits is None else tally.of_visits
     out = []
-    for k, owner in enumerate(tally.owners):
-        variance, own, shared, of_visits = (float(x[k]) / tally.poses for x in (tally.variance, tally.own_bias, tally.shared_bias, visits))
-        if variance + own <= NOTHING**2 * mean_square:
-            variance = own = shared = of_visits = 0.0
-        halved = mean_square - shared + own / 4 - 0.75 * variance
-        design, robot, visit = (size / mean_square if mean_square else 0.0 for size in (shared, variance - of_visits, of_visits))
-        share = (variance + shared) / mean_square if mean_square else 0.0
-        out.append(Cost(owner, float(np.sqrt(variance + own)), share, float(np.sqrt(max(halved, 0.0))), (design, robot, visit)))
+    for owner, own, shared in zip(tally.owners, tally.own / tally.poses, tally.shared / tally.poses, strict=True):
+        counts = own > NOTHING**2 * mean_square
+        alone, levels = (float(own), shared) if counts else (0.0, np.zeros(3))
+        halved = mean_square - float(levels.sum()) + alone / 4
+        design, robot, visit = (float(each) / mean_square if mean_square else 0.0 for each in levels)
+        out.append(Cost(owner, math.sqrt(alone), design + robot + visit, math.sqrt(max(halved, 0.0)), (design, robot, visit)))
     return sorted(out, key=lambda cost: -cost.share)
 
 

@@ -1,91 +1,105 @@
-"""Arm x poses -> screws: by how much does each elementary error move the tool, per unit of what is drawn?"""
+"""Arm x poses -> pose matrix: how each elementary error moves the tool, per unit of what is drawn."""
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lostmotion.error_model.draws import Stream
-from lostmotion.laws.distributions import Cosine, Sine
 from lostmotion.mechanism.carry import tool_twists
-from lostmotion.mechanism.serial import frames, terms
+from lostmotion.mechanism.serial import Conditions, as_poses, frames
+from lostmotion.parts.term import level_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.error_source import Draw, Level
+    from lostmotion.mechanism.placed_terms import PlacedTerm
+    from lostmotion.parts.term import Draw, Level
     from lostmotion.spatial import Floats
 
 
 @dataclass(frozen=True, slots=True)
-class TermInfo:
-    """What is known of a term without any pose: its name, the part that owns it, what is drawn and how large a draw can be."""
+class Draws:
+    """What a column is multiplied by. Columns with the same draws are one error; any others are uncorrelated."""
 
-    name: str
-    owner: str
-    level: Level
-    bound: float
     robot: Stream | None
     visit: Stream | None
 
     @property
-    def limit(self) -> float:
-        """Return the size of the draw in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
-        return math.prod(stream.law.limit for stream in (self.robot, self.visit) if stream is not None)
+    def level(self) -> Level:
+        """Return the level of chance."""
+        return level_of(self.robot, self.visit)
+
+    @property
+    def streams(self) -> tuple[Stream, ...]:
+        """Return what is drawn."""
+        return tuple(stream for stream in (self.robot, self.visit) if stream is not None)
 
     @property
     def draws(self) -> tuple[tuple[tuple[str, str], Law], ...]:
-        """Return the streams (level, name) whose draws the term multiplies, each with its law."""
+        """Return the streams (level, name) whose draws the column is multiplied by, each with its law."""
         both = (("robot", self.robot), ("visit", self.visit))
         return tuple(((level, stream.name), stream.law) for level, stream in both if stream is not None)
 
     @property
-    def phase(self) -> str:
-        """Name what this term draws together with its partner; empty for all but the two parts of a wave."""
-        streams = [stream for stream in (self.robot, self.visit) if stream is not None]
-        waves = any(isinstance(stream.law, Cosine | Sine) for stream in streams)
-        return " x ".join(stream.name for stream in streams) if waves else ""
+    def bound(self) -> float:
+        """Return the largest size of the draw; 1 where nothing is drawn."""
+        return math.prod(stream.law.bound for stream in self.streams)
+
+    @property
+    def limit(self) -> float:
+        """Return the size of the draw in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
+        return math.prod(stream.law.limit for stream in self.streams)
+
+
+@dataclass(frozen=True, slots=True)
+class Column(Draws):
+    """A column of the pose matrix: a term `of` a part, or the half of a sided term for which the last motion is known, which draws no side."""
+
+    of: PlacedTerm
+
+    @property
+    def name(self) -> str:
+        """Return the full name of the term ("joints.A.gearbox.backlash")."""
+        return self.of.name
+
+    @property
+    def owner(self) -> str:
+        """Return the part that the term belongs to ("joints.A.gearbox")."""
+        return self.of.owner
 
 
 @dataclass(frozen=True)
-class Screws:
-    """The pose matrix of the study: error[pose] = tool[pose] @ draws, in the base's axes at the tool point.
+class ToolScrews:
+    """How far the tool moves per unit draw: error[pose] = tool[pose] @ draws, in the base's axes at the tool point.
 
-    infos   one per term
-    place   (term,) index of the place whose frame `local` is in
-    local   (pose, 6, term) rad, m per unit draw, in that place's frame
-    tool    (pose, 6, term) rotation of the tool and displacement of the tool point, base axes
-    at      (place, pose, 4, 4) the arm's frames
-    way     numbers of the places from the base to the tool
+    infos   what is drawn, one per column
+    tool    (pose, 6, column) rotation of the tool and displacement of the tool point, rad and m
     """
 
-    infos: tuple[TermInfo, ...]
-    place: np.ndarray
-    local: Floats
+    infos: Sequence[Draws]
     tool: Floats
-    at: Floats
-    way: tuple[int, ...]
 
-    def columns(self, *levels: Level) -> np.ndarray:
-        """Give the indices of the terms of these levels."""
+    def columns(self, *levels: Level) -> NDArray[np.int64]:
+        """Return the indices of the columns of these levels."""
         return np.array([k for k, info in enumerate(self.infos) if info.level in levels], dtype=int)
-
-    def stretch(self, first: int, last: int) -> Screws:
-        """Give the screws of the poses from number `first` up to `last`."""
-        return Screws(self.infos, self.place, self.local[first:last], self.tool[first:last], self.at[:, first:last], self.way)
 
     @functools.cached_property
     def along_poses(self) -> Floats:
-        """Give `tool` as (6, term, pose), contiguous."""
+        """Return `tool` as (6, column, pose), contiguous."""
         return np.ascontiguousarray(self.tool.transpose(1, 2, 0))
 
     @functools.cached_property
     def bias(self) -> Floats:
-        """Give the sum of the design terms (pose, 6): what every robot does at every visit."""
+        """Return the sum of the design columns (pose, 6): the error of every robot at every visit."""
         out = np.zeros((6, len(self.tool)))
         for k in self.columns("design"):  # one after the other: NumPy takes another order for one pose alone
             out += self.along_poses[:, k]
@@ -93,85 +107,155 @@ class Screws:
 
     @functools.cached_property
     def squares(self) -> Floats:
-        """Give the squared displacement of the tool point by each term (term, pose), m^2."""
+        """Return the squared displacement of the tool point by each column (column, pose), m^2."""
         return np.asarray(sum(shift**2 for shift in self.along_poses[3:]))
 
     @functools.cached_property
     def square_sums(self) -> Floats:
-        """Give `squares` summed over the poses (term,), m^2."""
+        """Return `squares` summed over the poses (column,), m^2."""
         return np.asarray(self.squares.sum(axis=1))
 
-    @functools.cached_property
-    def at_limits(self) -> Floats:
-        """Return the size of each independent error at its limit (pose, term or wave), m: its bound, or the stated amount where there is none."""
-        waves = self._independent
-        if not waves:
-            return np.zeros((len(self.tool), 1))
-        out = np.empty((len(waves), len(self.tool)))
-        for row, members in enumerate(waves):
-            np.sqrt(sum(self.squares[k] * self.infos[k].limit ** 2 for k in members), out=out[row])
-        return out.T
 
-    @functools.cached_property
-    def at_bounds(self) -> Floats:
-        """Return the size of each independent error at its bound (pose, term or wave), m: infinite where an error without limits moves the tool."""
-        endless = [row for row, members in enumerate(self._independent) if any(math.isinf(self.infos[k].bound) for k in members)]
-        if not endless:
-            return self.at_limits
-        out = self.at_limits.copy()
-        out[:, endless] = np.where(out[:, endless] > 0, np.inf, 0.0)
-        return out
+@dataclass(frozen=True)
+class PoseMatrix(ToolScrews):
+    """The pose matrix of the study, one column per term; what adds squares takes them from `merged`, where a draw has one column.
 
-    @functools.cached_property
-    def _independent(self) -> list[list[int]]:
-        """Return the drawn terms, those of one wave together."""
-        waves: dict[str, list[int]] = {}
-        for k in self.columns("robot", "visit", "robot x visit"):
-            waves.setdefault(self.infos[k].phase or f"\0{k}", []).append(k)
-        return list(waves.values())
+    place   (column,) index of the place whose frame `local` is in
+    scale   (column,) size of the column: columns of one form, at one place, are in proportion to it at every pose
+    local   (pose, 6, column) rad, m per unit draw, in that place's frame
+    at      (place, pose, 4, 4) the arm's frames
+    way     numbers of the places from the base to the tool
+    """
+
+    infos: tuple[Column, ...]
+    place: NDArray[np.int64]
+    scale: Floats
+    local: Floats
+    at: Floats
+    way: tuple[int, ...]
+
+    def stretch(self, first: int, last: int) -> PoseMatrix:
+        """Return the matrix of the poses from number `first` up to `last`."""
+        rows = slice(first, last)
+        return PoseMatrix(self.infos, self.tool[rows], self.place, self.scale, self.local[rows], self.at[:, rows], self.way)
+
+    def scaled(self, factors: Floats) -> PoseMatrix:
+        """Return the matrix with every column scaled by its factor (column,)."""
+        return replace(self, tool=self.tool * factors, scale=self.scale * factors, local=self.local * factors)
 
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:
-        """Give the parts in walking order."""
+        """Return the parts in walking order."""
         return tuple(dict.fromkeys(info.owner for info in self.infos))
 
+    @functools.cached_property
+    def groups(self) -> dict[tuple[tuple[tuple[str, str], Law], ...], list[int]]:
+        """Return the columns of each error by what is drawn for it; the design columns are the group without a draw."""
+        out: dict[tuple[tuple[tuple[str, str], Law], ...], list[int]] = {}
+        for k, info in enumerate(self.infos):
+            out.setdefault(info.draws, []).append(k)
+        return out
 
-def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> Screws:
-    """How does every elementary error move the tool at these poses, to first order?
+    @functools.cached_property
+    def merged(self) -> ToolScrews:
+        """Return one column per draw: columns that are multiplied by the same draw add before they are squared."""
+        out = np.empty((6, len(self.groups), len(self.tool)))
+        for column, (first, *others) in enumerate(self.groups.values()):
+            out[:, column] = self.along_poses[:, first]
+            for k in others:
+                out[:, column] += self.along_poses[:, k]
+        firsts = (self.infos[members[0]] for members in self.groups.values())
+        return ToolScrews(tuple(Draws(info.robot, info.visit) for info in firsts), out.transpose(2, 0, 1))
+
+
+def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix:
+    """Return how every elementary error moves the tool at these poses, to first order.
 
     q (pose, joint) rad or m; `approach` the sign of the joints' last motion, 0 where it differs from visit to visit: one for all, or (pose, joint).
-    First order in the errors; `exact.check` says what that leaves out. Raises ValueError for q of another shape or not finite.
+    First order in the errors; `exact.check` reports what that neglects. Raises ValueError for q of another shape or not finite.
     """
-    at = frames(arm, q)
-    placed = terms(arm, q, approach=approach, at=at)
-    place = np.array([item.place for item in placed], dtype=int)
+    values = as_poses(arm, q)
+    at = frames(arm, values)
+    arriving = np.asarray(approach, dtype=float)
+    sides = _sides(arriving)
+    halves = [(of, side) for of in arm.terms for side in (sides if of.term.sided else (None,))]
+    place = np.array([of.place for of, _ in halves], dtype=int)
     # Poses lie innermost in memory: every step from here on runs along them.
-    local = np.empty((6, len(placed), len(at[0])))
-    for k, item in enumerate(placed):
-        local[:, k] = np.atleast_2d(item.term.screw).T
+    local = np.empty((6, len(halves), len(values)))
+    conditions = Conditions(arm, values, at)
+    for k, (of, side) in enumerate(halves):
+        of.term.form.write(conditions(of), of.term.scale, local[:, k])
+        if side is not None and of.joint is not None:
+            local[:, k] *= _share(arriving if arriving.ndim == 0 else arriving[:, of.joint], known=side == "known")
     tool = tool_twists(arm.tree, at, place, local)
-    infos = tuple(
-        TermInfo(item.name, item.owner, item.term.level, item.term.bound, _stream(item.owner, item.term.robot), _stream(item.owner, item.term.visit))
-        for item in placed
-    )
-    return Screws(infos, place, local.transpose(2, 0, 1), tool.transpose(2, 0, 1), at, arm.tree.way)
+    infos = tuple(_column(*half) for half in halves)
+    scale = np.array([of.term.scale for of, _ in halves])
+    return PoseMatrix(infos, tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, arm.tree.way)
+
+
+def _sides(arriving: Floats) -> tuple[str, ...]:
+    """Return the columns that a sided term has: one for the poses where the last motion is known, one for those where a side is drawn."""
+    return (*(("known",) if (arriving != 0).any() else ()), *(("drawn",) if (arriving == 0).any() else ()))
+
+
+def _share(arriving: Floats, *, known: bool) -> Floats:
+    """Return the factor on a sided screw. Arriving in the positive direction the motor leads and the output trails, so it rests behind."""
+    return -arriving if known else (arriving == 0).astype(float)
+
+
+def _column(of: PlacedTerm, side: str | None) -> Column:
+    term = of.term
+    return Column(_stream(of.owner, term.robot), None if side == "known" else _stream(of.owner, term.visit), of)
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:
     return None if draw is None else Stream(f"{owner}.{draw.stream}", draw.law)
 
 
-def worst_case(matrix: Screws) -> Floats:
-    """How far can the tool be off at each pose if everything conspires (pose,), m? |bias| + the sum of all terms at their bounds.
+def worst_case(matrix: PoseMatrix) -> Floats:
+    """Return the largest possible error of the tool at each pose (pose,), m: |bias| + the sum of all errors at their bounds.
 
-    An upper bound: no draw exceeds it. The two parts of a wave count as one, since they share a phase. Infinite where a law is unbounded.
+    An upper bound: no draw exceeds it. The two parts of a harmonic count as one, since they share a phase. Infinite where a law is unbounded.
     """
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + sum(matrix.at_bounds.T))
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + sum(at_bounds(matrix)))
 
 
-def root_sum_square(matrix: Screws) -> Floats:
-    """How far is the tool off at each pose by the root-sum-square rule of tolerancing (pose,), m? |bias| + root of the sum of squared limits.
+def root_sum_square(matrix: PoseMatrix) -> Floats:
+    """Return the error of the tool at each pose by the root-sum-square rule of tolerancing (pose,), m: |bias| + root of the sum of squared limits.
 
     A distribution without limits counts with the amount that the file states, three standard deviations.
     """
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.sqrt(sum(matrix.at_limits.T**2)))
+    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.sqrt(sum(at_limits(matrix) ** 2)))
+
+
+def at_limits(matrix: PoseMatrix) -> Floats:
+    """Return the size of each independent error at its limit (error, pose), m: its bound, or the stated amount where there is none."""
+    columns = matrix.merged
+    errors = independent_errors(columns.infos)
+    out = np.zeros((max(len(errors), 1), len(matrix.tool)))
+    for row, phases in zip(out, errors, strict=False):
+        np.sqrt(sum(sum(np.sqrt(columns.squares[k]) * columns.infos[k].limit for k in members) ** 2 for members in phases), out=row)
+    return out
+
+
+def at_bounds(matrix: PoseMatrix) -> Floats:
+    """Return the size of each independent error at its bound (error, pose), m: infinite where an error without limits moves the tool."""
+    out, infos = at_limits(matrix), matrix.merged.infos
+    for row, phases in zip(out, independent_errors(infos), strict=False):
+        if any(math.isinf(infos[k].bound) for members in phases for k in members):
+            row[:] = np.where(row > 0, np.inf, 0.0)
+    return out
+
+
+def independent_errors(infos: Sequence[Draws]) -> list[list[list[int]]]:
+    """Return the drawn columns by independent error, and within it by its two phases where it is a harmonic.
+
+    One stream decides an error's side or phase: that of the visit, or else that of the robot. Columns of one phase, such as a play and its scatter,
+    are largest at the same draws and so add; the two phases of a harmonic never are, and count by the root of the sum of their squares.
+    """
+    out: dict[str, dict[Law, list[int]]] = {}
+    for k, info in enumerate(infos):
+        if info.streams:
+            deciding = info.streams[-1]
+            out.setdefault(deciding.name, {}).setdefault(deciding.law, []).append(k)
+    return [list(phases.values()) for phases in out.values()]

@@ -10,9 +10,10 @@ import numpy as np
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import LimitShare
-from lostmotion.parts.gearbox.gearbox import LIMITED, Gearbox
+from lostmotion.parts.gearbox.gearbox import LIMITED
 
 if TYPE_CHECKING:
+    from lostmotion.error_model.pose_matrix import Column
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -30,24 +31,29 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
     mean-square error, or of that between visits. `approach` as in `screws`. Raises ValueError for q of another shape or not finite.
     """
     limited = {
-        f"joints.{joint.name}.gearbox": (joint.name, joint.gearbox.model, joint.gearbox.upper_limits)
+        f"joints.{joint.name}.gearbox": (joint.name, joint.gearbox.model, keys)
         for joint in arm.moving
-        if isinstance(joint.gearbox, Gearbox) and joint.gearbox.upper_limits
+        if joint.gearbox is not None and (keys := getattr(joint.gearbox, "upper_limits", ()))
     }
     if not limited:
         return ()
     rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), _MOST_POSES)).astype(int))
     arriving = approach[rows] if isinstance(approach, np.ndarray) else approach
-    found = costs(Tally.of(screws(arm, np.asarray(q)[rows], approach=arriving), "term"))
+    found = costs(Tally.of(screws(arm, np.asarray(q)[rows], approach=arriving), _item))
     between = sum(cost.levels[2] for cost in found)
     out = []
     for owner, (joint, model, keys) in limited.items():
         for key in keys:
-            own = [cost for cost in found if key in LIMITED and cost.part.startswith(f"{owner}.{LIMITED[key]}")]
+            own = [cost for cost in found if key in LIMITED and cost.part == f"{owner} {LIMITED[key]}"]
             of_error, of_visits = sum(cost.share for cost in own), sum(cost.levels[2] for cost in own)
             out.append(LimitShare(joint, model, key, of_error, of_visits / between if between else 0.0))
     counting = [each for each in out if max(each.of_error, each.of_repeat) > _LEAST]
     return tuple(sorted(counting, key=lambda each: (-each.of_error, -each.of_repeat, each.joint)))
+
+
+def _item(column: Column) -> str:
+    sized = column.of.term.parameter
+    return column.owner if sized is None else f"{column.owner} {sized.key}"
 
 
 def with_limits(known: States, arm: Arm, q: Floats, approach: float | Floats = 0.0) -> States:

@@ -30,13 +30,3 @@ def seated(load: Floats, friction: float, scale: Floats) -> Floats:
     if friction == 0:
         return np.sign(real)
     return np.clip(real, -friction, friction) / friction
-
-
-def seated_across(load: Floats, friction: float, scale: Floats) -> tuple[Floats, Floats]:
-    """Where in a round clearance of unit radius does a load (pose, 3) across the axis hold the part, and how much is left to chance?
-
-    Gives vectors (pose, 3) of length 0..1, and the radius 1..0 (pose,) within which the way of arriving decides.
-    """
-    size = np.linalg.norm(load, axis=-1)
-    share = seated(size, friction, scale)
-    return load * (share / np.where(size > 0, size, 1.0))[:, None], 1 - share

@@ -201,31 +201,6 @@ class Sine(Law):
         return math.sqrt(2) * np.sin(2 * math.pi * u)
 
 
-@dataclass(frozen=True, slots=True)
-class Amount(Law):
-    """(1 + k x) / sqrt(1 + k^2) with x from another law: an amount that scatters around its mean by the share k.
-
-    Not mean zero: it is only a robot's factor in a product with a visit draw that is.
-    """
-
-    scatter: float
-    inner: Law
-
-    @property
-    def bound(self) -> float:
-        """Give the largest amount in units of its root mean square."""
-        return (1 + self.scatter * self.inner.bound) / math.hypot(1, self.scatter)
-
-    @property
-    def breaks(self) -> tuple[float, ...]:
-        """Return the kinks of the other law."""
-        return self.inner.breaks
-
-    def quantile(self, u: Floats) -> Floats:
-        """Map uniforms to amounts."""
-        return (1 + self.scatter * self.inner.quantile(u)) / math.hypot(1, self.scatter)
-
-
 @functools.lru_cache(maxsize=4096)
 def product_mean(laws: tuple[Law, ...]) -> float:
     """What is the mean of the product of these laws' draws, all from one and the same uniform?

@@ -12,12 +12,14 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
 from lostmotion.mechanism.holding import holdings
+from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import is_moved, misplaced, tree_of
 from lostmotion.mechanism.remarks import remarks_on
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
-from lostmotion.parts.error_source import Holding, Line, Part
+from lostmotion.parts.error_source import Line, Part
 from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.term import Holding, Motion
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -87,6 +89,27 @@ class Arm(Part):
     def places(self) -> tuple[str, ...]:
         """Return the names of the places, in the order of `frames` and `wrenches`."""
         return tuple(place.name for place in self.tree.places)
+
+    @functools.cached_property
+    def parts(self) -> tuple[PlacedPart, ...]:
+        """Return the parts that err, in the order of the places."""
+        still = Motion(np.zeros(6))
+        out = [PlacedPart(f"base {name}", "base", None, 0, source, still) for name, source in self.base.sources.items()]
+        for k, (joint, (seat, moved, tip)) in enumerate(zip(self.joints, self.tree.joints, strict=True)):
+            owner, column = f"joints.{joint.name}", self.tree.places[moved].joint
+            if joint.mounting is not None:
+                across_what = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
+                out.append(PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, across_what))
+            motion = Motion(joint.twist, functools.partial(self.holding, k))
+            for name, source in joint.sources.items():
+                out.append(PlacedPart(f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion))
+            out.append(PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, still))
+        return tuple(out)
+
+    @functools.cached_property
+    def terms(self) -> tuple[PlacedTerm, ...]:
+        """Return the elementary errors of all parts, in the order of the parts."""
+        return tuple(term for part in self.parts for term in part.terms())
 
     @functools.cached_property
     def limits(self) -> Floats:

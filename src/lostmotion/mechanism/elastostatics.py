@@ -1,8 +1,7 @@
 """How much does the whole arm give? Links, joint units and base as springs, carried to the tool: compliance, deflection, ellipsoids, shares.
 
-One truth: nothing here knows how a part gives way. Each part is asked for its terms under wrenches a little off its own load, and the difference is
-its compliance there. What of a part's answer rests within a play ("seated" terms) is no spring and left out: all here holds while plays stay closed.
-A gearbox within the loop of an encoder on its output is held by the controller and does not give.
+Only the elastic forms among the parts' design terms count, each with its own tangent. A play is no spring and is left out: all here holds while plays
+stay closed. A gearbox within the loop of an encoder on its output is held by the controller and does not deflect.
 
 Directions are (rotation, displacement) of the tool and (moment, force) at the tool point, both in the base's axes. First order: the pose that the
 unloaded arm stands in. C = sum of J C_part J^T over the parts; for the drives alone: J. Salisbury, Active stiffness control of a manipulator in
@@ -17,24 +16,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.serial import as_poses, conditions, frames
+from lostmotion.mechanism.serial import Conditions, as_poses, frames
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.error_source import Condition, ErrorSource
+    from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.spatial import Floats
 
 # Poses at a time: what parts work on then stays in the processor's cache.
 _BLOCK: Final = 1024
-# The change of wrench, as a share of the whole load at the part: small against zones of stiffness, large against rounding.
-_STEP: Final = 1e-3
-# Makes one size of forces and moments, m: about what lies between the bearings of a joint.
-_LEVER: Final = 0.1
-# A part that carries less than this (N) counts as carrying it: without load a contact has no stiffness at all.
-_LEAST: Final = 1.0
-# Both differences of a spring in proportion agree to rounding, which the steps' smallness makes 1e-13 of them.
-_SAME: Final = 1e-9
-_LIKE_NO_OTHER: Final = np.array([0.713, -0.541, 0.389, 0.617, 0.853, -0.467])
 # Below this share of the largest, a direction counts as rigid: what differences leave of zero is a thousandth of it.
 _RIGID: Final = 1e-10
 
@@ -79,27 +69,25 @@ class Compliances:
 def compliances(arm: Arm, q: Floats) -> Compliances:
     """How much does each part let the tool give at these poses, q (pose, joint) in rad or m?
 
-    The tangent at what the part carries there, by a symmetric difference over ±0.1 % of its load, and of 1 N where it carries less: exact for
-    springs in proportion, and for stiffness zones away from their ends; a contact between rolling elements without load gives without bound, here
-    as much as at a millinewton. Raises ValueError for q of another shape or not finite.
+    The tangent at the load that each part carries, exact for all springs but drawn bearings, whose tables are read over ±0.1 % of the load: a
+    contact between rolling elements without load has no stiffness at all, and counts as if it carried a millinewton. Raises ValueError for q of
+    another shape or not finite.
     """
     values = as_poses(arm, q)
-    first = _first_tangents(arm, values[:1])
-    owners = tuple(dict.fromkeys(owner for owner, _ in first.values()))
-    by_part = np.zeros((len(owners), len(values), 6, 6))
+    springs = springs_of(arm)
+    parts = tuple(dict.fromkeys(of.owner for of in springs))
+    by_part = np.zeros((len(parts), len(values), 6, 6))
     tool = np.empty((len(values), 3))
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
         tool[here] = at[-1, :, :3, 3]
-        carries: dict[int, Floats] = {}
-        for number, (_, place, source, felt) in enumerate(conditions(arm, values[here], at)):
-            if number in first:
-                owner, known = first[number]
-                if place not in carries:
-                    carries[place] = carry(arm.tree, at, place)
-                by_part[owners.index(owner), here] += carries[place] @ _tangents(source, felt, known) @ carries[place].transpose(0, 2, 1)
-    return Compliances(owners, by_part, tool)
+        felt, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
+        for of in springs:
+            carried = carries[of.place]
+            own = of.term.scale * of.term.form.compliance(felt(of))
+            by_part[parts.index(of.owner), here] += carried @ own @ carried.transpose(0, 2, 1)
+    return Compliances(parts, by_part, tool)
 
 
 def compliance(arm: Arm, q: Floats) -> Floats:
@@ -130,35 +118,26 @@ def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
     if load.shape not in {(6,), (len(values), 6)} or not np.isfinite(load).all():
         raise ValueError(f"a wrench of shape {load.shape}; expected 6 finite values, moment and force, or as many per pose")
     load = np.broadcast_to(load, (len(values), 6))
-    out = np.zeros((len(values), 6))
+    out, springs = np.zeros((len(values), 6)), springs_of(arm)
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
-        for _, place, source, felt in conditions(arm, values[here], at):
-            carried = carry(arm.tree, at, place)
-            more = replace(felt, wrench=felt.wrench + np.einsum("pji,pj->pi", carried, load[here]))
-            after, before = given(source, more), given(source, felt)
-            if after is not None and before is not None:
-                out[here] += np.einsum("pij,pj->pi", carried, after - before)
+        felt, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
+        for of in springs:
+            before, carried = felt(of), carries[of.place]
+            more = replace(before, wrench=before.wrench + np.einsum("pji,pj->ip", carried, load[here]))
+            moved = of.term.scale * (of.term.form.screw(more) - of.term.form.screw(before))
+            out[here] += np.einsum("pij,jp->pi", carried, moved)
     return out
 
 
-def given(source: ErrorSource, felt: Condition) -> Floats | None:
-    """By which twist (pose, 6) in its own frame does a part give way here, play not counted? None for a part that has no springs."""
-    out: Floats | None = None
-    for term in source.terms(felt):
-        if term.level == "design" and not term.seated:
-            out = term.screw if out is None else out + term.screw
-    return None if out is None else np.broadcast_to(out, felt.wrench.shape)
+def _carries(arm: Arm, at: Floats, terms: list[PlacedTerm]) -> dict[int, Floats]:
+    return {place: carry(arm.tree, at, place) for place in dict.fromkeys(of.place for of in terms)}
 
 
-def _first_tangents(arm: Arm, q: Floats) -> dict[int, tuple[str, Floats]]:
-    """Which parts, by their number in walking order, have springs, who owns them, and what is their compliance (6, 6) at the first pose?"""
-    out = {}
-    for number, (owner, _, source, felt) in enumerate(conditions(arm, q, frames(arm, q))):
-        if given(source, felt) is not None:
-            out[number] = owner, _tangents(source, felt, None)[0]
-    return out
+def springs_of(arm: Arm) -> list[PlacedTerm]:
+    """Return the terms that deflect under load: design terms of an elastic form."""
+    return [of for of in arm.terms if of.term.form.elastic and of.term.level == "design"]
 
 
 @dataclass(frozen=True)
@@ -198,54 +177,3 @@ def _inverse(matrix: Floats) -> Floats:
     firm = np.linalg.eigvalsh(alike)[:, 0] > _RIGID
     out[some[firm]] = np.linalg.inv(alike[firm]) / unit[firm]
     return out
-
-
-def _tangents(source: ErrorSource, felt: Condition, known: Floats | None) -> Floats:
-    """How does a part's twist follow the wrench on it (pose, 6, 6), both in the part's frame?
-
-    `known` (6, 6): what it was at some other pose. Most parts give in proportion: along one direction that is like no other each pose is asked
-    whether it is the same there, and in full only where it is not.
-    """
-    poses = len(felt.wrench)
-    step = _steps(felt)
-    if known is None:
-        return _in_full(source, felt, step)
-    out = np.broadcast_to(known, (poses, 6, 6))
-    along = (step * _LIKE_NO_OTHER)[:, None, :]
-    seen = _differences(source, felt, along)[:, :, 0]
-    expected = 2 * along[:, 0] @ known.T
-    differs = np.linalg.norm(seen - expected, axis=1) > _SAME * np.linalg.norm(expected, axis=1)
-    if differs.any():
-        out = out.copy()
-        out[differs] = _in_full(source, _rows(felt, differs), step[differs])
-    return out
-
-
-def _in_full(source: ErrorSource, felt: Condition, step: Floats) -> Floats:
-    return _differences(source, felt, step[:, :, None] * np.eye(6)) / (2 * step[:, None, :])
-
-
-def _steps(felt: Condition) -> Floats:
-    """By how much to change each component of the wrench (pose, 6), N m and N?"""
-    force, moment = np.linalg.norm(felt.wrench[:, 3:], axis=1), np.linalg.norm(felt.wrench[:, :3], axis=1)
-    out = np.empty((len(force), 6))
-    out[:, 3:] = _STEP * np.maximum(force + moment / _LEVER, _LEAST)[:, None]
-    out[:, :3] = _LEVER * out[:, 3:]
-    return out
-
-
-def _differences(source: ErrorSource, felt: Condition, changes: Floats) -> Floats:
-    """By how much does a part's twist differ (pose, 6, change) between its wrench with and less each of these changes (pose, change, 6)?"""
-    poses, count = changes.shape[:2]
-    wrench = felt.wrench[:, None, None, :] + changes[:, :, None, :] * np.array([[1.0], [-1.0]])
-    # All wrenches of all poses in one evaluation.
-    every = _rows(felt, np.repeat(np.arange(poses), 2 * count))
-    moved = given(source, replace(every, wrench=wrench.reshape(-1, 6)))
-    if moved is None:
-        return np.zeros((poses, 6, count))
-    pairs = moved.reshape(poses, count, 2, 6)
-    return np.asarray((pairs[:, :, 0] - pairs[:, :, 1]).transpose(0, 2, 1))
-
-
-def _rows(felt: Condition, chosen: np.ndarray) -> Condition:
-    return replace(felt, angle=felt.angle[chosen], wrench=felt.wrench[chosen], gravity=felt.gravity[chosen], approach=felt.approach[chosen])

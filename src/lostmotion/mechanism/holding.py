@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.mechanism.frames import place_frames
 from lostmotion.mechanism.wrenches import wrenches_by_axis
-from lostmotion.parts.error_source import Holding
+from lostmotion.parts.term import Holding
 from lostmotion.spatial import mapped, out_of
 
 if TYPE_CHECKING:

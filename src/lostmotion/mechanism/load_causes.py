@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.elastostatics import given
-from lostmotion.mechanism.serial import conditions, frames
+from lostmotion.mechanism.serial import Conditions, frames
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.error_source import Condition, ErrorSource
+    from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.spatial import Floats
 
 # In the order of the tables.
@@ -118,28 +117,25 @@ class _Bent:
 
 def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
     at = frames(arm, q)
+    felt, felt_alone = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in alone(arm).items()}
+    links: dict[str, list[PlacedTerm]] = {}
+    for of in arm.terms:
+        if of.kind == "link" and of.term.level == "design" and of.term.form.reads:
+            links.setdefault(of.owner, []).append(of)
     out = {}
-    felt_alone = {cause: _links(one, q, at) for cause, one in alone(arm).items()}
-    for joint, (place, source, felt) in _links(arm, q, at).items():
-        own = replace(felt, wrench=np.zeros_like(felt.wrench))
-        acting = {OWN_WEIGHT: own} | {cause: replace(links[joint][2], gravity=np.zeros_like(felt.gravity)) for cause, links in felt_alone.items()}
-        parts = {cause: twist for cause, one in acting.items() if (twist := given(source, one)) is not None}
-        if parts:
+    for joint in arm.joints:
+        terms = links.get(f"joints.{joint.name}.link")
+        if terms:
+            place, whole = terms[0].place, felt(terms[0])
+            acting = {OWN_WEIGHT: replace(whole, wrench=np.zeros_like(whole.wrench))}
+            acting |= {cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity)) for cause, one in felt_alone.items()}
+            parts = {cause: np.sum([of.term.scale * of.term.form.screw(one) for of in terms], axis=0).T for cause, one in acting.items()}
             carried, off = carry(arm.tree, at, place)[:, 3:], _off_the_line(at, arm.tree.places[place].parent, place)
-            out[joint] = _Bent(
+            out[joint.name] = _Bent(
                 {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},
                 {cause: np.einsum("pij,pj->pi", carried, twist) for cause, twist in parts.items()},
             )
     return out
-
-
-def _links(arm: Arm, q: Floats, at: Floats) -> dict[str, tuple[int, ErrorSource, Condition]]:
-    """Give the links by the name of their joint: place of the tip, part, and what it feels."""
-    return {
-        owner.removeprefix("joints.").removesuffix(".link"): (place, source, felt)
-        for owner, place, source, felt in conditions(arm, q, at)
-        if owner.endswith(".link")
-    }
 
 
 def _off_the_line(at: Floats, joint: int, tip: int) -> Floats:

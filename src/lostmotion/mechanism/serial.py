@@ -1,41 +1,22 @@
-"""Serial arms at poses: frames, wrenches and holding torques, and the terms of all parts. q has one value per moving joint."""
+"""Serial arms at poses: frames, wrenches, holding torques, and what each part feels. q has one value per moving joint."""
 
 from __future__ import annotations
 
-import functools
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lostmotion.mechanism.frames import place_frames, tool_point
 from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
-from lostmotion.parts.error_source import Condition, Holding, Term
-from lostmotion.parts.joint import FixedJoint
+from lostmotion.parts.term import Condition
 from lostmotion.spatial import into, mapped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
     from lostmotion.mechanism.tool import Payload
-    from lostmotion.parts.error_source import ErrorSource
     from lostmotion.spatial import Floats
-
-
-@dataclass(frozen=True, slots=True)
-class PlacedTerm:
-    """A term, the index of the place whose frame its screw is in, and the part that owns it ("joints.A.gearbox")."""
-
-    owner: str
-    place: int
-    term: Term
-
-    @property
-    def name(self) -> str:
-        """Give the full name ("joints.A.gearbox.backlash")."""
-        return f"{self.owner}.{self.term.name}"
 
 
 def as_poses(arm: Arm, q: Floats) -> Floats:
@@ -103,39 +84,20 @@ def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None
     return np.column_stack(out)
 
 
-def terms(arm: Arm, q: Floats, *, approach: float | Floats = 0.0, at: Floats | None = None) -> list[PlacedTerm]:
-    """Which elementary errors does every part of the arm make at these poses? In walking order.
+class Conditions:
+    """What every place of an arm feels at some poses: q (pose, joint) in rad or m, `at` the frames there."""
 
-    `approach` is the sign of the joints' last motion: -1, +1, or 0 where it differs from visit to visit; one for all, or (pose, joint). `at` are
-    the arm's frames at q where they are known already.
-    """
-    values = as_poses(arm, q)
-    here = frames(arm, values) if at is None else at
-    return [PlacedTerm(owner, place, term) for owner, place, source, felt in conditions(arm, values, here, approach) for term in source.terms(felt)]
+    def __init__(self, arm: Arm, q: Floats, at: Floats) -> None:
+        """Compute the load at every place once."""
+        self._arm, self._q, self._at = arm, q, at
+        self._carried = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
+        self._known: dict[tuple[int, int | None], Condition] = {}
 
-
-def conditions(arm: Arm, q: Floats, at: Floats, approach: float | Floats = 0.0) -> Iterator[tuple[str, int, ErrorSource, Condition]]:
-    """What does every part feel at these poses? Its owner's name, the index of its place, the part, the condition there; `at` are the frames at q."""
-    carried = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
-    at_joints = {joint.moved: number for number, joint in enumerate(arm.tree.joints)}
-    for owner, place, angle, arriving, axis, source in _sources(arm, q, np.broadcast_to(np.asarray(approach, dtype=float), q.shape)):
-        gravity = into(at[place], arm.gravity_in_base)
-        holding = functools.partial(arm.holding, at_joints[place]) if place in at_joints else Holding
-        yield owner, place, source, Condition(angle, axis, carried[place], gravity, arriving, holding)
-
-
-def _sources(arm: Arm, q: Floats, approach: Floats) -> Iterator[tuple[str, int, Floats, Floats, Floats, ErrorSource]]:
-    """Walk the parts: owner, index of the place, joint value, sign of the joint's last motion, unit twist there, the part."""
-    still, nothing = np.zeros(len(q)), np.zeros(6)
-    for name, source in arm.base.sources.items():
-        yield f"base {name}", 0, still, still, nothing, source
-    column = iter(zip(q.T, approach.T, strict=True))
-    for joint, (seat, moved, tip) in zip(arm.joints, arm.tree.joints, strict=True):
-        owner = f"joints.{joint.name}"
-        angle, arriving = (still, still) if isinstance(joint, FixedJoint) else next(column)
-        if joint.mounting is not None:
-            across_what = joint.twist if joint.twist.any() else np.eye(6)[2]
-            yield f"{owner}.mounting", seat, angle, arriving, across_what, joint.mounting
-        for name, source in joint.sources.items():
-            yield f"{owner}.{name}", moved, angle, arriving, joint.twist, source
-        yield f"{owner}.link", tip, angle, arriving, nothing, joint.elastic_link
+    def __call__(self, of: PlacedPart | PlacedTerm) -> Condition:
+        """Return what a part, or the part of a term, feels (pose last); parts at one place share it."""
+        key = of.place, of.joint
+        if key not in self._known:
+            angle = np.zeros(len(self._q)) if of.joint is None else np.ascontiguousarray(self._q[:, of.joint])
+            gravity = into(self._at[of.place], self._arm.gravity_in_base)
+            self._known[key] = Condition(angle, np.ascontiguousarray(self._carried[of.place].T), np.ascontiguousarray(gravity.T))
+        return self._known[key]

@@ -15,19 +15,18 @@ from lostmotion.parts.error_source import (
     Angle,
     AngleDim,
     AngularStiffness,
-    Condition,
     ErrorSource,
     LengthPlus,
     LinearStiffness,
     Share,
-    Term,
-    amount_terms,
-    limit_term,
 )
+from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Vector
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
-from lostmotion.spatial import mapped, pose_of, skew
+from lostmotion.parts.standard_terms import limit_terms, parameter
+from lostmotion.parts.term import Motion, Parameter, Term
+from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -115,9 +114,9 @@ class Base(Sourced, ErrorSource):
         """Give what errs, by name: each counts by itself."""
         return {"tilt": BaseTilt(self), "mount": BaseMount(self)}
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Tilt that nobody measured, and the mount's give."""
-        return [term for source in self.sources.values() for term in source.terms(at)]
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the terms of the tilt that nobody measured, and of the mount's compliance."""
+        return [term for source in self.sources.values() for term in source.terms(motion)]
 
 
 class BaseTilt(ErrorSource):
@@ -127,8 +126,8 @@ class BaseTilt(ErrorSource):
         """Keep the base."""
         self.base = base
 
-    def terms(self, at: Condition) -> list[Term]:  # noqa: ARG002 - a tilt asks for no load
-        """Roll and pitch, once per robot or at every visit."""
+    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - a tilt asks for no motion
+        """Return roll and pitch, drawn once per robot or at every visit."""
         base = self.base
         out: list[Term] = []
         for k, (name, dimension) in enumerate((("roll", base.roll), ("pitch", base.pitch))):
@@ -136,8 +135,9 @@ class BaseTilt(ErrorSource):
                 # `tilt` is R_y R_x; its roll axis is the base's own x, its pitch axis the level y
                 axis = np.eye(6)[k]
                 axis[:3] = axis[:3] if k == 0 else base.tilt.T @ axis[:3]
+                sized = parameter(name, dimension.tolerance, "rad")
                 law, visit = of_tolerance(dimension.law), base.tilt_varies == "visit"
-                out += amount_terms(name, axis, dimension.tolerance, law, visit=visit)
+                out += limit_terms(name, Constant(axis), dimension.tolerance, law, sized, visit=visit)
         return out
 
 
@@ -159,14 +159,15 @@ class BaseMount(ErrorSource):
             return None
         return np.diag([1 / k for k in (base.angular_stiffness or _RIGID) + (base.linear_stiffness or _RIGID)])
 
-    def terms(self, at: Condition) -> list[Term]:
-        """How the mount gives, and by how much mounts differ."""
+    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - a mount has no joint
+        """Return the mount's compliance, and how much it differs between mounts."""
         if self.compliance is None:
             return []
-        give = mapped(self.compliance, at.wrench)
         stated = self.base.compliance or self.base.tracks
         scatter = stated.scatter if stated is not None else 0.0
-        return [Term("give", give), *([limit_term("scatter", give, scatter, Normal())] if scatter else [])]
+        form, sized = Linear(self.compliance), Parameter("stiffness")
+        out = [Term("give", "give", form, parameter=sized, exponent=-1)]
+        return out + (limit_terms("scatter", form, scatter, Normal(), sized, exponent=-1) if scatter else [])
 
 
 _RIGID = (np.inf, np.inf, np.inf)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Generic, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Generic, Literal, Self, TypeVar
 
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.distributions import Normal, Uniform, of_tolerance
-from lostmotion.parts.error_source import Condition, ErrorSource, Lead, Term, amount_terms, limit_term, wave_terms
+from lostmotion.parts.error_source import ErrorSource, Lead
+from lostmotion.parts.forms import Constant
 from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.standard_terms import harmonic_terms, limit_terms, parameter
 from lostmotion.units import Distribution, Quantity, ToleranceLaw
+
+if TYPE_CHECKING:
+    from lostmotion.parts.term import Motion, Parameter, Term
 
 AmountT = TypeVar("AmountT", bound=float)
 NoiseLaw = Annotated[ToleranceLaw, Distribution(("normal", "normal without limits", "uniform"))]
@@ -55,17 +60,22 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
             raise PydanticCustomError("limits", "{why}", context)
         return self
 
-    def terms(self, at: Condition) -> list[Term]:
-        """What the controller believes, less what is."""
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the errors of the value that the controller believes."""
         turns = (self.ratio or 1.0) if self.side == "motor" else 1.0
-        ratio = turns if at.axis[:3].any() else 1.0
+        ratio, along = turns if motion.turning else 1.0, Constant(motion.twist)
         out: list[Term] = []
         if self.resolution:
-            out.append(limit_term("resolution", at.axis, self.resolution / ratio / 2, Uniform(), visit=True))
+            out += limit_terms("resolution", along, self.resolution / ratio / 2, Uniform(), self._sized("resolution", motion), visit=True)
         if self.noise:
-            out += amount_terms("noise", at.axis, self.noise / ratio, of_tolerance(self.noise_law), visit=True)
+            law = of_tolerance(self.noise_law)
+            out += limit_terms("noise", along, self.noise / ratio, law, self._sized("noise", motion), visit=True)
         if self.eccentricity:
-            out += wave_terms("eccentricity 1", at.axis, turns * at.turned(self.lead), self.eccentricity / ratio)
+            size, sized = self.eccentricity / ratio, self._sized("eccentricity", motion)
+            out += harmonic_terms("eccentricity 1", "eccentricity", motion.twist, turns, size, sized, motion.turns(self.lead))
         if self.zero:
-            out.append(limit_term("zero", at.axis, self.zero, Normal()))
+            out += limit_terms("zero", along, self.zero, Normal(), self._sized("zero", motion))
         return out
+
+    def _sized(self, key: str, motion: Motion) -> Parameter:
+        return parameter(key, getattr(self, key), motion.unit)

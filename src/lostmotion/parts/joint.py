@@ -18,16 +18,19 @@ from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.error_source import AngleAmount, Condition, ErrorSource, Grouped, LengthAmount, Mass, Part, Term, limit_term
+from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part
+from lostmotion.parts.forms import Constant
 from lostmotion.parts.gearbox.gearbox import AmountT, Loose, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.standard_terms import limit_terms, parameter
 from lostmotion.spatial import across
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
+    from lostmotion.parts.term import Motion, Term
     from lostmotion.spatial import Floats
 
 GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
@@ -86,16 +89,18 @@ class Mounting(Sourced, ErrorSource):
     tilt: AngleAmount = 0.0
     offset: LengthAmount = 0.0
 
-    def terms(self, at: Condition) -> list[Term]:
-        """The axis as made, in the seat's frame, which does not turn with the joint."""
-        axis = at.axis[:3] if at.axis[:3].any() else at.axis[3:]
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the errors of the axis in the seat's frame, which does not turn with the joint."""
+        tilt, offset = parameter("axis tilt", self.tilt, "rad"), parameter("axis offset", self.offset, "m")
         law = Normal()
         out: list[Term] = []
-        for k, direction in enumerate(across(axis), 1):
+        for k, direction in enumerate(across(motion.axis), 1):
             if self.tilt:
-                out.append(limit_term(f"axis tilt {k}", np.concatenate([direction, np.zeros(3)]), self.tilt, law))
+                turn = Constant(np.concatenate([direction, np.zeros(3)]))
+                out += limit_terms(f"axis tilt {k}", turn, self.tilt, law, tilt, cause="axis tilt")
             if self.offset:
-                out.append(limit_term(f"axis offset {k}", np.concatenate([np.zeros(3), direction]), self.offset, law))
+                shift = Constant(np.concatenate([np.zeros(3), direction]))
+                out += limit_terms(f"axis offset {k}", shift, self.offset, law, offset, cause="axis offset")
         return out
 
 

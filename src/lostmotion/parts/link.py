@@ -9,15 +9,18 @@ import numpy as np
 from pydantic import model_validator
 
 from lostmotion.laws import beam
-from lostmotion.laws.distributions import Normal
+from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.parts.compliance import Compliance, Measured
-from lostmotion.parts.error_source import Condition, ErrorSource, LengthAmount, LengthDim, Mass, Term, limit_term, toleranced_terms
+from lostmotion.parts.error_source import ErrorSource, LengthAmount, LengthDim, Mass
+from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
 from lostmotion.parts.profile import Section, beam_of, doubt_of_section
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import Rod, refuse_section
-from lostmotion.spatial import mapped, pose_of, skew
+from lostmotion.parts.standard_terms import limit_terms, parameter
+from lostmotion.parts.term import Motion, Parameter, Term
+from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -170,27 +173,34 @@ class ElasticLink(ErrorSource):
         self.tip_from_joint = link.tip_pose[:3, :3].T
         self.joint_axis = joint_axis
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Bending under what hangs on the tip, bending under its own weight, and the length as made."""
+    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - the joint's axis is already in the link's matrices
+        """Return bending under the load on the tip, bending under its own weight, and the length tolerance."""
+        return [*self._length(), *([] if self.link.is_rigid else self._bending())]
+
+    def _length(self) -> list[Term]:
         link = self.link
-        out: list[Term] = []
         if link.length.tolerance:
-            twist = np.concatenate([np.zeros(3), self.tip_from_joint @ unit(link.direction)])
-            out += toleranced_terms("length", twist, link.length)
+            along, limit, law = unit(link.direction), link.length.tolerance, of_tolerance(link.length.law)
         elif link.length_tolerance:
-            along = self.tip_from_joint @ link.tip_pose[:3, 3] / link.reach
-            out.append(limit_term("length", np.concatenate([np.zeros(3), along]), link.length_tolerance, Normal()))
-        if link.is_rigid:
-            return out
-        bent = mapped(self.tip_compliance, at.wrench)
-        sagged = mapped(self.own_weight_compliance, at.gravity)
-        out += [Term("bending under load", bent), Term("sag under own weight", sagged)]
-        scatters = self._beam[1]
+            along, limit, law = link.tip_pose[:3, 3] / link.reach, link.length_tolerance, of_tolerance("normal")
+        else:
+            return []
+        form = Constant(np.concatenate([np.zeros(3), self.tip_from_joint @ along]))
+        return limit_terms("length", form, limit, law, parameter("length tolerance", limit, "m"))
+
+    def _bending(self) -> list[Term]:
+        sized, scatters = Parameter("stiffness"), self._beam[1]
+        own = Linear(np.zeros((6, 6)), self.own_weight_compliance)
+        out = [
+            Term("bending under load", "bending under load", Linear(self.tip_compliance), parameter=sized, exponent=-1),
+            Term("sag under own weight", "sag under own weight", own, parameter=sized, exponent=-1),
+        ]
         for k, scatter in enumerate(scatters):
             if scatter:
-                own = mapped(self._give_by_cause[k], at.wrench) + mapped(self._sag_by_cause[k], at.gravity)
-                name = "stiffness scatter" if len(scatters) == 1 else f"stiffness scatter of material {k + 1}"
-                out.append(limit_term(name, own, scatter, Normal()))
+                form = Linear(self._give_by_cause[k], self._sag_by_cause[k])
+                cause = "stiffness scatter" if len(scatters) == 1 else "stiffness scatter of material"
+                name = cause if len(scatters) == 1 else f"{cause} {k + 1}"
+                out += limit_terms(name, form, scatter, Normal(), sized, exponent=-1, cause=cause)
         return out
 
     @functools.cached_property

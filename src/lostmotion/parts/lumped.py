@@ -9,8 +9,11 @@ import numpy as np
 from pydantic import Field
 
 from lostmotion.laws.distributions import Law, Normal, Table, TwoSided, Uniform
-from lostmotion.parts.error_source import AngleAmount, Condition, ErrorSource, LengthAmount, Term, amount_terms, limit_term
+from lostmotion.parts.error_source import AngleAmount, ErrorSource, LengthAmount
+from lostmotion.parts.forms import Constant
 from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.standard_terms import limit_terms, parameter
+from lostmotion.parts.term import Motion, Term
 from lostmotion.units import Distribution, TableRows
 
 Chance = Annotated[str | TableRows, Distribution(("normal", "normal without limits", "uniform", "two-sided", "from zero to maximum"))]
@@ -34,18 +37,20 @@ class Lumped(Sourced, ErrorSource):
     offset_along: Annotated[list[Literal["x", "y", "z"]], Field(max_length=3)] = Field(default=["x", "y", "z"])
     varies: Literal["robot", "visit"] = "visit"
 
-    def terms(self, at: Condition) -> list[Term]:
-        """The lumped angle about the joint's axis and the lumped shift of its centre."""
-        visit = self.varies == "visit"
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the lumped angle about the joint's axis and the lumped shift of its centre."""
+        visit, along = self.varies == "visit", Constant(motion.twist)
         out: list[Term] = []
         if self.angle:
-            spread = self.angle
+            spread, sized = self.angle, parameter("angle", self.angle, motion.unit)
             if self.law == "from zero to maximum":
                 spread = self.angle / 2
-                out.append(Term("mean angle", at.axis * spread))
+                out.append(Term("mean angle", "mean angle", along, spread, parameter=sized))
             law = _LAWS.get(self.law, Normal()) if isinstance(self.law, str) else Table(self.law)
-            out += amount_terms("angle", at.axis, spread, law, visit=visit)
+            out += limit_terms("angle", along, spread, law, sized, visit=visit)
         if self.offset:
-            shifts = {axis: np.eye(6)[3 + "xyz".index(axis)] for axis in self.offset_along}
-            out += [limit_term(f"offset {axis}", shift, self.offset, Uniform(), visit=visit) for axis, shift in shifts.items()]
+            sized = parameter("offset", self.offset, "m")
+            for axis in dict.fromkeys(self.offset_along):
+                shift = Constant(np.eye(6)[3 + "xyz".index(axis)])
+                out += limit_terms(f"offset {axis}", shift, self.offset, Uniform(), sized, visit=visit)
         return out

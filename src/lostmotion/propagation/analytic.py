@@ -18,7 +18,7 @@ import numpy as np
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
-from lostmotion.error_model.pose_matrix import Screws, root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import PoseMatrix, root_sum_square, screws, worst_case
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.serial import as_poses
@@ -143,7 +143,7 @@ def analytic(
     return Analytic(wanted, *(np.concatenate([getattr(one, name) for one in found]) for name in arrays))
 
 
-def of_screws(matrix: Screws, drawn: Drawn, levels: Sequence[float] = LEVELS) -> Analytic:
+def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS) -> Analytic:
     """Return the figures at the poses of this matrix."""
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
     found = figures(shift, bias, drawn.cumulants, drawn.draws, levels)
@@ -170,7 +170,7 @@ def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, th
     blocks = [block for first in range(0, len(poses), each) for block in _blocks(first, first + each)]
     by_block, by_set = np.zeros((BLOCKS, BINS), np.int64), np.zeros((poses.replicates, BINS), np.int64)
 
-    def count(matrix: Screws) -> NDArray[np.int64]:
+    def count(matrix: PoseMatrix) -> NDArray[np.int64]:
         return pooled_counts(drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:]), drawn.draws(points))
 
     for block, counts in zip(blocks, _over(arm, poses.q, blocks, approach, threads, count), strict=True):
@@ -198,12 +198,12 @@ def _of_one(found: Analytic) -> Pooled:
 
 
 class Drawn:
-    """The drawn columns of an arm's pose matrix, the same at every pose: their cumulants, and their draws at Sobol points."""
+    """The drawn columns of an arm's pose matrix, one per draw and the same at every pose: their cumulants, and their draws at Sobol points."""
 
-    def __init__(self, matrix: Screws) -> None:
+    def __init__(self, matrix: PoseMatrix) -> None:
         """Take the columns of the matrix at some poses; the sizes of its columns there decide which draws the sequence serves best."""
-        self._columns = matrix.columns("robot", "visit", "robot x visit")
-        terms = [matrix.infos[k].draws for k in self._columns]
+        self._columns = matrix.merged.columns("robot", "visit", "robot x visit")
+        terms = [matrix.merged.infos[k].draws for k in self._columns]
         self.cumulants = cumulants(terms)
         importance: Counter[Hashable] = Counter()
         for draws, size in zip(terms, (self.shift(matrix) ** 2).sum(axis=(0, 1)), strict=True):
@@ -212,16 +212,16 @@ class Drawn:
         # The draws (term, count) at so many points.
         self.draws = functools.cache(functools.partial(sobol_draws, terms, importance))
 
-    def shift(self, matrix: Screws) -> Floats:
+    def shift(self, matrix: PoseMatrix) -> Floats:
         """Return by how much a unit of each draw moves the tool point (pose, 3, term), m."""
-        return np.ascontiguousarray(matrix.tool[:, 3:][:, :, self._columns])
+        return np.ascontiguousarray(matrix.merged.tool[:, 3:][:, :, self._columns])
 
 
 def _blocks(first: int, last: int) -> list[slice]:
     return [slice(start, min(start + _BLOCK, last)) for start in range(first, last, _BLOCK)]
 
 
-def _over(arm: Arm, q: Floats, blocks: Sequence[slice], approach: float, threads: int, work: Callable[[Screws], _Found]) -> Iterator[_Found]:
+def _over(arm: Arm, q: Floats, blocks: Sequence[slice], approach: float, threads: int, work: Callable[[PoseMatrix], _Found]) -> Iterator[_Found]:
     """Yield what `work` returns for the screws of each block of poses, in order."""
     # Walking the arm is many short steps in Python: two threads at it would hold each other up.
     walking = Lock()

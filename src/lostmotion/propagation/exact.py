@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.spatial import Floats
 
 # Beyond this difference from exact composition, as a share of the error, first order fails.
@@ -61,7 +61,7 @@ def join(checks: Sequence[ExactCheck]) -> ExactCheck:
     )
 
 
-def draws_of(matrix: Screws, seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
+def draws_of(matrix: PoseMatrix, seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
     """What multiplies each term at these returns? (term, sample) for equally long lists of robots and visits; 1 for design terms.
 
     `pose` is the number of the pose in the study: one for all samples, or one for each.
@@ -81,7 +81,7 @@ def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
     return np.asarray(robot_draws(seed, [stream], count)[:, 0, :].ravel())
 
 
-def compose(matrix: Screws, rows: NDArray[np.int64], draws: Floats) -> Floats:
+def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
     """Where does the tool really go at the poses in these rows? Poses (row, sample, 4, 4) for draws (row, term, sample).
 
     Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
@@ -102,7 +102,7 @@ def compose(matrix: Screws, rows: NDArray[np.int64], draws: Floats) -> Floats:
     return np.asarray(here @ last[:, None])
 
 
-def check(matrix: Screws, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
+def check(matrix: PoseMatrix, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
     """How far apart are the first-order sum and the exact composition?
 
     Compared on these rows of the matrix (whose first is pose `first_pose` of the study), for robots x visits draws each. No rows, no samples.

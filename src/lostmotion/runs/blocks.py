@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import Screws, root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import PoseMatrix, root_sum_square, screws, worst_case
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
 from lostmotion.propagation.montecarlo import kernel
@@ -38,7 +38,7 @@ _ALWAYS: Final = (
     *(f"q{100 * level:.0f}" for level in kernel.QUANTILES),
     *("bias_square", "robot_square", "visit_square", "root_sum_square"),
 )
-PARTS: Final = ("variance", "own_bias", "shared_bias")
+PARTS: Final = ("own", "design", "robot", "visit")
 OF_ROBOTS: Final = ("mean", "ap", "rp")
 _AP: Final = kernel.COLUMNS
 _SQUARES: Final = _AP + 8
@@ -172,7 +172,7 @@ def poses_of(order: Order, design: int, first: int, last: int) -> Floats:
     return poses_between(arm, order.law, order.poses, order.seed, first, last) if given is None else given[first:last]
 
 
-def matrix_of(order: Order, design: int, block: int) -> Screws:
+def matrix_of(order: Order, design: int, block: int) -> PoseMatrix:
     """Return the pose matrix of this block."""
     return screws(design_of(order, design).arm, poses_of(order, design, *order.span(block)), approach=order.approach)
 
@@ -188,14 +188,15 @@ def compute(order: Order, design: int, block: int) -> Record:
     found[:, :_AP] = sample.per_pose
     found[:, _AP:_SQUARES] = sample.over_robots().reshape(last - first, -1)
     found[:, _SQUARES] = (matrix.bias[:, 3:] ** 2).sum(axis=1)
-    found[:, _SQUARES + 1] = matrix.squares[matrix.columns("robot")].sum(axis=0)
-    found[:, _SQUARES + 2] = matrix.squares[matrix.columns("visit", "robot x visit")].sum(axis=0)
+    errors = matrix.merged
+    found[:, _SQUARES + 1] = errors.squares[errors.columns("robot")].sum(axis=0)
+    found[:, _SQUARES + 2] = errors.squares[errors.columns("visit", "robot x visit")].sum(axis=0)
     found[:, _SQUARES + 3] = worst_case(matrix)
     found[:, _SQUARES + 4] = root_sum_square(matrix)
     tally = Tally.of(matrix)
     parts = np.zeros((max(len(order.parts), 1), len(PARTS)))
     at = [order.parts.index(owner) for owner in tally.owners]
-    parts[at] = np.column_stack([tally.variance, tally.own_bias, tally.shared_bias])
+    parts[at] = np.column_stack([tally.own, tally.shared])
     return Record(rows, sample.whole_hist(), sample.over_poses(), parts)
 
 
@@ -204,6 +205,6 @@ def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, byte
     return pack(compute(order_of(text), design, block)), made_with()
 
 
-def parts_of(arm: Arm, approach: float) -> tuple[str, ...]:
+def parts_of(arm: Arm) -> tuple[str, ...]:
     """Return the parts of this arm with error terms."""
-    return screws(arm, arm.limits.mean(axis=1)[None], approach=approach).owners
+    return tuple(dict.fromkeys(of.owner for of in arm.terms))

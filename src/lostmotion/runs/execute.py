@@ -58,7 +58,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
 
     def look(each: Arm) -> None:
         refuse_undescribed(each)
-        parts.update(dict.fromkeys(parts_of(each, approach)))
+        parts.update(dict.fromkeys(parts_of(each)))
         reaches.setdefault((*(joint.name for joint in each.moving), each.limits.tobytes()), each)
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)

@@ -179,8 +179,8 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     spread = [(pooled_mean(robots[:, :, k]), pooled_robots_quantile(robots[:, :, k])) for k in (1, 2)] if order.visits > 1 else [None, None]
     levels = merged.levels.sum(axis=0)
     total = float(levels.sum())
-    variance, own, shared = merged.parts[: len(order.parts)].T
-    tally = Tally(order.parts, order.poses, total, variance, own, shared, levels)
+    own, *shared = merged.parts[: len(order.parts)].T
+    tally = Tally(order.parts, order.poses, total, own, np.stack(shared, axis=1))
     return Outcome(
         design,
         order.stated(design),

@@ -11,7 +11,7 @@ from lostmotion.error_model.intervals import share_interval
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.fits import STEPS
 from lostmotion.parts.bearing.rolling import RollingPair
-from lostmotion.parts.error_source import Condition
+from lostmotion.parts.term import Condition, Motion
 from lostmotion.reporting.provenance import with_assumed
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
 
@@ -234,11 +234,10 @@ def _stated(bearing: Bearing) -> Section:
 
 def _terms(bearing: Bearing, load: BearingLoad) -> Section:
     """List the elementary errors of the bearing at this load, largest draw of each."""
-    wrench = np.array([[0.0, load.moment, 0.0, load.radial, 0.0, load.axial]])
-    at = Condition(np.zeros(1), np.array([0, 0, 1.0, 0, 0, 0]), wrench, np.zeros((1, 3)), np.zeros(1))
+    at = Condition(np.zeros(1), np.array([[0.0], [load.moment], [0.0], [load.radial], [0.0], [load.axial]]), np.zeros((3, 1)))
     rows = []
-    for term in bearing.terms(at):
-        screw = np.broadcast_to(term.screw, (1, 6))[0] * term.bound
+    for term in bearing.terms(Motion(np.array([0, 0, 1.0, 0, 0, 0]))):
+        screw = term.form.screw(at)[:, 0] * (term.scale * term.bound)
         tilt, shift = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
         if tilt or shift:
             exact = "the part's own law"

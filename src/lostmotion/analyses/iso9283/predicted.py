@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lostmotion.analyses.iso9283.cube import Cube
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
     from lostmotion.spatial import Floats
@@ -215,7 +215,7 @@ def with_payload_share(arm: Arm, share: float) -> Arm:
     return arm if share == 1 else arm.carrying(lighter)
 
 
-def _errors(matrix: Screws, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:
+def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:
     """Give the tool's error (robot, visit, 6) at one pose, rad and m: what the study's kernel would draw for pose `number`, and the readings' own."""
     out = np.empty((robots, visits, 6))
     for first in range(0, robots, _AT_ONCE):
@@ -229,10 +229,10 @@ def _errors(matrix: Screws, row: int, number: int, seed: int, robots: int, visit
     return out
 
 
-def visit_covariance(matrix: Screws) -> Floats:
+def visit_covariance(matrix: PoseMatrix) -> Floats:
     """How do the visits of one robot scatter (pose, 3, 3), m^2, on the average over robots? Exact sum over terms."""
-    columns = matrix.columns("visit", "robot x visit")
-    shift = matrix.tool[:, 3:][:, :, columns]
+    errors = matrix.merged
+    shift = errors.tool[:, 3:][:, :, errors.columns("visit", "robot x visit")]
     return np.asarray(shift @ np.swapaxes(shift, 1, 2))
 
 

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import tool_twists
-from lostmotion.mechanism.serial import conditions, frames
+from lostmotion.mechanism.serial import Conditions, frames
 from lostmotion.propagation.error_magnitude import rays_of, share_below
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.error_source import Condition, ErrorSource, Friction
+    from lostmotion.mechanism.placed_terms import PlacedPart
+    from lostmotion.parts.error_source import ErrorSource, Friction
+    from lostmotion.parts.term import Condition, Draw
     from lostmotion.propagation.error_magnitude import Rays
     from lostmotion.spatial import Floats
 
@@ -43,41 +45,44 @@ class Ledger:
         self._known: OrderedDict[tuple[int, int, Friction | None, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
-        """What does the whole arm's error sum up to? (ROWS, pose), m and m^2. `arm` has the places of the one that this was made for."""
-        out = np.zeros((ROWS, len(self.q)))
-        for _, place, source, felt in conditions(arm, self.q, self._at):
-            out += self._part(place, source, felt)
+        """Return the sums of the whole arm's error (ROWS, pose), m and m^2. `arm` has the places of the one that this was made for."""
+        out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
+        for part in arm.parts:
+            out += self._part(part, felt(part))
         return out
 
-    def _part(self, place: int, source: ErrorSource, felt: Condition) -> Floats:
+    def _part(self, part: PlacedPart, felt: Condition) -> Floats:
         # The source is kept with what it adds, so that no other one takes its number. One part may sit at several joints.
         # Assumed friction follows from what the joint holds at other poses too, which the wrench here does not say.
-        friction = source.play_friction(felt.holding)
-        key = place, id(source), friction, felt.wrench.tobytes()
+        friction = part.source.play_friction(part.motion.holding)
+        key = part.place, id(part.source), friction, felt.wrench.tobytes()
         found = self._known.get(key)
         if found is None:
-            found = self._known[key] = source, self._added(place, source, felt)
+            found = self._known[key] = part.source, self._added(part, felt)
             if len(self._known) > _MOST_KEPT:
                 self._known.popitem(last=False)
         else:
             self._known.move_to_end(key)
         return found[1]
 
-    def _added(self, place: int, source: ErrorSource, felt: Condition) -> Floats:
-        terms = list(source.terms(felt))
+    def _added(self, part: PlacedPart, felt: Condition) -> Floats:
+        terms = part.source.terms(part.motion)
         out = np.zeros((ROWS, len(self.q)))
         if not terms:
             return out
         local = np.empty((6, len(terms), len(self.q)))
         for k, term in enumerate(terms):
-            local[:, k] = np.atleast_2d(term.screw).T
-        shift = tool_twists(self._tree, self._at, np.full(len(terms), place), local)[3:]
-        design = np.array([term.level == "design" for term in terms])
-        out[BIAS] = shift[:, design].sum(axis=1)
-        drawn = shift[:, ~design]
-        for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
-            # Draws have no mean, variance one, and no correlation.
-            out[row] = np.einsum("tp,tp->p", drawn[i], drawn[j])
+            term.form.write(felt, term.scale, local[:, k])
+        shift = tool_twists(self._tree, self._at, np.full(len(terms), part.place), local)[3:]
+        groups: dict[tuple[Draw | None, Draw | None], Floats] = {}
+        for k, term in enumerate(terms):
+            draws = term.robot, term.visit
+            groups[draws] = groups[draws] + shift[:, k] if draws in groups else shift[:, k]
+        out[BIAS] = groups.pop((None, None), 0.0)
+        for drawn in groups.values():
+            for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
+                # Draws have no mean, variance one, and no correlation.
+                out[row] += drawn[i] * drawn[j]
         return out
 
 

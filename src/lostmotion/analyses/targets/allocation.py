@@ -8,13 +8,13 @@ variance).
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.error_model.budget import NOTHING as NOTHING_OF_RMS
-from lostmotion.error_model.cumulants import cumulants
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.targets.parameters import Item
     from lostmotion.analyses.targets.yield_ import Yield
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.spatial import Floats
 
 # An item with a smaller share of the mean square does not move the tool: the threshold of the error budget, squared.
@@ -55,30 +55,22 @@ class Allocation:
     yields: tuple[Yield, ...]
 
 
-def mean_square_form(matrix: Screws, items: Sequence[Item], *, visits_only: bool = False) -> Floats:
+def mean_square_form(matrix: PoseMatrix, items: Sequence[Item], *, visits_only: bool = False) -> Floats:
     """Return the matrix (item, item), m^2, of the mean square error over the poses, factors @ matrix @ factors.
 
     With `visits_only` only terms that differ between visits count: no bias, nothing drawn once per robot.
     """
-    owner = np.empty(len(matrix.infos), dtype=int)
-    for k, item in enumerate(items):
-        owner[list(item.columns)] = k
-    poses = len(matrix.tool)
-    shift = matrix.along_poses[3:]
-    out = np.zeros((len(items), len(items)))
-    levels = ("visit", "robot x visit") if visits_only else ("robot", "visit", "robot x visit")
-    drawn = matrix.columns(*levels)
-    known = cumulants([matrix.infos[k].draws for k in drawn])
-    for (i, j), value in zip(drawn[known.pairs], known.pair_values, strict=True):
-        part = float(np.vdot(shift[:, i], shift[:, j])) * value / poses
-        out[owner[i], owner[j]] += part / 2
-        out[owner[j], owner[i]] += part / 2
-    if not visits_only:
-        bias = np.zeros((len(items), 3, poses))
-        for column in matrix.columns("design"):
-            bias[owner[column]] += shift[:, column]
-        flat = bias.reshape(len(items), 3 * poses)
-        out += flat @ flat.T / poses
+    item_of = {column: k for k, item in enumerate(items) for column in item.columns}
+    shift, out = matrix.along_poses[3:], np.zeros((len(items), len(items)))
+    for members in matrix.groups.values():
+        if visits_only and matrix.infos[members[0]].visit is None:
+            continue
+        own = {k: np.zeros_like(shift[:, 0]) for k in dict.fromkeys(item_of[column] for column in members)}
+        for column in members:
+            own[item_of[column]] += shift[:, column]
+        # Columns with the same draws add before they are squared, so that items which share a draw have a product.
+        for (i, x), (j, y) in itertools.product(own.items(), repeat=2):
+            out[i, j] += float(np.vdot(x, y)) / len(matrix.tool)
     return out
 
 

@@ -23,12 +23,11 @@ from lostmotion.error_model.intervals import Estimate, pooled_quantile, pooled_r
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
-from lostmotion.propagation.montecarlo.common_random_numbers import scaled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.spatial import Floats
 
 _SAMPLES: Final = 1 << 18
@@ -122,7 +121,7 @@ class ErrorMetric:
     error is quadratic in its factor f: a + 2 b f + c f^2.
     """
 
-    def __init__(self, matrix: Screws, replicates: int, share: float, target: float, seed: int) -> None:
+    def __init__(self, matrix: PoseMatrix, replicates: int, share: float, target: float, seed: int) -> None:
         """Set the number of samples; draws are repeated when needed, because storing all of them would take too much memory."""
         self.matrix, self.share, self.target, self.seed = matrix, share, target, seed
         poses = len(matrix.tool)
@@ -193,7 +192,7 @@ class ErrorMetric:
 class RepeatabilityMetric:
     """Quantile over robots of the repeatability RP, averaged over the poses: mean + 3 s of each robot's visits."""
 
-    def __init__(self, matrix: Screws, replicates: int, share: float, target: float, plan: Plan) -> None:
+    def __init__(self, matrix: PoseMatrix, replicates: int, share: float, target: float, plan: Plan) -> None:
         """Keep the terms that differ between visits, at the first poses of every set."""
         each = len(matrix.tool) // replicates
         chosen = min(each, max(_RP_POSES // replicates, 1))
@@ -203,7 +202,7 @@ class RepeatabilityMetric:
         of_visit = np.zeros(len(matrix.infos))
         of_visit[matrix.columns("visit", "robot x visit")] = 1
         rows = {"local": matrix.local[self.rows], "tool": matrix.tool[self.rows], "at": matrix.at[:, self.rows]}
-        self.matrix = scaled(replace(matrix, **rows), of_visit)
+        self.matrix = replace(matrix, **rows).scaled(of_visit)
 
     @property
     def poses(self) -> int:
@@ -235,7 +234,7 @@ class RepeatabilityMetric:
 
     def value(self, factors: Floats) -> Estimate:
         """Return the quantile of RP, m, for a factor on each term (term,)."""
-        matrix = scaled(self.matrix, factors)
+        matrix = self.matrix.scaled(factors)
         each = len(self.rows) // self.replicates
         means = np.empty((self.replicates, self.plan.robots))
         for k in range(self.replicates):
@@ -244,7 +243,7 @@ class RepeatabilityMetric:
         return pooled_robots_quantile(means, self.share)
 
 
-def by_montecarlo(plan: Plan, matrix: Screws, share: float) -> tuple[Estimate, Estimate]:
+def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimate, Estimate]:
     """Return by Monte Carlo the quantile of the position error and that of RP over robots, m, at this share.
 
     RP is averaged over the poses; it is NaN for a single visit.

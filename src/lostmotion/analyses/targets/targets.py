@@ -21,7 +21,6 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation.montecarlo.blocks import Plan
-from lostmotion.propagation.montecarlo.common_random_numbers import scaled
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.analyses.targets.metrics import Excess
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -162,7 +161,7 @@ class _Solver:
     """Plan, pose matrix and metric of one target."""
 
     def __init__(
-        self, plan: Plan, matrix: Screws, kind: Kind, target: float, share: float, threads: int, progress: Callable[[str, int, int], None]
+        self, plan: Plan, matrix: PoseMatrix, kind: Kind, target: float, share: float, threads: int, progress: Callable[[str, int, int], None]
     ) -> None:
         self.plan, self.matrix, self.kind, self.target, self.share, self.threads, self.progress = plan, matrix, kind, target, share, threads, progress
         self.items = items(plan.arm, matrix.infos)
@@ -246,12 +245,12 @@ class _Solver:
 
     def _verified(self, factors: Floats) -> Estimate:
         """Return the error or RP by Monte Carlo with all robots and poses of the study."""
-        error, repeatability = by_montecarlo(self.verification, scaled(self.matrix, factors), self.share)
+        error, repeatability = by_montecarlo(self.verification, self.matrix.scaled(factors), self.share)
         return error if self.kind == "error" else repeatability
 
     def _yields(self, factors: Floats) -> tuple[Yield, ...]:
         """Return the yields with a factor on each term (term,), by the two criteria of the kind of target."""
-        figures = robot_figures(self.plan, split_blocks(scaled(self.matrix, factors), self.plan.robots), self.share)
+        figures = robot_figures(self.plan, split_blocks(self.matrix.scaled(factors), self.plan.robots), self.share)
         judged: tuple[Judged, Judged] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
         return tuple(yield_of(figures, each, self.target) for each in judged)
 

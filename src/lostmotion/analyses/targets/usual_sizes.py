@@ -32,8 +32,8 @@ _USUAL: Final[dict[tuple[str, str], dict[str, float]]] = {
     ("encoder", "zero"): {"rad": _TURNING, "m": _SLIDING},
     ("mounting", "axis tilt"): {"rad": _TURNING},
     ("mounting", "axis offset"): {"m": 1e-3},
-    ("tilt", "roll"): {"rad": math.radians(30)},
-    ("tilt", "pitch"): {"rad": math.radians(30)},
+    ("base", "roll"): {"rad": math.radians(30)},
+    ("base", "pitch"): {"rad": math.radians(30)},
     ("lumped", "angle"): {"rad": 3 * _TURNING, "m": 5e-3},
     ("lumped", "offset"): {"m": 5e-3},
 }

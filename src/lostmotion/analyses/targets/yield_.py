@@ -14,7 +14,7 @@ import numpy as np
 
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.intervals import quantile
-from lostmotion.error_model.pose_matrix import Screws, screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK
@@ -148,7 +148,7 @@ def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -
     return most
 
 
-def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float) -> RobotFigures:
+def robot_figures(plan: Plan, blocks: Iterable[tuple[int, PoseMatrix]], share: float) -> RobotFigures:
     """Return the figures of each robot of this plan; `blocks` are pose matrices, each with the index of its first pose.
 
     Raises InputError for more than MOST_ROBOTS robots. AP and RP are NaN for a single visit.
@@ -173,14 +173,14 @@ def robot_figures(plan: Plan, blocks: Iterable[tuple[int, Screws]], share: float
     return RobotFigures(share, poses, plan.visits, error, worst[0], sums / poses, worst[1])
 
 
-def split_blocks(matrix: Screws, robots: int) -> Iterator[tuple[int, Screws]]:
+def split_blocks(matrix: PoseMatrix, robots: int) -> Iterator[tuple[int, PoseMatrix]]:
     """Yield blocks of a pose matrix with the index of their first pose; memory stays bounded for any number of robots."""
     step = max(min(BLOCK, _MOST_PAIRS // robots), 1)
     for first in range(0, len(matrix.tool), step):
         yield first, matrix.stretch(first, first + step)
 
 
-def computed_blocks(plan: Plan) -> Iterator[tuple[int, Screws]]:
+def computed_blocks(plan: Plan) -> Iterator[tuple[int, PoseMatrix]]:
     """Yield the pose matrix of a plan in blocks, each with the index of its first pose."""
     step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
     for first in range(0, len(plan.poses), step):

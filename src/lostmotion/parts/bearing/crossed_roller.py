@@ -7,9 +7,11 @@ from typing import Literal
 import numpy as np
 
 from lostmotion.parts.bearing.runout import runout_terms
-from lostmotion.parts.error_source import AngularStiffness, Condition, ErrorSource, LengthAmount, LengthPlus, LinearStiffness, Term
+from lostmotion.parts.error_source import AngularStiffness, ErrorSource, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.forms import Linear
 from lostmotion.parts.provenance import Sourced
-from lostmotion.spatial import mapped
+from lostmotion.parts.standard_terms import parameter
+from lostmotion.parts.term import Motion, Term
 
 
 class CrossedRoller(Sourced, ErrorSource):
@@ -37,21 +39,22 @@ class CrossedRoller(Sourced, ErrorSource):
             return self.axial_stiffness * self.pitch_diameter**2 / 8
         return self.moment_stiffness
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Elastic give in tilt, across and along the axis, and runout."""
-        turning = bool(at.axis[:3].any())
-        axis = at.axis[:3] if turning else at.axis[3:]
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the deflection in tilt, across and along the axis, and runout."""
+        axis, turning, zero = motion.axis, motion.turning, np.zeros((3, 3))
         along = np.outer(axis, axis)
         radially = np.eye(3) - along
-        zero = np.zeros((len(at.angle), 3))
-        moment, force = at.wrench[:, :3], at.wrench[:, 3:]
         out: list[Term] = []
         if self.tilt_stiffness is not None:
-            out.append(Term("tilt", np.hstack([mapped(radially, moment) / self.tilt_stiffness, zero])))
+            form = Linear(np.block([[radially / self.tilt_stiffness, zero], [zero, zero]]))
+            sized = parameter("moment stiffness", self.tilt_stiffness, "N m/rad")
+            out.append(Term("tilt", "tilt", form, parameter=sized, exponent=-1))
         if self.radial_stiffness is not None:
-            out.append(Term("radial give", np.hstack([zero, mapped(radially, force) / self.radial_stiffness])))
+            form = Linear(np.block([[zero, zero], [zero, radially / self.radial_stiffness]]))
+            sized = parameter("radial stiffness", self.radial_stiffness, "N/m")
+            out.append(Term("radial give", "radial give", form, parameter=sized, exponent=-1))
         if self.axial_stiffness is not None and turning:
-            out.append(Term("axial give", np.hstack([zero, mapped(along, force) / self.axial_stiffness])))
-        if turning:
-            out += runout_terms(at, axis, self.radial_runout, self.axial_runout)
-        return out
+            form = Linear(np.block([[zero, zero], [zero, along / self.axial_stiffness]]))
+            sized = parameter("axial stiffness", self.axial_stiffness, "N/m")
+            out.append(Term("axial give", "axial give", form, parameter=sized, exponent=-1))
+        return out + (runout_terms(axis, self.radial_runout, self.axial_runout) if turning else [])

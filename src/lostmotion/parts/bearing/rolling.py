@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.laws.clearance import seated, seated_across
-from lostmotion.laws.distributions import Cosine, Sine, TwoSided
-from lostmotion.parts.error_source import (
-    HELD_SHARE,
-    OF_HELD,
-    ClearanceDim,
-    Condition,
-    Draw,
-    ErrorSource,
-    ForceAmount,
-    Friction,
-    Holding,
-    LengthPlus,
-    LinearStiffness,
-    Term,
-    play_terms,
-)
+from lostmotion.laws.distributions import TwoSided
+from lostmotion.parts.error_source import HELD_SHARE, OF_HELD, ClearanceDim, ErrorSource, ForceAmount, Friction, LengthPlus, LinearStiffness
+from lostmotion.parts.forms import Linear, Seat
 from lostmotion.parts.provenance import Sourced, default_friction
-from lostmotion.spatial import across, cross, mapped, skew
+from lostmotion.parts.standard_terms import End, circle, parameter, play_terms
+from lostmotion.parts.term import Draw, Holding, Motion, Term
+from lostmotion.spatial import skew
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -32,7 +20,7 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-_SIDES = (("inboard", -1.0), ("outboard", 1.0))
+SIDES: Final = (("inboard", -1.0), ("outboard", 1.0))
 
 
 class RollingPair(Sourced, ErrorSource):
@@ -63,59 +51,37 @@ class RollingPair(Sourced, ErrorSource):
         """Return the values that are not stated as facts: key to reason, with the default friction."""
         return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Shift and tilt in the clearances, axial play, and elastic give."""
-        axis = at.axis[:3] if at.axis[:3].any() else at.axis[3:]
-        out: list[Term] = []
-        closing = closing_friction(self.closing_force, self.span, at.holding).load
-        for name, side in _SIDES:
-            reaction = self._reaction(at.wrench, axis, side)
-            out += self._in_clearance(name, per_shift(axis, side, self.span), reaction, closing, axis, at.scale / min(self.span, 1.0))
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return shift and tilt in the clearances, axial play, and elastic deflection."""
+        axis, out = motion.axis, []
+        closing = closing_friction(self.closing_force, self.span, motion.holding).load
+        clearance, stiffness = parameter("clearance", self.clearance.nominal, "m"), parameter("radial stiffness", self.radial_stiffness, "N/m")
+        for name, side in SIDES:
+            way = per_shift(axis, side, self.span)
+            if self.clearance.nominal:
+                seat = Seat(way, closing, min(self.span, 1.0))
+                # Unloaded, the bearing rests somewhere on the circle that its clearance leaves it.
+                ends = circle(f"{name} clearance", f"{name} position", way, axis)
+                out += play_terms(f"{name} clearance", self.clearance, seat, ends, f"{name} amount", clearance, cause="clearance")
             if self.radial_stiffness is not None:
-                give = reaction / self.radial_stiffness
-                out.append(Term(f"{name} radial give", mapped(per_shift(axis, side, self.span).T, give)))
-        return [*out, *self._axial(at, axis, closing)]
+                form = Linear(way.T @ way / self.radial_stiffness)
+                out.append(Term(f"{name} radial give", "radial give", form, parameter=stiffness, exponent=-1))
+        # Along a sliding joint the drive holds, not the bearing; the joint refuses what would be lost here.
+        return [*out, *self._axial(np.concatenate([np.zeros(3), axis]), closing)] if motion.turning else out
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
         """Return the closing force that is stated, or else assumed."""
         return closing_friction(self.closing_force, self.span, holding) if self.clearance.nominal or self.axial_play.nominal else None
 
-    def _reaction(self, wrench: Floats, axis: Floats, side: float) -> Floats:
-        """Give the radial load (pose, 3) that one bearing carries: half of the force, and its part of the moment."""
-        force, moment = wrench[:, 3:], wrench[:, :3]
-        across = force - np.outer(mapped(axis, force), axis)
-        return across / 2 + side * cross(moment, axis) / self.span
-
-    def _in_clearance(self, name: str, per_shift: Floats, reaction: Floats, closing: float, axis: Floats, scale: Floats) -> list[Term]:
-        half = self.clearance.nominal / 2
-        if not half:
-            return []
-        sitting, free = seated_across(reaction, closing, scale)
-        known = mapped(per_shift.T, sitting) * half
-        first, second = across(axis)
-        stream = f"{name} position"
-        size = free[:, None] * (half / np.sqrt(2))
-        # Unloaded, the bearing rests somewhere on the circle that its clearance leaves it.
-        circle = [
-            Term(f"{name} clearance position 1", size * (first @ per_shift), visit=Draw(stream, Cosine())),
-            Term(f"{name} clearance position 2", size * (second @ per_shift), visit=Draw(stream, Sine())),
-        ]
-        return play_terms(f"{name} clearance", self.clearance, known, circle, f"{name} amount")
-
-    def _axial(self, at: Condition, axis: Floats, closing: float) -> list[Term]:
-        if at.axis[3:].any():
-            return []  # along a sliding joint the drive holds, not the bearing; the joint refuses what would be lost here
-        force = mapped(axis, at.wrench[:, 3:])
-        twist = np.concatenate([np.zeros(3), axis])
+    def _axial(self, along: Floats, closing: float) -> list[Term]:
         out: list[Term] = []
-        half = self.axial_play.nominal / 2
-        if half:
-            closed = seated(force, closing, at.scale)
-            either = (1 - np.abs(closed))[:, None] * twist * half
-            ends = [Term("axial play", either, visit=Draw("axial side", TwoSided()))]
-            out += play_terms("axial play", self.axial_play, closed[:, None] * twist * half, ends, "axial amount")
+        if self.axial_play.nominal:
+            ends, sized = [End("axial play", along, Draw("axial side", TwoSided()))], parameter("axial play", self.axial_play.nominal, "m")
+            out += play_terms("axial play", self.axial_play, Seat(along[None], closing), ends, "axial amount", sized)
         if self.axial_stiffness is not None:
-            out.append(Term("axial give", (force / self.axial_stiffness)[:, None] * twist))
+            form = Linear(np.outer(along, along) / self.axial_stiffness)
+            sized = parameter("axial stiffness", self.axial_stiffness, "N/m")
+            out.append(Term("axial give", "axial give", form, parameter=sized, exponent=-1))
         return out
 
 

@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.laws.distributions import Cosine, Sine
-from lostmotion.parts.error_source import Condition, Draw, Term, wave_terms
+from lostmotion.parts.forms import Constant
+from lostmotion.parts.standard_terms import PHASES, harmonic_terms, parameter
+from lostmotion.parts.term import Draw, Term
 from lostmotion.spatial import across
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-def runout_terms(at: Condition, axis: Floats, radial: float, axial: float) -> list[Term]:
-    """Which errors does a high spot make: across the axis it turns with this frame, along it it rises and falls?
+def runout_terms(axis: Floats, radial: float, axial: float) -> list[Term]:
+    """Return the errors that a high spot makes: across the axis it turns with this frame, along it it rises and falls with the joint's angle.
 
     `radial`, `axial`: full indicator reading over a turn, m; with a phase that differs from robot to robot.
     """
     out: list[Term] = []
     if radial:
-        size = radial / 2 / np.sqrt(2)
-        for k, (direction, law) in enumerate(zip(across(axis), (Cosine(), Sine()), strict=True), 1):
-            out.append(Term(f"radial runout {k}", np.concatenate([np.zeros(3), direction * size]), robot=Draw("radial runout", law)))
+        size, sized, name = radial / 2 / math.sqrt(2), parameter("radial runout", radial, "m"), "radial runout"
+        for k, (direction, law) in enumerate(zip(across(axis), PHASES.values(), strict=True), 1):
+            form = Constant(np.concatenate([np.zeros(3), direction]))
+            out.append(Term(f"{name} {k}", name, form, size, Draw(name, law), parameter=sized, effect=name))
     if axial:
-        out += wave_terms("axial runout", np.concatenate([np.zeros(3), axis]), at.angle, axial / 2, ("1", "2"))
+        along = np.concatenate([np.zeros(3), axis])
+        out += harmonic_terms("axial runout", "axial runout", along, 1.0, axial / 2, parameter("axial runout", axial, "m"))
     return out

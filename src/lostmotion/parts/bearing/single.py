@@ -9,7 +9,7 @@ from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 
 if TYPE_CHECKING:
-    from lostmotion.parts.error_source import Condition
+    from lostmotion.parts.term import Motion
 
 # Of the file: what a pair is called that has two of them.
 PAIRS: Final = {"ball bearing": "ball pair", "roller bearing": "roller pair"}
@@ -36,9 +36,9 @@ class _Single(DrawnBearing):
         """Return that no second row stands beside it."""
         return True
 
-    def terms(self, at: Condition) -> NoReturn:
+    def terms(self, motion: Motion) -> NoReturn:
         """Raise ValueError."""
-        del at
+        del motion
         raise ValueError("a single bearing is no part of an arm: a row holds next to no moment")
 
 

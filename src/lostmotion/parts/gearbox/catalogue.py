@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from lostmotion.parts.error_source import Condition, Lead
+from lostmotion.parts.error_source import Lead
 from lostmotion.parts.gearbox.gearbox import AmountT, Gearbox, LoadT, PlayT, StiffnessT
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from lostmotion.spatial import Floats
+    from lostmotion.parts.term import Motion
 
 
 class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT]):
@@ -27,5 +27,5 @@ class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT]):
     ratio: Annotated[float, Quantity("", "121", above=0)] = 1.0
     lead: Lead | None = None
 
-    def _turned(self, at: Condition) -> Floats:
-        return at.turned(self.lead)
+    def _turns(self, motion: Motion) -> float | None:
+        return motion.turns(self.lead)

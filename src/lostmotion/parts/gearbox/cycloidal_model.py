@@ -17,17 +17,19 @@ from lostmotion.laws.cycloid import contact, drive
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.laws.gears import friction_loop
-from lostmotion.parts.error_source import OF_RATED, Condition, Draw, ErrorSource, Friction, Term
-from lostmotion.parts.gearbox.gearbox import backlash_terms, hysteresis_terms
+from lostmotion.parts.error_source import OF_RATED, ErrorSource, Friction
+from lostmotion.parts.forms import Curve, Harmonic, Spring
+from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, loop_term, spring_terms
+from lostmotion.parts.term import Draw, Parameter, Term
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.laws.cycloid.tolerances import SimulatedGearboxes
-    from lostmotion.parts.error_source import Holding
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.term import Holding, Motion
     from lostmotion.spatial import Floats
 
 GEARBOXES: Final = 256
@@ -264,17 +266,13 @@ class WindUp(ErrorSource):
     scatter: Floats | None = None
     material: float = 0.0
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Give way under the load."""
-        load, sign = np.abs(at.load), np.sign(at.load)
-        screw = (sign * along(load, self.torque, self.angle))[:, None] * at.axis
-        out = [Term("wind-up", screw)]
-        law = Normal()
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the wind-up, its scatter over gearboxes, and that of the material."""
+        sized = Parameter("stiffness")
+        out = spring_terms(motion.twist, Curve.through(self.torque, self.angle), self.material, sized, "material scatter", "material")
         if self.scatter is not None and self.scatter.any():
-            size = sign * along(load, self.torque, self.scatter)
-            out.append(Term("wind-up scatter", size[:, None] * at.axis, robot=Draw("wind-up", law)))
-        if self.material:
-            out.append(Term("material scatter", screw * (self.material / law.bound), robot=Draw("material", law)))
+            form = Spring(motion.twist, Curve.through(self.torque, self.scatter))
+            out.append(Term("wind-up scatter", "wind-up scatter", form, robot=Draw("wind-up", Normal()), parameter=sized, exponent=-1))
         return out
 
 
@@ -290,9 +288,9 @@ class Play(ErrorSource):
         """Return what the drawing states, or else what is assumed."""
         return Friction(self.friction, self.reason)
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Rest on the side where the load or the way of arriving leaves the output."""
-        return backlash_terms(at, self.play, self.friction)
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the play on the side where the load or the last motion leaves the output."""
+        return backlash_terms(motion, self.play, self.friction)
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,16 +300,15 @@ class Waves(ErrorSource):
     torque: Floats
     waves: tuple[Wave, ...]
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Run ahead and behind, over and over in a turn."""
-        out = []
-        law = Normal()
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return two terms per harmonic, with draws of their own: amplitude and phase both differ."""
+        sized, law, out = Parameter(TRANSMISSION_ERROR), Normal(), []
         for wave in self.waves:
-            size = np.interp(np.abs(at.load), self.torque, wave.size)
-            for name, course in (("sine", np.sin(wave.cycles * at.angle)), ("cosine", np.cos(wave.cycles * at.angle))):
-                label = f"{wave.cycles:g} per turn {name}"
-                # sine and cosine with draws of their own: amplitude and phase both differ
-                out.append(Term(label, (size * course)[:, None] * at.axis, robot=Draw(label, law)))
+            envelope = Curve(self.torque, wave.size)
+            for phase in PHASES:
+                name = f"{wave.cycles:g} per turn {phase}"
+                form = Harmonic(motion.twist, wave.cycles, phase, envelope=envelope)
+                out.append(Term(name, TRANSMISSION_ERROR, form, robot=Draw(name, law), parameter=sized))
         return out
 
 
@@ -328,10 +325,34 @@ class Loop(ErrorSource):
         rubs = along(np.abs(load), self.torque, self.friction)
         return friction_loop(lambda torque: along_curve(torque, self.torque, self.angle), load, rubs)
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Stop short on the way: half the loop's width to either side."""
-        rising, falling = self.branches(at.load)
-        return hysteresis_terms(at, (falling - rising) / 2)
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return half the width of the loop to either side."""
+        return [loop_term(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"))]
+
+    @property
+    def half_width(self) -> Curve:
+        """Return half the width (rad) of the loop over the size of the load, N m.
+
+        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the load, or the load with friction added or
+        taken away, stands at a level.
+        """
+        low, rubs = self.torque, self.friction
+        steps = np.diff(low)
+        slope = np.append(np.diff(rubs) / steps, (rubs[-1] - rubs[-2]) / steps[-1])
+        high = np.append(low[1:], np.inf)
+        knots = [low]
+        for sign in (1.0, -1.0):
+            # load + sign x friction = level, solved on each stretch of the friction's curve
+            growth = 1 + sign * slope
+            start = low + sign * rubs
+            for level in (*-low, *low):
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    load = low + (level - start) / growth
+                knots.append(load[(load >= low) & (load < high)])
+        load = np.unique(np.concatenate(knots))
+        load = np.append(load, 2 * load[-1])
+        rising, falling = self.branches(load)
+        return Curve.through(load, (falling - rising) / 2)
 
 
 def material_shares() -> dict[str, tuple[float, float]]:

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Protocol, Self, TypeVar, runtime_checkable
 
-import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.clearance import seated
-from lostmotion.laws.distributions import Normal, TwoSided, Uniform
-from lostmotion.laws.gears import play_from_lost_motion, wind_up
+from lostmotion.laws.distributions import Uniform, of_tolerance
+from lostmotion.laws.gears import play_from_lost_motion
 from lostmotion.parts.error_source import (
     HELD_SHARE,
     OF_HELD,
@@ -20,22 +18,19 @@ from lostmotion.parts.error_source import (
     RATED_SHARE,
     AngleAmount,
     AngularStiffness,
-    Condition,
-    Draw,
     ErrorSource,
     Friction,
-    Holding,
     Inertia,
     Line,
     Mass,
     PlayDim,
     Share,
-    Term,
     TorqueAmount,
-    play_terms,
-    wave_terms,
 )
+from lostmotion.parts.forms import Constant, Curve, Seat
 from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, default_friction
+from lostmotion.parts.standard_terms import TRANSMISSION_ERROR, End, backlash_terms, free_terms, harmonic_terms, loop_term, parameter, spring_terms
+from lostmotion.parts.term import Draw, Holding, Motion, Parameter, Term
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -44,7 +39,6 @@ if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler, ValidationInfo
     from pydantic_core import CoreSchema
 
-    from lostmotion.spatial import Floats
 
 AmountT = TypeVar("AmountT", bound=float)
 PlayT = TypeVar("PlayT", bound=Toleranced)
@@ -82,8 +76,8 @@ MOST_PLANETS: Final = 64
 Planets = Annotated[int, Whole("", "3", low=1, high=MOST_PLANETS)]
 
 
-# Errors for which a maker may print an upper limit, each with the word that the names of its terms begin with.
-LIMITED: Final = {"backlash": "backlash", "lost_motion": "backlash", "hysteresis": "hysteresis", "transmission_error": "transmission error"}
+# Fields for which a maker may print an upper limit, each with the key of the parameter that its terms follow.
+LIMITED: Final = {"backlash": "play", "lost_motion": "play", "hysteresis": "hysteresis", "transmission_error": TRANSMISSION_ERROR}
 
 
 class Harmonic(Sourced, Generic[AmountT]):
@@ -205,58 +199,42 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
             return Friction(RATED_SHARE * self.rated_torque, OF_RATED)
         return Friction(HELD_SHARE * holding().load, OF_HELD)
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Wind-up under load, play on the side the load leaves it, hysteresis, transmission error."""
-        loop = [] if self.hysteresis is None else hysteresis_terms(at, np.full(len(at.angle), self.hysteresis / 2))
-        return [*self._wind_up(at), *backlash_terms(at, self.play, self._friction_in(at.holding).load), *loop, *self._transmission(at)]
-
-    def _wind_up(self, at: Condition) -> list[Term]:
-        if not self.zones:
-            return []
-        angle = wind_up(at.load, self.zones, self.zone_torques)
-        screw = angle[:, None] * at.axis
-        out = [Term("wind-up", screw)]
-        if self.stiffness_scatter:
-            law = Normal()
-            out.append(Term("stiffness scatter", screw * (self.stiffness_scatter / law.bound), robot=Draw("stiffness", law)))
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return wind-up under load, play on the side where the load leaves it, hysteresis, transmission error."""
+        out: list[Term] = []
+        if self.zones:
+            zones = len(self.stiffness) if isinstance(self.stiffness, list) else 1
+            sized = Parameter("stiffness", float(self.zones[0]), motion.stiffness_unit, zones)
+            curve = Curve.of_zones(self.zones, self.zone_torques)
+            out += spring_terms(motion.twist, curve, self.stiffness_scatter, sized, "stiffness scatter", "stiffness")
+        out += backlash_terms(motion, self.play, self._friction_in(motion.holding).load)
+        if self.hysteresis is not None:
+            out.append(loop_term(Constant(motion.twist), self.hysteresis / 2, parameter("hysteresis", self.hysteresis, motion.unit)))
+        own, stated = [(*wave, wave[0]) for wave in self._own_waves()], [(*wave, TRANSMISSION_ERROR) for wave in self._stated_waves()]
+        for name, size, cycles, cause in (*own, *stated):
+            value = self.transmission_error if cause == TRANSMISSION_ERROR else None
+            if size:
+                out += harmonic_terms(name, cause, motion.twist, cycles, size, parameter(cause, value, motion.unit), self._turns(motion))
         return out
 
     @property
     def waves(self) -> list[tuple[str, float, float]]:
-        """Give the waves of the transmission error: name, amplitude at the output (rad or m), cycles per turn of the output, or of the screw."""
-        stated = self.transmission_error
-        waves = self._own_waves()
-        if isinstance(stated, list):
-            waves += [(f"transmission error {index}", wave.amplitude, wave.cycles) for index, wave in enumerate(stated, 1)]
-        elif stated is not None:
-            waves.append(("transmission error 1", stated / 2, 1.0))
-        return [wave for wave in waves if wave[1]]
+        """Return the harmonics of the transmission error: name, amplitude at the output (rad or m), cycles per turn of output or screw."""
+        return [wave for wave in (*self._own_waves(), *self._stated_waves()) if wave[1]]
 
-    def _transmission(self, at: Condition) -> list[Term]:
-        if not self.waves:
-            return []
-        turned = self._turned(at)
-        return [term for name, size, cycles in self.waves for term in wave_terms(name, at.axis, cycles * turned, size)]
+    def _stated_waves(self) -> list[tuple[str, float, float]]:
+        stated = self.transmission_error
+        if isinstance(stated, list):
+            return [(f"{TRANSMISSION_ERROR} {index}", wave.amplitude, wave.cycles) for index, wave in enumerate(stated, 1)]
+        return [] if stated is None else [(f"{TRANSMISSION_ERROR} 1", stated / 2, 1.0)]
 
     def _own_waves(self) -> list[tuple[str, float, float]]:
-        """Give the waves that this kind knows by name: name, amplitude at the output (rad), cycles per turn of the output."""
+        """Return the harmonics that this kind knows by name: name, amplitude at the output (rad), cycles per turn of the output."""
         return []
 
-    def _turned(self, at: Condition) -> Floats:
-        """Give how far that has turned of which the transmission error counts its turns (pose,), rad."""
-        return at.angle
-
-
-def backlash_terms(at: Condition, play: Toleranced, friction: float) -> list[Term]:
-    """Which terms does free play make, held on one side by a load above `friction`, or else by the way of arriving?"""
-    if not play.nominal:
-        return []
-    closed = seated(at.load, friction, at.scale)
-    free = 1 - np.abs(closed)
-    # Arriving in the positive direction the motor leads and the output trails.
-    known = (closed - free * at.approach)[:, None] * at.axis * (play.nominal / 2)
-    either = (free * (at.approach == 0))[:, None] * at.axis * (play.nominal / 2)
-    return play_terms("backlash", play, known, [Term("backlash", either, visit=Draw("side", TwoSided()))], "amount")
+    def _turns(self, motion: Motion) -> float | None:  # noqa: ARG002 - most kinds only turn
+        """Return the turning (rad) per unit of the joint's value that the transmission error goes by; None where the joint itself turns."""
+        return None
 
 
 @runtime_checkable
@@ -293,26 +271,19 @@ class PlayInLoop(ErrorSource):
         """Return that of the gearbox."""
         return self.loose.play_friction(holding)
 
-    def terms(self, at: Condition) -> list[Term]:
-        """Rest anywhere within what is left open, another place at every visit, whichever way it came."""
-        friction, play = self.play_friction(at.holding), self.play
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the rest anywhere within what is left open: another place at every visit, whatever the last motion."""
+        friction, play = self.play_friction(motion.holding), self.play
         if friction is None or not play.nominal:
             return []
-        free = 1 - np.abs(seated(at.load, friction.load, at.scale))
+        # A dead band well inside the play does not scatter with it.
         within = self.dead_band is not None and self.dead_band < play.nominal / 2
-        half = self.dead_band if within and self.dead_band is not None else play.nominal / 2
-        law = Uniform()
-        rest = Term("dead band" if within else "backlash left open", (free * half / law.bound)[:, None] * at.axis, visit=Draw("rest", law))
-        if within or not play.tolerance:  # a dead band well inside the play does not scatter with it
-            return [rest]
-        return [term for term in play_terms("backlash", play, np.zeros_like(rest.screw), [rest], "amount") if term.visit is not None]
-
-
-def hysteresis_terms(at: Condition, half: Floats) -> list[Term]:
-    """Which terms does friction's loop make, of half its width (pose,), rad or m? Its side follows the way of arriving."""
-    known = (-at.approach * half)[:, None] * at.axis
-    either = ((at.approach == 0) * half)[:, None] * at.axis
-    return [Term("hysteresis by approach", known, seated=True), Term("hysteresis", either, visit=Draw("loop", TwoSided()))]
+        half, spread = (self.dead_band or 0.0, 0.0) if within else (play.nominal / 2, play.tolerance / of_tolerance(play.law).bound / 2)
+        name = "dead band" if within else "backlash left open"
+        sized = Parameter(name) if within else parameter("play", play.nominal, motion.unit)
+        law, amount = Uniform(), Draw("amount", of_tolerance(play.law))
+        ends = [End(name, motion.twist, Draw("rest", law))]
+        return free_terms(name, Seat(motion.twist[None], friction.load), ends, half / law.bound, spread / law.bound, amount, sized)
 
 
 # What of a kind that only turns is built on.

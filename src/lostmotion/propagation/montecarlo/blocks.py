@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Self, TypeAlias, get_args
 
 import numpy as np
 
@@ -18,9 +18,10 @@ from lostmotion.propagation.montecarlo.memory import keep_freed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from lostmotion.error_model.pose_matrix import Screws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.parts.term import Form
     from lostmotion.spatial import Floats
 
 Device = Literal["cpu", "gpu"]
@@ -30,6 +31,10 @@ MOST_ROBOTS: Final = 1_000_000
 MOST_VISITS: Final = 10_000
 # Robots are split into groups for the intervals of pooled quantiles.
 _MOST_GROUPS: Final = 32
+
+
+# What a robot multiplies a column by: the sum of weights times what is drawn for it, or times one where the stream is None.
+Factor: TypeAlias = "tuple[tuple[Stream | None, float], ...]"
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Plan:
     device: Device = "cpu"
     # What was drawn for every robot, by stream, and the tables of draws laid out for the kernel: the same in nearly all blocks.
     _robot_draws: dict[Stream, Floats] = field(default_factory=dict, init=False)
-    _laid_out: dict[str, tuple[list[Stream], Floats]] = field(default_factory=dict, init=False)
+    _laid_out: dict[str, tuple[list[Any], Floats]] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
@@ -64,21 +69,25 @@ class Plan:
         groups = min(_MOST_GROUPS, robots)
         return cls(arm, poses, robots, visits, seed, approach, groups, device)
 
-    def of_robots(self, what: str, streams: list[Stream], *, pad: bool = False) -> Floats:
-        """Give what these streams drew for each robot (tile, stream, LANES); with `pad`, filled up to a multiple of four streams with zeros.
+    def of_robots(self, what: str, factors: list[Factor], *, pad: bool = False) -> Floats:
+        """Return these factors for each robot (tile, factor, LANES); with `pad`, filled up to a multiple of four factors with zeros.
 
-        Kept under the name `what` until it is asked for with other streams.
+        Kept under the name `what` until it is asked for with other factors.
         """
 
         def laid_out() -> Floats:
-            out = np.zeros((-(-self.robots // draw_kernel.LANES), len(streams) + (-len(streams) % 4 if pad else 0), draw_kernel.LANES))
-            for row, stream in enumerate(streams):
-                if stream not in self._robot_draws:
-                    self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
-                out[:, row] = self._robot_draws[stream]
+            out = np.zeros((-(-self.robots // draw_kernel.LANES), len(factors) + (-len(factors) % 4 if pad else 0), draw_kernel.LANES))
+            for row, factor in enumerate(factors):
+                for stream, weight in factor:
+                    out[:, row] += weight * (1.0 if stream is None else self._drawn(stream))
             return out
 
-        return self._kept(what, streams, laid_out)
+        return self._kept(what, factors, laid_out)
+
+    def _drawn(self, stream: Stream) -> Floats:
+        if stream not in self._robot_draws:
+            self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
+        return self._robot_draws[stream]
 
     def tables(self, streams: list[Stream]) -> Floats:
         """Give the tables that these streams' visits read, one after another (stream x ROW)."""
@@ -86,10 +95,10 @@ class Plan:
             "visits", streams, lambda: np.concatenate([visit_table(self.seed, stream) for stream in streams] or [np.zeros(draw_kernel.ROW)])
         )
 
-    def _kept(self, what: str, streams: list[Stream], laid_out: Callable[[], Floats]) -> Floats:
+    def _kept(self, what: str, of: list[Any], laid_out: Callable[[], Floats]) -> Floats:
         known = self._laid_out.get(what)
-        if known is None or known[0] != streams:
-            known = self._laid_out[what] = streams, laid_out()
+        if known is None or known[0] != of:
+            known = self._laid_out[what] = of, laid_out()
         return known[1]
 
 
@@ -138,28 +147,32 @@ def check_device(device: str) -> None:
         refuse_without_gpu()
 
 
-def sample_block(plan: Plan, matrix: Screws, first: int) -> BlockSample:
+def sample_block(plan: Plan, matrix: PoseMatrix, first: int) -> BlockSample:
     """Run the kernel on one block of poses, the first of which is number `first` of the study."""
     return next(sample_blocks(plan, matrix, [(first, first + len(matrix.tool))]))
 
 
-def sample_blocks(plan: Plan, matrix: Screws, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
+def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
     """Run the kernel on one block of poses after the other; `spans` are their numbers in the study, which the matrix holds from the first on."""
-    robot = _alive(matrix, "robot")
-    visit = _alive(matrix, "visit")
-    both = _alive(matrix, "robot x visit")
+    merged = matrix.merged
+    robot = [k for k in merged.columns("robot") if merged.square_sums[k] != 0]
+    at_visits = [each for each in _at_visits(matrix) if matrix.square_sums[each.column] != 0]
+    visit, both = ([each for each in at_visits if (each.factor == ALWAYS) == plain] for plain in (True, False))
     tables: dict[Stream, int] = {}
-    for k in (*visit, *both):
-        tables.setdefault(_known(matrix.infos[k].visit), len(tables))
-    work = _kernel(plan, moves=len(visit) + len(both) > 0)
+    for each in (*visit, *both):
+        tables.setdefault(each.stream, len(tables))
+    work = _kernel(plan, moves=len(at_visits) > 0)
+    shift = np.concatenate([merged.along_poses[3:, robot], matrix.along_poses[3:, [each.column for each in (*visit, *both)]]], axis=1)
+    columns = np.arange(shift.shape[1])
+    first_visit, first_both = len(robot), len(robot) + len(visit)
     drawn = (
-        _padded(robot),
-        plan.of_robots("robots", [_known(matrix.infos[k].robot) for k in robot], pad=True),
-        _padded(visit),
-        *_reading(plan.seed, matrix, visit, tables),
-        both,
-        *_reading(plan.seed, matrix, both, tables),
-        plan.of_robots("robots x visits", [_known(matrix.infos[k].robot) for k in both]),
+        _padded(columns[:first_visit]),
+        plan.of_robots("robots", [((merged.infos[k].robot, 1.0),) for k in robot], pad=True),
+        _padded(columns[first_visit:first_both]),
+        *_reading(plan.seed, visit, tables),
+        columns[first_both:],
+        *_reading(plan.seed, both, tables),
+        plan.of_robots("robots x visits", [each.factor for each in both]),
         plan.tables(list(tables)),
         plan.robots,
         plan.visits,
@@ -173,8 +186,8 @@ def sample_blocks(plan: Plan, matrix: Screws, spans: list[tuple[int, int]]) -> I
         per_pose = np.zeros((last - first, kernel.COLUMNS))
         ap_rp = np.zeros((last - first, 2, plan.robots if plan.visits > 1 else 0))
         robot_sums = np.zeros(plan.robots)
-        bias, shift = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], matrix.along_poses[3:, :, here]))
-        low, high = work(first, bias, shift, *drawn, per_pose, ap_rp, robot_sums, counts)
+        bias, moves = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], shift[:, :, here]))
+        low, high = work(first, bias, moves, *drawn, per_pose, ap_rp, robot_sums, counts)
         lowest, highest = min(lowest, low), max(highest, high)
         bins = slice(lowest, highest + 1)
         counted = counts[:, bins].sum(axis=0)
@@ -191,16 +204,29 @@ def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
     return kernel.run_block if moves and plan.visits > 1 else single_visit_kernel.run_once
 
 
-def _alive(matrix: Screws, level: str) -> np.ndarray:
-    """Give the terms of a level that move the tool at some pose; leaving out the others changes no bit."""
-    columns = matrix.columns(level)  # type: ignore[arg-type]
-    return np.asarray(columns[matrix.square_sums[columns] != 0])
+ALWAYS: Final[Factor] = ((None, 1.0),)
 
 
-def _known(stream: Stream | None) -> Stream:
-    if stream is None:
-        raise ValueError("a term without a draw reached the kernel")
-    return stream
+class AtVisits(NamedTuple):
+    """A column that changes with every visit: the stream that is drawn, and what each robot multiplies it by."""
+
+    column: int
+    stream: Stream
+    factor: Factor
+
+
+def _at_visits(matrix: PoseMatrix) -> Iterator[AtVisits]:
+    """Yield the columns that change with every visit, those of one form and one stream together.
+
+    They differ only in size and in the robot's draw, such as a play and its scatter, so that one column with a robot's sum of both stands for all.
+    """
+    found: dict[tuple[Stream, int, Form], list[int]] = {}
+    for k, info in enumerate(matrix.infos):
+        if info.visit is not None and matrix.scale[k] != 0:
+            found.setdefault((info.visit, info.of.place, info.of.term.form), []).append(k)
+    for (stream, _, _), members in found.items():
+        first = members[0]
+        yield AtVisits(first, stream, tuple((matrix.infos[k].robot, float(matrix.scale[k] / matrix.scale[first])) for k in members))
 
 
 def _padded(columns: np.ndarray) -> np.ndarray:
@@ -208,10 +234,9 @@ def _padded(columns: np.ndarray) -> np.ndarray:
     return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
 
 
-def _reading(seed: int, matrix: Screws, columns: np.ndarray, tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
+def _reading(seed: int, columns: list[AtVisits], tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
     """Tell the kernel which table each visit stream reads and which key steers it, padded like the screws."""
-    streams = [_known(matrix.infos[k].visit) for k in columns]
-    rows = [tables[stream] for stream in streams]
-    keys = [visit_key(seed, stream.name) for stream in streams]
+    rows = [tables[each.stream] for each in columns]
+    keys = [visit_key(seed, each.stream.name) for each in columns]
     pad = [0] * (-len(rows) % 4)
     return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)

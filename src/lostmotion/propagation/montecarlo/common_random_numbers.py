@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from lostmotion.error_model import error_bins
-from lostmotion.error_model.pose_matrix import Screws, screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
@@ -35,7 +35,7 @@ class Paired:
     """A smaller study that can be run again with its errors scaled; one pose matrix per set of poses."""
 
     plan: Plan
-    matrices: tuple[Screws, ...]
+    matrices: tuple[PoseMatrix, ...]
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
@@ -54,18 +54,13 @@ class Paired:
         groups, sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (self.plan.groups, len(self.matrices)))
         means, largest, first = [], 0.0, 0
         for of_set, matrix in zip(sets, self.matrices, strict=True):
-            block = sample_block(self.plan, scaled(matrix, factors), first)
+            block = sample_block(self.plan, matrix.scaled(factors), first)
             first += len(matrix.tool)
             means.append(block.robot_sums / len(matrix.tool))
             groups[:, block.bins] += block.group_hist
             of_set[block.bins] = block.hist
             largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
         return Sample(np.array(means), groups, sets, largest)
-
-
-def scaled(matrix: Screws, factors: Floats) -> Screws:
-    """How would these screws be with every term scaled by its factor (term,)?"""
-    return replace(matrix, local=matrix.local * factors, tool=matrix.tool * factors)
 
 
 def thinned(poses: Poses, most: int) -> Poses:

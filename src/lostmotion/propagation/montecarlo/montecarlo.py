@@ -16,7 +16,7 @@ import numpy as np
 
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import Screws, root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import PoseMatrix, root_sum_square, screws, worst_case
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
@@ -234,7 +234,7 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
     )
 
 
-def _rotation_ms(matrix: Screws) -> Floats:
-    """Give the mean square of the tool's rotation (pose,), rad^2: of the bias, and the variances of all that is drawn."""
-    turn = matrix.along_poses[:3]
-    return np.asarray(sum(turn[c, k] ** 2 for k in matrix.columns("robot", "visit", "robot x visit") for c in range(3)) + sum(matrix.bias.T[:3] ** 2))
+def _rotation_ms(matrix: PoseMatrix) -> Floats:
+    """Return the mean square of the tool's rotation (pose,), rad^2: of the bias, and the variances of all that is drawn."""
+    turn = matrix.merged.along_poses[:3]
+    return np.asarray(sum(turn[c, k] ** 2 for k in range(turn.shape[1]) for c in range(3)))

@@ -20,14 +20,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, quantile_drop
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired, Sample, thinned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lostmotion.error_model.pose_matrix import TermInfo
+    from lostmotion.error_model.pose_matrix import Column
+    from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -35,9 +34,6 @@ STAGES: Final = ("as built", "calibrated", "load compensated", "both", "both, an
 LEVEL: Final = 0.95
 _POSES: Final = 512
 _ROBOTS: Final = 512
-# Whether a screw is constant is asked over the joints' whole ranges, however few poses the study has.
-_ASKED: Final = 128
-_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -79,7 +75,7 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     """
     chosen = thinned(poses, _POSES)
     paired = Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, approach)
-    geometry = constant_screws(arm, chosen.q, approach=approach)
+    geometry = geometry_of(arm)
     kept = [left(paired.matrices[0].infos, name, geometry) for name in STAGES]
     samples: list[Sample] = []
     with ThreadPoolExecutor(threads) as pool:
@@ -96,7 +92,7 @@ def _stage(name: str, sample: Sample, built: Sample) -> Stage:
     return Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), off)
 
 
-def left(infos: Sequence[TermInfo], stage: str, geometry: frozenset[str]) -> Floats:
+def left(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
     """Which of these terms are left at a stage out of `STAGES`? One or nothing (term,); `geometry` names those that an ideal calibration finds."""
     calibrated = stage in {"calibrated", "both"}
     compensated = stage in {"load compensated", "both", "both, and each robot mapped"}
@@ -107,12 +103,6 @@ def left(infos: Sequence[TermInfo], stage: str, geometry: frozenset[str]) -> Flo
     return 1.0 - np.array(gone, dtype=float)
 
 
-def constant_screws(arm: Arm, q: Floats, *, approach: float = 0.0) -> frozenset[str]:
-    """Which terms drawn per robot are constant screws, over the joints' ranges and at these poses (pose, joint)? Their names."""
-    everywhere = np.concatenate([sample_poses(arm, _ASKED).q, q])
-    matrix = screws(arm, everywhere, approach=approach)
-    size = np.abs(matrix.local).max(axis=(0, 1))
-    change = np.abs(matrix.local - matrix.local[:1]).max(axis=(0, 1))
-    return frozenset(
-        info.name for info, differs, most in zip(matrix.infos, change, size, strict=True) if info.level == "robot" and differs <= _ROUNDING * most
-    )
+def geometry_of(arm: Arm) -> frozenset[str]:
+    """Return the names of the terms that an ideal calibration of the geometry finds: drawn per robot, and a screw that depends on nothing."""
+    return frozenset(of.name for of in arm.terms if of.term.level == "robot" and not of.term.form.reads)

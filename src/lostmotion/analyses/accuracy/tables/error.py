@@ -14,7 +14,6 @@ from lostmotion.error_model.intervals import (
     root_mean_square,
     standard_deviation,
 )
-from lostmotion.mechanism.serial import terms
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, several
 
@@ -78,7 +77,7 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
     if math.isfinite(worst):
         upper = Row("worst case, worst pose", (length(worst, samples=counted),), "upper bound: the sizes of all errors at their limits, added")
         return Row("root-sum-square, worst pose", (rss,), squares), upper
-    endless = [item.name.removeprefix("joints.") for item in terms(arm, arm.limits.mean(axis=1)[None]) if math.isinf(item.term.bound)]
+    endless = [of.name.removeprefix("joints.") for of in arm.terms if math.isinf(of.term.bound)]
     names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
     return (
         Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations"),

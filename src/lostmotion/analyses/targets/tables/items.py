@@ -76,7 +76,7 @@ def _note(each: Allowance) -> str:
     if each.item.size is not None:
         notes = [f"as stated {stated_size(each.item)}; {factor}"]
     else:
-        notes = [f"of its stated stiffness; {factor}" if "stiffness" in each.item.cause else "of its present error"]
+        notes = [f"of its stated stiffness; {factor}" if each.item.stiff else "of its present error"]
     if each.item.size is not None and each.item.size.zones > 1:
         notes.append(f"first of {each.item.size.zones} zones, all scaled by one factor")
     if len(each.ranges) > 1 or each.ranges[0][0] > 0:

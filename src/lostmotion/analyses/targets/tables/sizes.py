@@ -25,7 +25,7 @@ def in_unit(size: Size, factor: float) -> Figure:
 
 def size_at(item: Item, factor: Estimate) -> Figure:
     """Return an item's size at a factor with its interval; for an item without a size, its error or stiffness in per cent of the present one."""
-    stiff = "stiffness" in item.cause
+    stiff = item.stiff
     if item.size is None:
         values = [100 / each if stiff and each else math.inf if stiff else 100 * each for each in (factor.value, factor.low, factor.high)]
         low, high = (values[2], values[1]) if stiff else (values[1], values[2])

@@ -1,0 +1,176 @@
+"""The pose matrix over all example arms and thirty arms made at random, with every kind of part, joint and base mount."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.laws.distributions import Cosine, Sine, product_mean
+from lostmotion.mechanism.carry import carry
+from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.parts.forms import Constant, Harmonic, Linear
+from tests.parts.random_arms import example_arms, random_arms, random_poses
+
+ARMS = [*example_arms(), *random_arms(30)]
+every_arm = pytest.mark.parametrize("arm", ARMS, ids=[arm.name for arm in ARMS])
+
+
+def approach_of(name, q):
+    """Give no approach, or one that differs from joint to joint and pose to pose and is known at some."""
+    return np.random.default_rng(1).integers(-1, 2, q.shape).astype(float) if name == "mixed" else 0.0
+
+
+@every_arm
+@pytest.mark.parametrize("approach", ["unknown", "mixed"])
+def test_errors_of_one_draw_add_and_any_others_are_uncorrelated(arm, approach):
+    """The mean of the product of two merged columns' draws is zero, and that of a column with itself one, whatever is known of the approach."""
+    q = random_poses(arm, 4)
+    merged = screws(arm, q, approach=approach_of(approach, q)).merged
+    assert len(set(merged.infos)) == len(merged.infos)
+
+    def mean(one, other):
+        by_stream = defaultdict(list)
+        for level, stream in (each for info in (one, other) for each in (("robot", info.robot), ("visit", info.visit))):
+            if stream is not None:
+                by_stream[level, stream.name].append(stream.law)
+        return np.prod([product_mean(tuple(sorted(laws, key=repr))) for laws in by_stream.values()])
+
+    for k, one in enumerate(merged.infos):
+        assert mean(one, one) == pytest.approx(1.0, abs=1e-8)
+        for other in merged.infos[:k]:
+            assert mean(one, other) == pytest.approx(0.0, abs=1e-8)
+
+
+@every_arm
+@pytest.mark.parametrize("approach", ["unknown", "mixed"])
+def test_merging_loses_no_error(arm, approach):
+    """For any draws the merged columns move the tool as all single columns together do."""
+    q = random_poses(arm, 8)
+    matrix = screws(arm, q, approach=approach_of(approach, q))
+    drawn = dict(zip(matrix.groups, np.random.default_rng(2).normal(size=len(matrix.groups)), strict=True))
+    single = matrix.tool @ np.array([drawn[info.draws] for info in matrix.infos])
+    merged = matrix.merged.tool @ np.array([drawn[info.draws] for info in matrix.merged.infos])
+    np.testing.assert_allclose(merged, single, rtol=1e-12, atol=1e-12 * np.abs(single).max())
+
+
+@every_arm
+def test_a_known_approach_is_either_side_of_an_unknown_one(arm):
+    """With the approach known, every sided error is the drawn one on one side: behind the last motion, the other side coming down."""
+    q = random_poses(arm, 8)
+    either, up, down = (screws(arm, q, approach=sign) for sign in (0.0, 1.0, -1.0))
+    assert [info.of for info in up.infos] == [info.of for info in either.infos]
+    for k, info in enumerate(either.infos):
+        if info.of.term.sided:
+            assert (up.infos[k].visit, up.infos[k].robot) == (None, info.robot)
+            np.testing.assert_array_equal(up.local[:, :, k], -either.local[:, :, k])
+            np.testing.assert_array_equal(down.local[:, :, k], either.local[:, :, k])
+        else:
+            np.testing.assert_array_equal(up.local[:, :, k], either.local[:, :, k])
+
+
+@dataclass
+class Record:
+    """One place as a controller would hold it: a constant mean screw, matrices, one constant covariance, and a short list of the rest."""
+
+    mean: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    compliance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    own_weight: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    design: list = field(default_factory=list)
+    drawn: list = field(default_factory=list)
+
+
+def lowered(arm):
+    """Reduce the terms of an arm to one record per place and joint, from their fields alone."""
+    out = defaultdict(Record)
+    for of in arm.terms:
+        term, form, here = of.term, of.term.form, out[of.place, of.joint]
+        if term.level == "design":
+            if isinstance(form, Constant):
+                here.mean += term.scale * form.direction
+            elif isinstance(form, Linear):
+                here.compliance += term.scale * form.matrix
+                here.own_weight += term.scale * (0.0 if form.own_weight is None else form.own_weight)
+            else:
+                here.design.append(term)
+        elif isinstance(form, Constant):
+            here.covariance += term.scale**2 * np.outer(form.direction, form.direction)
+        elif isinstance(form, Harmonic) and form.envelope is None and isinstance(term.robot.law, Cosine | Sine):
+            # Sine and cosine of one phase together have the same variance at every angle.
+            here.covariance += term.scale**2 / 2 * np.outer(form.direction, form.direction)
+        else:
+            here.drawn.append(term)
+    return out
+
+
+@every_arm
+def test_terms_lower_to_records_that_have_the_same_mean_and_covariance(arm):
+    """Summed matrices, curves and plays per place give the bias and the covariance of the pose matrix, so terms are data and nothing else."""
+    q = random_poses(arm, 20)
+    matrix = screws(arm, q)
+    drawn = matrix.merged.tool[:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
+    at = frames(arm, q)
+    felt = Conditions(arm, q, at)
+    mean, covariance = np.zeros((len(q), 6)), np.zeros((len(q), 6, 6))
+    for (place, joint), record in lowered(arm).items():
+        condition = felt(next(of for of in arm.terms if (of.place, of.joint) == (place, joint)))
+        local = record.mean[:, None] + record.compliance @ condition.wrench + record.own_weight @ condition.gravity
+        local = local + sum(term.scale * term.form.screw(condition) for term in record.design)
+        spread = np.tile(record.covariance, (len(q), 1, 1))
+        for term in record.drawn:
+            screw = term.scale * term.form.screw(condition)
+            spread += np.einsum("ip,jp->pij", screw, screw)
+        to_tool = carry(arm.tree, at, place)
+        mean += np.einsum("pij,jp->pi", to_tool, local)
+        covariance += to_tool @ spread @ to_tool.transpose(0, 2, 1)
+    np.testing.assert_allclose(mean, matrix.bias, rtol=1e-12, atol=1e-12 * np.abs(matrix.bias).max())
+    np.testing.assert_allclose(covariance, drawn @ drawn.transpose(0, 2, 1), rtol=1e-12, atol=1e-12 * np.abs(covariance).max())
+
+
+@every_arm
+def test_terms_that_differ_only_in_size_share_a_form(arm):
+    """Columns of one form at one place are in proportion to their sizes at every pose."""
+    matrix = screws(arm, random_poses(arm, 8))
+    by_form = defaultdict(list)
+    for k, info in enumerate(matrix.infos):
+        by_form[info.of.place, info.of.term.form].append(k)
+    for first, *others in by_form.values():
+        for k in others:
+            np.testing.assert_allclose(
+                matrix.local[:, :, k] * matrix.scale[first], matrix.local[:, :, first] * matrix.scale[k], rtol=1e-12, atol=1e-300
+            )
+
+
+@every_arm
+def test_every_term_has_a_name_of_its_own_and_a_cause_without_numbers(arm):
+    """A cause names a kind of error, so that a budget can add it up over joints."""
+    names = [of.name for of in arm.terms]
+    assert len(set(names)) == len(names)
+    for of in arm.terms:
+        assert of.term.cause
+        assert not any(letter.isdigit() for letter in of.term.cause)
+        assert of.term.exponent in {1, -1}
+
+
+SOURCES = Path(lostmotion.__file__).parent
+# Joints are the mechanism's own; what asks for one of these asks which part made an error.
+PARTS = {"Gearbox", "CatalogueGearbox", "CycloidalGearbox", "PlanetaryGearbox", "StrainWaveGearbox", "WolfromGearbox", "WormGearbox"}
+PARTS |= {"DrawnBearing", "RollingPair", "CrossedRoller", "BallPair", "RollerPair", "Link", "ElasticLink", "Encoder", "Lumped", "Mounting", "Base"}
+
+
+@pytest.mark.parametrize("room", ["propagation", "analyses/targets", "analyses/accuracy", "analyses/statics"])
+def test_nothing_downstream_asks_which_part_made_an_error(room):
+    """Fields of the terms say it: no type of a part is tested, and no regular expression reads a name."""
+    for path in sorted((SOURCES / room).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import) and path.name != "stopping.py":  # which reads a tolerance
+                assert "re" not in {alias.name for alias in node.names}, path
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
+                assert not PARTS & {each.id for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)}, f"{path}:{node.lineno}"
