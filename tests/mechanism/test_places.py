@@ -232,8 +232,11 @@ def test_an_arm_that_names_a_place_it_does_not_have_is_refused():
     for name, joints in cases.items():
         with pytest.raises(ValidationError, match="not one place that comes before"):
             Arm(name=name, joints=joints)
-    with pytest.raises(ValidationError, match="no joint moves"):
-        Arm(name="still", joints=[{"name": "A", **joint}], tool={"after": "base"})
+    plinth, moving = {"name": "plinth", "type": "fixed"}, {"name": "A", **joint}
+    still = [([moving], "base"), ([moving], "A.seat"), ([plinth, {**moving, "after": "base"}], "plinth.tip")]
+    for joints, after in still:
+        with pytest.raises(ValidationError, match="no joint moves"):
+            Arm(name="still", joints=joints, tool={"after": after})
     assert math.isclose(Arm(name="last", joints=[{"name": "A", **joint}], tool={"after": "A"}).tree.way[-1], 4)
 
 
