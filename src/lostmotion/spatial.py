@@ -129,24 +129,6 @@ def exp(twist: Floats) -> Floats:
     return out
 
 
-def log(pose: Floats) -> Floats:
-    """Return the twist (..., 6) that leads to a pose in unit time. Angles up to pi; at pi exactly the sign of the axis is arbitrary."""
-    from scipy.spatial.transform import Rotation
-
-    pose = np.asarray(pose, dtype=float)
-    flat = pose.reshape(-1, 4, 4)
-    omega = Rotation.from_matrix(flat[:, :3, :3]).as_rotvec()
-    angle = np.linalg.norm(omega, axis=-1)
-    small = angle < _SMALL_ANGLE
-    safe = np.where(small, 1.0, angle)
-    half = safe / 2
-    d = np.where(small, 1 / 12 + angle**2 / 720, (1 - half / np.tan(half)) / safe**2)
-    cross = skew(omega)
-    inverse_left = np.eye(3) - cross / 2 + d[:, None, None] * (cross @ cross)
-    velocity = np.einsum("nij,nj->ni", inverse_left, flat[:, :3, 3])
-    return np.concatenate([omega, velocity], axis=-1).reshape(*pose.shape[:-2], 6)
-
-
 def inverse(pose: Floats) -> Floats:
     """Return the inverse of a pose (..., 4, 4), whose bottom row is assumed to be (0, 0, 0, 1)."""
     rotation = np.swapaxes(pose[..., :3, :3], -1, -2)
@@ -154,16 +136,6 @@ def inverse(pose: Floats) -> Floats:
     out[..., :3, :3] = rotation
     out[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, pose[..., :3, 3])
     out[..., 3, 3] = 1.0
-    return out
-
-
-def adjoint(pose: Floats) -> Floats:
-    """Return the adjoint matrix (..., 6, 6) of a pose, which transforms a twist from the inner frame to the outer one."""
-    rotation = pose[..., :3, :3]
-    out = np.zeros((*pose.shape[:-2], 6, 6))
-    out[..., :3, :3] = rotation
-    out[..., 3:, 3:] = rotation
-    out[..., 3:, :3] = skew(pose[..., :3, 3]) @ rotation
     return out
 
 

@@ -12,7 +12,7 @@ from lostmotion.analyses.statics.survey import survey
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import static_loads
-from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, alone, bending
+from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, bending, single_cause_arms
 from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts, wrenches
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import RevoluteJoint
@@ -91,11 +91,11 @@ def test_causes_add_up_to_the_whole():
     rng = np.random.default_rng(6)
     arm = elastic_arm(rng, 6)
     q = rng.uniform(-1, 1, (9, 6))
-    apart = alone(arm)
+    apart = single_cause_arms(arm)
     assert tuple(apart) == CAUSES
     whole = wrenches(arm, q)
     np.testing.assert_allclose(sum(wrenches(one, q) for one in apart.values()), whole, rtol=0, atol=1e-12 * np.abs(whole).max())
-    assert "payload" not in alone(arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.0})}))
+    assert "payload" not in single_cause_arms(arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.0})}))
 
 
 def links_alone(arm: Arm) -> Arm:

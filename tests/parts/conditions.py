@@ -11,7 +11,6 @@ import numpy as np
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Condition, Draw, Holding, Level, Motion, Term, level_of
-from lostmotion.spatial import adjoint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -160,9 +159,9 @@ def at_tool(arm: Arm, q: Sequence[float], *, approach: float = 0.0) -> list[tupl
     """Carry every term of one pose to the tool: (term, twist (6,)) of the tool point, in the base's axes."""
     matrix = screws(arm, np.array([q], dtype=float), approach=approach)
     at = matrix.at[:, 0]
-    to_tool_point = np.eye(4)
-    to_tool_point[:3, 3] = -at[-1, :3, 3]
-    return [
-        (column.of, adjoint(to_tool_point @ at[place]) @ screw)
-        for column, place, screw in zip(matrix.infos, matrix.place, matrix.local[0].T, strict=True)
-    ]
+
+    def carried(frame: Floats, screw: Floats) -> Floats:
+        turn, shift = frame[:3, :3] @ screw[:3], frame[:3, :3] @ screw[3:]
+        return np.concatenate([turn, shift + np.cross(turn, at[-1, :3, 3] - frame[:3, 3])])
+
+    return [(column.of, carried(at[place], screw)) for column, place, screw in zip(matrix.infos, matrix.place, matrix.local[0].T, strict=True)]

@@ -1,6 +1,6 @@
-"""How much does the whole arm give? Links, joint units and base as springs, carried to the tool: compliance, deflection, ellipsoids, shares.
+"""Elastostatics of the whole arm, with links, joint units and base as springs: compliance at the tool, deflection, ellipsoids, shares.
 
-Only the elastic forms among the parts' design terms count, each with its own tangent. A play is no spring and is left out: all here holds while plays
+Only the elastic forms among the parts' design terms count, each with its own tangent. Play is not elastic and is neglected: valid while plays
 stay closed. A gearbox within the loop of an encoder on its output is held by the controller and does not deflect.
 
 Directions are (rotation, displacement) of the tool and (moment, force) at the tool point, both in the base's axes. First order: the pose that the

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.load_causes import alone
+from lostmotion.mechanism.load_causes import single_cause_arms
 from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts
 from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
 from lostmotion.parts.joint import RevoluteJoint
@@ -112,7 +112,7 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
     any_tilt = np.concatenate([worst_torques_over_tilts(arm, block) for block in blocks])
     within = None if tilt is None else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
     carried = np.concatenate([_on_bearings(arm, block) for block in blocks])
-    causes = alone(arm)
+    causes = single_cause_arms(arm)
     out = []
     for k, joint in enumerate(arm.moving):
         moment, moment_any_tilt, force = (int(each) for each in carried[:, k].argmax(axis=0))

@@ -24,7 +24,7 @@ _BLOCK: Final = 1024
 _NONE: Final = (0.0, 0.0, 0.0)
 
 
-def alone(arm: Arm) -> dict[str, Arm]:
+def single_cause_arms(arm: Arm) -> dict[str, Arm]:
     """Return the arm with one cause of load at a time, by its name in `CAUSES`; causes that the arm does not have are omitted.
 
     Wrenches are linear in the masses and in the process force, so the wrenches of these arms add up to those of the whole arm.
@@ -117,7 +117,7 @@ class _Bent:
 
 def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
     at = frames(arm, q)
-    felt, felt_alone = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in alone(arm).items()}
+    felt, felt_alone = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()}
     links: dict[str, list[PlacedTerm]] = {}
     for of in arm.terms:
         if of.kind == "link" and of.term.level == "design" and of.term.form.reads:
