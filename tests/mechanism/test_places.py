@@ -17,6 +17,7 @@ from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wren
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
+from lostmotion.propagation.exact import compose
 from lostmotion.spatial import exp, pose_of
 
 ENDS = (".seat", "", ".tip")
@@ -203,6 +204,19 @@ def test_a_counterweight_loads_what_carries_it_and_never_moves_the_tool():
     assert beside.any()
     assert not matrix.tool[:, :, beside].any()
     assert matrix.local[:, :, beside].any()
+
+
+def test_errors_on_a_branch_leave_the_exact_composition_alone():
+    """Composed exactly, large errors of a branch do not move the tool either: it goes where the arm without the branch goes."""
+    rng = np.random.default_rng(5)
+    q = rng.uniform(-2, 2, (3, 4))
+    whole, plain = screws(lifter(counterweight=True), q), screws(lifter(), q[:, [0, 1, 3]])
+    owners = [info.owner for info in whole.infos]
+    shared = [k for k, owner in enumerate(owners) if not owner.startswith("joints.weight")]
+    assert [owners[k] for k in shared] == [info.owner for info in plain.infos]
+    draws = 100 * rng.normal(size=(3, len(owners), 2))
+    rows = np.arange(3)
+    np.testing.assert_allclose(compose(whole, rows, draws), compose(plain, rows, draws[:, shared]), atol=1e-14)
 
 
 def test_the_ways_and_what_hangs_on_a_place_are_known():
