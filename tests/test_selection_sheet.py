@@ -1,4 +1,4 @@
-"""Choosing parts for a target, from the file to the folder: what is offered, found, said, drawn and written."""
+"""Selection of parts for a target, from the file to the folder: options, result, tables, plots and files."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
-from lostmotion.analyses.sizing.candidates import Worth
-from lostmotion.analyses.sizing.plots.selection import aimed_plots
+from lostmotion.analyses.sizing.candidates import Objective
+from lostmotion.analyses.sizing.plots.selection import selection_plots
 from lostmotion.analyses.sizing.request import read_asked
 from lostmotion.analyses.sizing.result import Selection
-from lostmotion.analyses.sizing.selection_options import worth_of
-from lostmotion.analyses.sizing.target_study import Counts, aim
+from lostmotion.analyses.sizing.selection_options import parse_objective
+from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.io.own_reducers import read_reducers
 from lostmotion.propagation.montecarlo import kernel
@@ -29,7 +29,7 @@ from tests.analyses.chosen_parts import with_parts
 ROOT = Path(__file__).parents[1]
 Z_ARM = ROOT / "examples" / "z-arm.toml"
 DRAWN = ROOT / "examples" / "arm-from-drawings.toml"
-SMALL = Counts(robots=48, visits=4, seed=1, threads=2)
+SMALL = StudySize(robots=48, visits=4, seed=1, threads=2)
 
 OFFER = """
 [sizing]
@@ -73,31 +73,31 @@ def asked(tmp_path, text, arm=None, own=(), **options):
 
 
 def found_for(said, arm, target, counts=SMALL, poses=64):
-    """Choose with few poses."""
+    """Return a selection with few poses."""
     few, all_poses = lostmotion.sample_poses(arm, 16), lostmotion.sample_poses(arm, poses)
-    return aim(arm, said.slots, said.worth, target, few, all_poses, rules=said.rules, counts=counts)
+    return select_parts(arm, said.slots, said.objective, target, few, all_poses, constraints=said.constraints, study_size=counts)
 
 
 @pytest.fixture(scope="module")
 def said(tmp_path_factory):
-    """What is offered for the paper's arm."""
+    """Return the options for the paper's arm."""
     return asked(tmp_path_factory.mktemp("by"), OFFER, target="1.1 mm")
 
 
 @pytest.fixture(scope="module")
 def found(said):
-    """What was chosen of it."""
+    """Return the selection."""
     return found_for(said, lostmotion.read(Z_ARM), said.plan.target)
 
 
 def error_of(arm, poses=64, counts=SMALL):
-    """What the study says of an arm."""
+    """Return the 95 % error of an arm by a study."""
     sampled = run(arm, lostmotion.sample_poses(arm, poses), counts.robots, counts.visits, counts.seed)
     return pooled_quantile(sampled.group_hist, sampled.replicate_hist, 0.95, float(sampled.per_pose[:, kernel.LARGEST].max()))
 
 
-def test_the_file_says_what_may_be_chosen(said):
-    """Ratios come from the present gearboxes, masses and prices by name, model or pattern, rows from the file itself, and what is kept is kept."""
+def test_the_file_states_the_candidates(said):
+    """Ratios come from the present gearboxes, masses and prices by name, model or pattern, and rows from the file itself."""
     slots = {slot.label: slot for slot in said.slots}
     assert list(slots) == ["O bearing", "A gearbox", "A bearing", "A link", "B gearbox", "B link"]
     assert [(each.name, each.mass, each.price) for each in slots["A gearbox"].candidates] == [
@@ -106,69 +106,69 @@ def test_the_file_says_what_may_be_chosen(said):
         ("X-9-121", 6.0, 2500.0),
     ]
     assert slots["A gearbox"].candidates[1].part.ratio == 121
-    assert slots["A gearbox"].candidates[2].stated["stiffness"] == "150 N m/arcmin"
+    assert slots["A gearbox"].candidates[2].file_value["stiffness"] == "150 N m/arcmin"
     assert [each.name for each in slots["B gearbox"].candidates] == ["RV-20E-121", "RV-40E-121"]
     assert math.isnan(slots["B gearbox"].present.price)
     assert slots["A bearing"].candidates[0].part is None
     assert slots["A bearing"].candidates[1].part.clearance.nominal == pytest.approx(10e-6)
     assert slots["A link"].candidates[0].price == pytest.approx(10 * slots["A link"].candidates[0].mass)
-    assert said.worth == Worth(20.0, 1.0)
-    assert said.rules.limits is None
+    assert said.objective == Objective(20.0, 1.0)
+    assert said.constraints.limits is None
 
 
-def test_the_parts_chosen_hold_the_target_at_the_least_cost(said, found):
-    """The study's own error holds the target with the end of its interval, and of all allocations that do so none is cheaper."""
+def test_the_selected_parts_meet_the_target_at_the_least_cost(said, found):
+    """The upper end of the study's error is within the target, and no cheaper selection has that."""
     arm = lostmotion.read(Z_ARM)
-    assert found.holds
+    assert found.meets_target
     assert error_of(found.sized) == found.error
     assert error_of(arm) == found.error_before
     assert found.proven
-    cost = said.worth.of(found.mass, found.price)
+    cost = said.objective.cost(found.mass, found.price)
     cheaper = [
         chosen
         for chosen in itertools.product(*(slot.candidates for slot in said.slots))
-        if sum(said.worth.of(each.mass, each.price) for each in chosen) < cost * (1 - 1e-9)
+        if sum(said.objective.cost(each.mass, each.price) for each in chosen) < cost * (1 - 1e-9)
     ]
     assert cheaper
     for chosen in cheaper:
         assert error_of(with_parts(arm, said.slots, chosen)).high > found.target * (1 - 0.01)
 
 
-def test_what_each_choice_buys_is_needed(found):
-    """Put back to a cheaper part one by one, every choice leaves an error beyond the target; other targets cost the less the looser they are."""
-    assert any(each.without for each in found.bought)
-    for each in found.bought:
-        if each.without is not None:
-            assert each.saved > 0
-            assert each.without.high > found.target
-    costs = [point.cost for point in found.trade]
+def test_every_selected_part_is_needed(found):
+    """With any part replaced by the cheapest the error exceeds the target; looser targets cost less."""
+    assert any(each.error_with_cheapest for each in found.parts)
+    for each in found.parts:
+        if each.error_with_cheapest is not None:
+            assert each.saving > 0
+            assert each.error_with_cheapest.high > found.target
+    costs = [point.cost for point in found.trade_off]
     assert costs == sorted(costs, reverse=True)
-    assert all(point.error.value < point.target * 1.05 for point in found.trade if point.holds)
-    assert {point.target for point in found.trade} >= {found.target}
+    assert all(point.error.value < point.target * 1.05 for point in found.trade_off if point.meets_target)
+    assert {point.target for point in found.trade_off} >= {found.target}
 
 
-def test_the_sheet_says_what_was_chosen(found):
-    """Masses, prices, errors and torques on the sheet are those of the arm, and every plot stands beside a section."""
+def test_the_sheet_agrees_with_the_selected_arm(found):
+    """Masses, prices, errors and torques on the sheet are those of the arm, and every plot belongs to a section."""
     selection = Selection(**vars(found), notes=("a note",))
     sheet = selection.sheet
     gearbox = find_row(sheet.sections, "parts", "A gearbox")
     assert gearbox.figures[0].value == 3.0
-    assert gearbox.figures[1].value == next(each.chosen.mass for each in found.bought if each.slot.label == "A gearbox")
-    assert find_row(sheet.sections, "error", "parts chosen").figures[0].value == pytest.approx(found.error.value * 1e3)
-    assert find_row(sheet.sections, "trade", "1.1 mm").note == "asked for"
+    assert gearbox.figures[1].value == next(each.selected.mass for each in found.parts if each.slot.label == "A gearbox")
+    assert find_row(sheet.sections, "error", "selected parts").figures[0].value == pytest.approx(found.error.value * 1e3)
+    assert find_row(sheet.sections, "trade", "1.1 mm").note == "stated target"
     held, rated, share = (figure.value for figure in find_row(sheet.sections, "torques", "A").figures)
     assert share == pytest.approx(100 * held / rated)
     assert share <= 100
-    assert "All cheaper allocations miss the target" in sheet.verdict
+    assert "All cheaper selections miss the target" in sheet.verdict
     assert any("RV-40E-121 is taken from the catalogue" in note for note in sheet.notes) == any(
-        each.chosen.name == "RV-40E-121" for each in found.bought
+        each.selected.name == "RV-40E-121" for each in found.parts
     )
-    assert {plot.section for plot in aimed_plots(found)} <= {section.key for section in sheet.sections}
+    assert {plot.section for plot in selection_plots(found)} <= {section.key for section in sheet.sections}
     json.dumps(selection.result(), allow_nan=False)
 
 
-def test_the_chosen_arm_reads_back_and_studies_to_the_printed_error(found, tmp_path):
-    """sized.toml is the user's file with other parts, comments kept: read again it errs as printed, to the last bit."""
+def test_the_selected_arm_reads_back_with_the_printed_error(found, tmp_path):
+    """sized.toml is the user's file with other parts, comments preserved; read again it has the printed error, bit for bit."""
     folder = Selection(**vars(found), source=Z_ARM).report(tmp_path / "out")
     written = folder / "sized.toml"
     assert not reads_back(Z_ARM, written, found)
@@ -178,21 +178,21 @@ def test_the_chosen_arm_reads_back_and_studies_to_the_printed_error(found, tmp_p
 
 
 @pytest.mark.parametrize("pick", [(1, 0, 0, 0, 0, 0), (0, 2, 1, 1, 0, 1), (1, 1, 1, 0, 1, 0), (0, 0, 0, 1, 1, 1)])
-def test_whatever_is_chosen_is_written(said, found, tmp_path, pick):
-    """Shared bearings that part ways, reducers of the file's own, and parts left as they are: all read back as the arm."""
+def test_every_selection_is_written(said, found, tmp_path, pick):
+    """Shared bearings that become different, reducers of the file itself and unchanged parts: all read back as the arm."""
     import dataclasses
 
     arm = lostmotion.read(Z_ARM)
     chosen = tuple(slot.candidates[k] for slot, k in zip(said.slots, pick, strict=True))
-    bought = tuple(dataclasses.replace(each, chosen=candidate) for each, candidate in zip(found.bought, chosen, strict=True))
-    other = dataclasses.replace(found, sized=with_parts(arm, said.slots, chosen), bought=bought)
+    bought = tuple(dataclasses.replace(each, selected=candidate) for each, candidate in zip(found.parts, chosen, strict=True))
+    other = dataclasses.replace(found, sized=with_parts(arm, said.slots, chosen), parts=bought)
     out = tmp_path / "sized.toml"
     out.write_text(sized_text(Z_ARM, None, other), encoding="utf-8")
     assert not reads_back(Z_ARM, out, other)
 
 
 @pytest.mark.slow
-def test_groups_of_clearances_are_chosen_of_drawn_bearings(tmp_path):
+def test_groups_of_clearances_are_candidates_of_drawn_bearings(tmp_path):
     """C2, CN and C3 of a drawn bearing are the standard's bands; where all joints take the same the shared bearing gets it."""
     arm = lostmotion.read(DRAWN)
     text = '[sizing]\ntarget = "2 mm"\nkeep = true\n[sizing.bearings]\nshoulder = ["C2", "CN", "C3"]\nelbow = ["C3", "C2"]'
@@ -201,7 +201,7 @@ def test_groups_of_clearances_are_chosen_of_drawn_bearings(tmp_path):
     assert shoulder.candidates[1].part is None
     assert [each.part.clearance.nominal * 1e6 for each in shoulder.candidates if each.part] == pytest.approx([6.0, 26.5], abs=1.5)
     found = found_for(said, arm, said.plan.target, poses=32)
-    assert found.holds
+    assert found.meets_target
     assert not found.torques
     out = tmp_path / "sized.toml"
     out.write_text(sized_text(DRAWN, None, found), encoding="utf-8")
@@ -209,22 +209,22 @@ def test_groups_of_clearances_are_chosen_of_drawn_bearings(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_target_out_of_reach_is_said_with_what_binds(tmp_path):
-    """Where nothing reaches the target: the nearest, what binds, no sized arm, and other targets around what is in reach."""
+def test_a_target_out_of_reach_is_reported_with_the_largest_effect(tmp_path):
+    """Where no selection meets the target: the most accurate, the largest effect, no sized arm, and a trade-off around its error."""
     arm = lostmotion.read(Z_ARM)
     said = asked(tmp_path, OFFER, arm, target="0.2 mm")
     found = found_for(said, arm, said.plan.target)
-    assert not found.holds
+    assert not found.meets_target
     selection = Selection(**vars(found), source=Z_ARM)
-    assert "No allocation was found whose 95 % error is within 0.2 mm" in selection.sheet.verdict
-    assert "Most binds joints." in selection.sheet.verdict
-    assert found.trade[0].target > found.target
+    assert "No selection meets the target of 0.2 mm" in selection.sheet.verdict
+    assert "Largest effect: joints." in selection.sheet.verdict
+    assert found.trade_off[0].target > found.target
     folder = selection.report(tmp_path / "out")
     assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
 
 
 def test_the_whole_catalogue_may_be_offered(tmp_path):
-    """Of the catalogue come the rows that fit the ratio and the load, with those left out that have no costs, and that is said."""
+    """Candidates from the catalogue have the ratio and the rating; rows without costs are excluded and noted."""
     text = """
 [sizing]
 target = "1 mm"
@@ -240,8 +240,8 @@ A = "catalogue"
     names = [each.name for each in slot.candidates]
     assert "RV-40E-121" in names
     assert all(each.part.rated_torque > 40 for each in slot.candidates)
-    assert any("were left out, for no cost of them is stated" in note for note in said.notes)
-    assert any("mass of the present one" in note and "not stated: the joint weighs what it does now" in note for note in said.notes)
+    assert any("excluded, because their costs are not stated" in note for note in said.notes)
+    assert any("mass of the present one" in note and "not stated: the joint keeps its mass" in note for note in said.notes)
 
 
 CATALOGUE_ARM = """name = "x"
@@ -256,7 +256,7 @@ link = { length = "500 mm ± 50 µm", mass = "2 kg" }
 
 @pytest.mark.parametrize(("stated", "exchanged"), [("", 9.3), ('mass = "6 kg"\n', 6 - 4.7 + 9.3)])
 def test_exchanging_a_reducer_changes_the_mass_by_the_difference_of_the_catalogues(tmp_path, stated, exchanged):
-    """An RV-40E of 9.3 kg in the place of an RV-20E of 4.7 kg, whether the joint's mass is stated or is its reducer's; no cost is asked for."""
+    """An RV-40E of 9.3 kg in the place of an RV-20E of 4.7 kg, whether the joint's mass is stated or is its reducer's; no cost is required."""
     path = tmp_path / "arm.toml"
     path.write_text(CATALOGUE_ARM.replace("gearbox", stated + "gearbox"), encoding="utf-8")
     arm = lostmotion.read(path)
@@ -264,12 +264,12 @@ def test_exchanging_a_reducer_changes_the_mass_by_the_difference_of_the_catalogu
     (slot,) = asked(tmp_path, text, arm).slots
     assert [(each.name, each.mass) for each in slot.candidates] == [("present", 4.7), ("RV-40E-121", 9.3), ("RV-80E-121", 13.1)]
     assert slot.present.mass == 4.7
-    assert slot.put(arm.joints[0], slot.candidates[0]).total_mass == arm.joints[0].total_mass
-    assert slot.put(arm.joints[0], slot.candidates[1]).total_mass == pytest.approx(exchanged)
+    assert slot.install(arm.joints[0], slot.candidates[0]).total_mass == arm.joints[0].total_mass
+    assert slot.install(arm.joints[0], slot.candidates[1]).total_mass == pytest.approx(exchanged)
 
 
-def test_masses_that_leave_parts_out_say_so(tmp_path):
-    """A strain wave gear's mass is that of its component set; beside a whole RV the result says what is not in it."""
+def test_incomplete_masses_are_noted(tmp_path):
+    """A strain wave gear's mass is that of its component set; the result notes what it does not include."""
     path = tmp_path / "arm.toml"
     path.write_text(CATALOGUE_ARM, encoding="utf-8")
     text = '[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["present", "CSG-40-120"]\n'
@@ -277,8 +277,8 @@ def test_masses_that_leave_parts_out_say_so(tmp_path):
     assert any(note.startswith("mass of CSG-40-120") and "no output bearing" in note for note in notes)
 
 
-def test_a_candidate_of_unknown_mass_counts_as_none_and_is_named(tmp_path):
-    """Where only the price is to be small, a row without a mass is weighed as nothing, and the result says so."""
+def test_a_candidate_of_unknown_mass_counts_as_zero_and_is_named(tmp_path):
+    """Where only the price is minimised, a row without a mass counts as zero, and the result notes it."""
     path = tmp_path / "arm.toml"
     path.write_text(CATALOGUE_ARM, encoding="utf-8")
     arm = lostmotion.read(path)
@@ -288,7 +288,7 @@ def test_a_candidate_of_unknown_mass_counts_as_none_and_is_named(tmp_path):
     )
     said = asked(tmp_path, text, arm)
     assert [each.mass for each in said.slots[0].candidates] == [9.3, 0.0]
-    assert any("mass of X-9-121 not stated: counted as none" in note for note in said.notes)
+    assert any("mass of X-9-121 not stated: counted as zero" in note for note in said.notes)
 
 
 def test_rows_of_the_arm_file_may_be_offered(tmp_path):
@@ -302,7 +302,7 @@ def test_rows_of_the_arm_file_may_be_offered(tmp_path):
     offer = '[sizing]\ntarget = "1.3 mm"\nminimise = "price"\nkeep = true\n[sizing.gearboxes]\nA = ["Mine"]\n[sizing.costs]\nMine = { price = 1 }'
     arm = lostmotion.read(path)
     said = asked(tmp_path, offer, arm, read_reducers(path))
-    assert said.slots[0].candidates[0].stated == "Mine-121"
+    assert said.slots[0].candidates[0].file_value == "Mine-121"
     found = found_for(said, arm, said.plan.target)
     out = tmp_path / "sized.toml"
     out.write_text(sized_text(path, None, found), encoding="utf-8")
@@ -310,12 +310,12 @@ def test_rows_of_the_arm_file_may_be_offered(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "worth"),
+    ("text", "objective"),
     [
-        ("mass", Worth(1.0, 0.0)),
-        ("price", Worth(0.0, 1.0)),
-        ("mass + 0.05*price", Worth(1.0, 0.05)),
-        ("price + 20 * mass", Worth(20.0, 1.0)),
+        ("mass", Objective(1.0, 0.0)),
+        ("price", Objective(0.0, 1.0)),
+        ("mass + 0.05*price", Objective(1.0, 0.05)),
+        ("price + 20 * mass", Objective(20.0, 1.0)),
         ("mass + mass", None),
         ("weight", None),
         ("-1 * mass", None),
@@ -324,12 +324,12 @@ def test_rows_of_the_arm_file_may_be_offered(tmp_path):
         ("", None),
     ],
 )
-def test_what_is_to_be_small_is_a_sum(text, worth):
+def test_the_objective_is_a_sum(text, objective):
     """Masses and prices, each with a factor."""
-    assert worth_of(text) == worth
+    assert parse_objective(text) == objective
 
 
-def test_every_mistake_is_told_at_once(tmp_path):
+def test_every_mistake_is_reported_at_once(tmp_path):
     """Wrong names with the nearest, joints that do not exist, a target without unit, wrong costs: all in one message, each under its key."""
     text = """
 [sizing]
@@ -385,13 +385,13 @@ _HEAVY = '[sizing]\ntarget = "1 mm"\nkeep = true\n[sizing.gearboxes]\nA = ["RV-4
         ('[sizing]\nminimise = "price"', "no target"),
         (_HEAVY, "sizing.present.A"),
         (_HEAVY + '[sizing.present]\nA = { mass = "5 kg" }', "no more than the joint's own mass"),
-        ('[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = "catalogue"', "no costs of them"),
+        ('[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = "catalogue"', "reducers without costs"),
         ('[sizing]\ntarget = "1 mm"\nkeep = true', "no link to size"),
         ('[sizing]\ntarget = "-1 mm"', "sizing.target"),
     ],
 )
-def test_what_is_lacking_is_asked_for(tmp_path, text, words):
-    """One clear message for what a search cannot do without."""
+def test_missing_values_are_reported(tmp_path, text, words):
+    """One clear message for each value that the search needs."""
     with pytest.raises(lostmotion.InputError, match=words):
         asked(tmp_path, text)
 
@@ -402,7 +402,7 @@ def ran(*words, cwd):
 
 
 def test_mistakes_end_with_2_and_write_nothing(tmp_path):
-    """An option's mistake is told under its own name."""
+    """A mistake in an option has the option's name."""
     done = ran(Z_ARM, "--target", "0.5", "--minimise", "beauty", "--out", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert "--target" in done.stderr
@@ -412,12 +412,12 @@ def test_mistakes_end_with_2_and_write_nothing(tmp_path):
 
 @pytest.mark.slow
 def test_a_target_works_out_of_the_box(tmp_path):
-    """`lostmotion size ARM --target` chooses sections like the arm's own, prints, writes and ends well; run says the same error."""
+    """`lostmotion size ARM --target` selects sections like the arm's own, prints and writes; a study has the same error."""
     done = ran(Z_ARM, "--target", "1.2 mm", "--poses", 16, "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "sized.toml\n" in done.stdout
     said = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert said["holds"]
     assert said["error_95_m"][2] <= 1.2e-3
-    again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 2048, Counts(1000, 30, 1, 2))
+    again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 2048, StudySize(1000, 30, 1, 2))
     assert again.value == pytest.approx(said["error_95_m"][0], rel=1e-12)

@@ -1,4 +1,4 @@
-"""Sizing from the file to the folder: what is asked, said, drawn and written."""
+"""Sizing from the file to the folder: request, tables, plots and files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def ran(*words, cwd):
 
 @pytest.fixture(scope="module")
 def size():
-    """Size the paper's arm once."""
+    """Return the paper's arm with sized links."""
     return lostmotion.size(Z_ARM, poses=64)
 
 
@@ -42,7 +42,7 @@ def asked(tmp_path, text, arm=None, **options):
     return asked.plan, asked.wanted
 
 
-def test_the_sheet_says_what_was_found(size):
+def test_the_sheet_agrees_with_the_sized_arm(size):
     """Masses, slopes and the trade-off on the sheet are those of the arm that was sized, and the paper's limits are named."""
     sheet, found = size.sheet, size
     for link in found.links:
@@ -50,10 +50,10 @@ def test_the_sheet_says_what_was_found(size):
         assert now == next(joint.link.total_mass for joint in found.arm.joints if joint.name == link.joint)
         assert then == next(joint.link.total_mass for joint in found.sized.joints if joint.name == link.joint)
         taken = [find_row(sheet.sections, "bending", link.joint).figures[k].value for k in (1, 3)]
-        assert max(taken) == pytest.approx(100 * max(link.shares))
+        assert max(taken) == pytest.approx(100 * max(link.utilisation))
         assert 90 < max(taken) <= 100
     assert find_row(sheet.sections, "trade", "0.5', length/2500").note == "the paper's limits"
-    assert "Slope binds at every link" in sheet.verdict
+    assert "Slope governs at every link" in sheet.verdict
     assert {plot.section for plot in sizing_plots(found)} <= {section.key for section in sheet.sections}
     json.dumps(size.result(), allow_nan=False)
 
@@ -80,19 +80,19 @@ def test_a_urdf_is_sized_by_its_sidecar(tmp_path):
     """Of a URDF the sized sections go into a sidecar, with the masses that follow; the URDF with it is the sized arm."""
     source = EXAMPLES / "ur5e.urdf"
     size = lostmotion.size(source, poses=16)
-    assert size.holds
+    assert size.meets_limits
     folder = size.report(tmp_path / "out")
     assert not reads_back(source, folder / "sized.toml", size)
 
 
 def test_a_urdf_without_a_sidecar_gets_one(tmp_path):
-    """Of a bare URDF, links get sections where a family and a material are named; their masses stay, and that is said."""
+    """Of a bare URDF, links get sections where a family and a material are named; their masses remain, and the report notes it."""
     source = tmp_path / "bare.urdf"
     source.write_bytes((EXAMPLES / "ur5e.urdf").read_bytes())
     family = {"kind": "tube", "outer": "30 mm .. 200 mm", "wall": "3 mm"}
     size = lostmotion.size(source, {"family": family, "material": "aluminium"}, poses=8)
     assert all(link.mass > link.mass_before for link in size.links)
-    assert any("stays in full" in note for note in size.sheet.notes)
+    assert any("is added to that mass" in note for note in size.sheet.notes)
     folder = size.report(tmp_path / "out")
     assert not reads_back(source, folder / "sized.toml", size)
     with pytest.raises(lostmotion.InputError, match="no link to size"):
@@ -100,7 +100,7 @@ def test_a_urdf_without_a_sidecar_gets_one(tmp_path):
 
 
 def test_a_bare_layout_is_written_too(tmp_path):
-    """Dotted keys, links in tables of their own and sections that others still name come out as the sized arm as well."""
+    """Dotted keys, links in tables of their own and sections that others still name are written and read back as the sized arm."""
     text = """
 name = "odd"
 sections.one = { kind = "tube", outer = "80 mm", wall = "3 mm" }
@@ -120,8 +120,8 @@ payload.mass = "4 kg"
     assert lostmotion.read(out).joints[1].link.section == Tube(outer="80 mm", wall="3 mm")
 
 
-def test_a_file_says_what_each_link_may_be(tmp_path):
-    """Families, lists, materials and links kept: each link gets what its table says, the others what is said for all."""
+def test_a_file_states_the_options_of_each_link(tmp_path):
+    """Families, lists, materials and `keep`: each link has the options of its own table, the others those for all."""
     plan, wanted = asked(
         tmp_path,
         """
@@ -146,7 +146,7 @@ keep = true
     assert wanted["O"].choice.wall.share
 
 
-def test_every_mistake_is_told_at_once(tmp_path):
+def test_every_mistake_is_reported_at_once(tmp_path):
     """Mistakes in limits, families, lists, names of links and materials come in one message, each under its key."""
     with pytest.raises(lostmotion.InputError) as caught:
         asked(
@@ -200,13 +200,13 @@ family = { kind = "rod", diameter = "5 %" }
     ],
 )
 def test_hostile_files_are_refused_with_one_message(tmp_path, text):
-    """Whatever stands in the file, what comes back is a list of mistakes."""
+    """Any invalid file gives a list of mistakes."""
     with pytest.raises(lostmotion.InputError):
         asked(tmp_path, text)
 
 
-def test_an_option_is_no_second_opinion(tmp_path):
-    """What both the file and an option state is refused; an option's mistake is told under its own name."""
+def test_an_option_and_a_key_of_the_file_exclude_each_other(tmp_path):
+    """What both the file and an option state is refused; a mistake in an option has the option's name."""
     with pytest.raises(lostmotion.InputError, match="slope"):
         asked(tmp_path, '[sizing]\nslope = "1 arcmin"', slope="0.5 arcmin")
     with pytest.raises(lostmotion.InputError) as caught:
@@ -215,8 +215,8 @@ def test_an_option_is_no_second_opinion(tmp_path):
 
 
 @pytest.mark.parametrize("tube", [{"outer": "30 mm .. 20 mm"}, {"outer": "30 mm .. 20 mm", "wall": "3 mm"}, {"wall": "6 mm .. 2 mm"}])
-def test_one_mistake_gives_one_complaint(tmp_path, tube):
-    """A range that falls is told alone, whether or not the other size is there; what is missing alone is told, with an example that fits."""
+def test_one_mistake_gives_one_message(tmp_path, tube):
+    """A falling range is the only message, with or without the other size; a missing size has its own message with an example."""
     with pytest.raises(lostmotion.InputError) as caught:
         asked(tmp_path, "[sizing]", family={"kind": "tube", **tube})
     assert [problem.found for problem in caught.value.problems] == [f"'{next(iter(tube.values()))}' (a range that does not rise)"]
@@ -268,11 +268,11 @@ def test_sizing_works_out_of_the_box(tmp_path):
     assert "exists" in third.stderr
 
 
-def test_limits_that_nothing_holds_are_said_with_the_numbers(tmp_path):
-    """Where the largest tube is too weak the command says which link, which limit, by how much, writes no sized arm and ends with 1."""
+def test_limits_that_no_section_meets_are_reported_with_numbers(tmp_path):
+    """Where the largest tube exceeds a limit the command reports link, limit and value, writes no sized arm and exits with 1."""
     done = ran(Z_ARM, "--poses", 8, "--family", "tube", "--outer", "20 mm .. 60 mm", "--wall", "3 mm", "--out", "weak", cwd=tmp_path)
     assert done.returncode == 1
-    assert "cannot be held" in done.stderr
+    assert "No allowed section meets the limits" in done.stderr
     assert "O: even tube 60 x 3 mm has a slope of" in done.stderr
     assert "times its limit of 0.5'" in done.stderr
     assert sorted(path.name for path in (tmp_path / "weak").iterdir()) == ["report.html", "result.json"]

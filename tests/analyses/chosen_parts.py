@@ -13,5 +13,5 @@ def with_parts(arm: Arm, slots: tuple[Slot, ...], chosen: tuple[Candidate, ...])
     """Return the arm with one chosen candidate in each slot."""
     joints = {joint.name: joint for joint in arm.joints}
     for slot, candidate in zip(slots, chosen, strict=True):
-        joints[slot.joint] = slot.put(joints[slot.joint], candidate)
+        joints[slot.joint] = slot.install(joints[slot.joint], candidate)
     return arm.model_copy(update={"joints": tuple(joints.values())})

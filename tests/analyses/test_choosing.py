@@ -1,4 +1,4 @@
-"""The search for parts that hold a target: against all allocations one by one, and against the study."""
+"""Search for parts that meet a target: against all selections, and against the study."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.candidates import Candidate, Slot, Worth, finer, link_slot
+from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot, link_slot, refined_candidates
 from lostmotion.analyses.sizing.error_cache import Ledger, error_at, mean_square, share_within
+from lostmotion.analyses.sizing.evaluation import LEVEL, Constraints
 from lostmotion.analyses.sizing.lightest import Limits
-from lostmotion.analyses.sizing.search import LEVEL, Rules, Search
-from lostmotion.analyses.sizing.sizing import Wanted, rms_error, size_links
+from lostmotion.analyses.sizing.search import Search
+from lostmotion.analyses.sizing.sizing import LinkOptions, rms_error, size_links
 from lostmotion.catalogue import materials
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
@@ -63,29 +64,29 @@ def arm_of(joints=3, payload=6.0):
 
 
 def gearbox_slot(name, rng, count):
-    """A joint's gearboxes: dearer ones stiffer and with less play, more or less."""
+    """Gearboxes for a joint: expensive ones tend to be stiffer and to have less backlash."""
     made = []
     for k in range(count):
         good = 1.6**k * rng.uniform(0.8, 1.25)
         made.append(
             reducer(f"g{k}", 400.0, 15 * good, 1.2 / good, mass=3.0 * 1.2**k * rng.uniform(0.9, 1.1), price=300 * 1.5**k * rng.uniform(0.8, 1.2))
         )
-    return Slot(name, "gearbox", tuple(made), Candidate("now", None, 3.0), in_joint=3.0)
+    return Slot(name, "gearbox", tuple(made), Candidate("now", None, 3.0), mass_mass_in_joint=3.0)
 
 
 def bearing_slot(name, rng):
-    """A joint's clearances."""
+    """Bearing clearances for a joint."""
     return Slot(name, "bearing", tuple(bearing(c, p * rng.uniform(0.5, 2)) for c, p in ((45, 0), (30, 15), (12, 50))), Candidate("now", None))
 
 
 def link_of(arm, name, count):
-    """A joint's tubes, a list."""
+    """A list of tubes for a link."""
     joint = next(joint for joint in arm.joints if joint.name == name)
     return link_slot(joint, tuple(Tube(outer=0.05 + 0.03 * k, wall=0.003) for k in range(count)), None, 0.0, per_kg=8.0)
 
 
 def slots_of(arm, seed):
-    """Some parts to choose, different by seed: from 27 to 500 allocations."""
+    """Return slots that depend on the seed, with 27 to 500 selections."""
     rng = np.random.default_rng(seed)
     kinds = [
         lambda: (gearbox_slot("j1", rng, 5), link_of(arm, "j1", 5), bearing_slot("j0", rng)),
@@ -97,7 +98,7 @@ def slots_of(arm, seed):
 
 
 def every(slots):
-    """Give all allocations."""
+    """Return all selections."""
     return list(itertools.product(*(range(len(slot.candidates)) for slot in slots)))
 
 
@@ -113,7 +114,7 @@ def q(arm):
     return lostmotion.sample_poses(arm, 16).q
 
 
-def test_what_parts_add_is_what_the_study_has(arm, q):
+def test_sums_over_parts_are_those_of_the_study(arm, q):
     """Bias, covariance and mean square of the sums are those of the pose matrix."""
     sums = Ledger(arm, q).of(arm)
     matrix = screws(arm, q)
@@ -125,7 +126,7 @@ def test_what_parts_add_is_what_the_study_has(arm, q):
 
 
 def test_the_error_at_a_level_is_where_the_share_is(arm, q):
-    """The 95 % error has 95 % of all errors below it, also of an arm that does not scatter, or does not err."""
+    """The 95 % error has 95 % of all errors below it, also for an arm without scatter, or without error."""
     sums = Ledger(arm, q).of(arm)
     assert share_within(sums, error_at(sums, LEVEL)) == pytest.approx(LEVEL, abs=1e-4)
     still = sums.copy()
@@ -135,19 +136,19 @@ def test_the_error_at_a_level_is_where_the_share_is(arm, q):
     assert error_at(np.zeros_like(sums), LEVEL) == 0
 
 
-def test_parts_remembered_are_parts_worked_out(arm, q):
-    """After many exchanges, back and forth, an allocation sums up to what a fresh look at that arm gives, bit for bit."""
+def test_cached_sums_equal_new_ones(arm, q):
+    """After many exchanges the sums of a selection equal those of the same arm without a cache, bit for bit."""
     slots = slots_of(arm, 1)
-    search = Search(arm, slots, Worth(), q, Rules())
+    search = Search(arm, slots, Objective(), q, Constraints())
     for choice in every(slots)[::7]:
-        search.look(choice)
+        search.evaluate(choice)
     for choice in every(slots)[::23]:
-        made = with_parts(arm, slots, search.parts(choice))
-        assert np.array_equal(search.ledger.of(search.made(choice)), Ledger(made, q).of(made))
+        made = with_parts(arm, slots, search.evaluator.parts(choice))
+        assert np.array_equal(search.evaluator.cache.of(search.evaluator.arm_with(choice)), Ledger(made, q).of(made))
 
 
 def test_one_part_at_two_joints_adds_at_both():
-    """The same encoder at two joints that feel no load: what it adds at one is not taken for what it adds at the other."""
+    """The same encoder at two unloaded joints contributes at both; its cached contribution at one is not used for the other."""
     encoder = Encoder[AngleAmount](resolution=1e-4)
     joint = {"type": "revolute", "axis": "y", "limits": (-1.2, 1.2), "encoder": encoder}
     unloaded = Arm(name="unloaded", joints=[joint | {"name": "a", "link": {"length": 0.3}}, joint | {"name": "b", "link": {"length": 0.1}}])
@@ -157,7 +158,7 @@ def test_one_part_at_two_joints_adds_at_both():
 
 
 def test_a_gearbox_takes_the_place_of_the_present_one(arm):
-    """The joint's mass falls by what the present gearbox weighs and grows by the chosen one's; a link's mass is its section's."""
+    """The joint's mass changes by the difference of both gearboxes; a link's mass is that of its section."""
     slots = (gearbox_slot("j1", np.random.default_rng(0), 3), link_of(arm, "j1", 3))
     made = with_parts(arm, slots, (slots[0].candidates[2], slots[1].candidates[0]))
     joint = made.joints[1]
@@ -168,114 +169,114 @@ def test_a_gearbox_takes_the_place_of_the_present_one(arm):
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, *(pytest.param(k, marks=pytest.mark.slow) for k in range(4, 12))])
 def test_the_search_finds_the_cheapest_of_all(arm, q, seed):
-    """Of all allocations, looked at one by one, none within the target is cheaper than the one found; at most 1 % where only exchanges were made."""
+    """The search result is within 1 % of the cheapest of all selections that meet the target; the proven one is the cheapest."""
     rng = np.random.default_rng(seed)
     slots = slots_of(arm, seed)
-    worth = Worth(*((1.0, 0.0), (20.0, 1.0), (0.0, 1.0))[seed % 3]) if seed % len(slots) != 3 else Worth()
-    whole = Search(arm, slots, worth, q, Rules())
-    found = {choice: (whole.look(choice).cost, whole.error(choice)) for choice in every(slots)}
+    objective = Objective(*((1.0, 0.0), (20.0, 1.0), (0.0, 1.0))[seed % 3]) if seed % len(slots) != 3 else Objective()
+    whole = Search(arm, slots, objective, q, Constraints())
+    found = {choice: (whole.evaluate(choice).cost, whole.error(choice)) for choice in every(slots)}
     errors = sorted(error for _, error in found.values())
     for share in (0.05, 0.3, 0.7):
         target = float(np.quantile(errors, share)) * rng.uniform(1.0, 1.02)
-        search = Search(arm, slots, worth, q, Rules())
+        search = Search(arm, slots, objective, q, Constraints())
         choice = search.solve(target)
-        assert search.holds(choice, target)
-        best = min(cost for choice, (cost, error) in found.items() if error <= target and whole.look(choice).exceeded <= 0)
-        assert search.look(choice).cost <= best * 1.01
-        proven, sure = search.prove(target, choice, 1000)
-        assert sure
-        assert search.look(proven).cost == pytest.approx(best, rel=1e-9)
+        assert search.meets(choice, target)
+        best = min(cost for choice, (cost, error) in found.items() if error <= target and whole.evaluate(choice).violation <= 0)
+        assert search.evaluate(choice).cost <= best * 1.01
+        proven, is_proven = search.prove(target, choice, 1000)
+        assert is_proven
+        assert search.evaluate(proven).cost == pytest.approx(best, rel=1e-9)
 
 
-def test_without_any_one_upgrade_the_target_fails(arm, q):
-    """Whatever part is put back to a cheaper one, the target is missed, and a stricter target never costs less."""
+def test_every_upgrade_is_needed(arm, q):
+    """With any part replaced by a cheaper one the target is not met, and a stricter target never costs less."""
     slots = (*slots_of(arm, 1), link_of(arm, "j2", 5))
-    search = Search(arm, slots, Worth(20.0, 1.0), q, Rules())
+    search = Search(arm, slots, Objective(20.0, 1.0), q, Constraints())
     least, most = search.error(search.most_accurate(search.cheapest())), search.error(search.cheapest())
     costs = []
     for target in np.geomspace(1.05 * least, 0.95 * most, 5):
         choice = search.solve(float(target))
-        assert search.holds(choice, float(target))
+        assert search.meets(choice, float(target))
         for k, slot in enumerate(slots):
             for index in range(len(slot.candidates)):
                 other = (*choice[:k], index, *choice[k + 1 :])
-                if search.look(other).cost < search.look(choice).cost * (1 - 1e-9):
-                    assert not search.holds(other, float(target))
-        costs.append(search.look(choice).cost)
+                if search.evaluate(other).cost < search.evaluate(choice).cost * (1 - 1e-9):
+                    assert not search.meets(other, float(target))
+        costs.append(search.evaluate(choice).cost)
     assert costs == sorted(costs, reverse=True)
     assert costs[0] > costs[-1]
 
 
-def test_what_no_allocation_reaches_gets_the_most_accurate(arm, q):
-    """Beyond what the parts can do, the allocation found is the one with the least error of all."""
+def test_an_unreachable_target_gets_the_most_accurate_selection(arm, q):
+    """For a target that no selection meets, the result has the least error of all."""
     slots = slots_of(arm, 0)
-    search = Search(arm, slots, Worth(), q, Rules())
+    search = Search(arm, slots, Objective(), q, Constraints())
     choice = search.solve(1e-6)
-    assert not search.holds(choice, 1e-6)
+    assert not search.meets(choice, 1e-6)
     assert search.error(choice) == pytest.approx(min(search.error(each) for each in every(slots)), rel=1e-9)
 
 
-def test_weak_gearboxes_are_not_admitted(arm, q):
-    """A gearbox rated below what its joint holds, under the weights chosen, is never taken, however cheap and exact it is."""
+def test_gearboxes_below_the_holding_torque_are_not_selected(arm, q):
+    """A gearbox rated below the holding torque with the selected masses is never selected, however cheap and accurate it is."""
     weak, strong = reducer("weak", 10.0, 400, 0.01, price=1.0), reducer("strong", 200.0, 40, 0.5, price=500.0)
     slots = (Slot("j1", "gearbox", (weak, strong), Candidate("now", None)), link_of(arm, "j2", 4))
-    search = Search(arm, slots, Worth(1.0, 1.0), q, Rules())
-    assert search.parts(search.solve(1.0))[0].name == "strong"
-    held = search.torques(search.made((1, 0)))[1]
-    level = np.abs(joint_torques(search.made((1, 0)), search.worst_q)[:, 1]).max()
+    search = Search(arm, slots, Objective(1.0, 1.0), q, Constraints())
+    assert search.evaluator.parts(search.solve(1.0))[0].name == "strong"
+    held = search.evaluator.torques(search.evaluator.arm_with((1, 0)))[1]
+    level = np.abs(joint_torques(search.evaluator.arm_with((1, 0)), search.evaluator.load_q)[:, 1]).max()
     assert held == pytest.approx(level, rel=1e-12)
-    # rated between what it holds with light links outboard and with heavy ones: only those with light ones are allowed
-    between = (held + search.torques(search.made((1, 3)))[1]) / 2
+    # rated between the holding torques with light and with heavy links outboard: only light ones are feasible
+    between = (held + search.evaluator.torques(search.evaluator.arm_with((1, 3)))[1]) / 2
     tight = Slot("j1", "gearbox", (reducer("tight", float(between), 40, 0.5, price=1.0),), Candidate("now", None))
-    search = Search(arm, (tight, link_of(arm, "j2", 4)), Worth(0.0, 1.0), q, Rules())
-    assert search.look((0, 0)).exceeded == 0
-    assert search.look((0, 3)).exceeded > 0
-    leaning = Search(arm, (tight, link_of(arm, "j2", 4)), Worth(0.0, 1.0), q, Rules(tilt=0.5))
-    assert leaning.look((0, 0)).exceeded >= search.look((0, 0)).exceeded
+    search = Search(arm, (tight, link_of(arm, "j2", 4)), Objective(0.0, 1.0), q, Constraints())
+    assert search.evaluate((0, 0)).violation == 0
+    assert search.evaluate((0, 3)).violation > 0
+    tilted = Search(arm, (tight, link_of(arm, "j2", 4)), Objective(0.0, 1.0), q, Constraints(tilt=0.5))
+    assert tilted.evaluate((0, 0)).violation >= search.evaluate((0, 0)).violation
 
 
-def test_limits_of_the_links_may_stand_beside(arm, q):
-    """With condition (4) as a rule besides, a target so loose that it asks for nothing gives the lightest sections that hold the limits."""
+def test_a_loose_target_with_limits_gives_the_lightest_sections_within_them(arm, q):
+    """With limits of the links as constraints and a target that is always met, the lightest sections within the limits are selected."""
     stock = tuple(Tube(outer=0.06 + 0.015 * k, wall=0.003) for k in range(8))
     limits = Limits(0.5 * ARCMIN, 2500.0)
     slots = tuple(link_slot(joint, stock, None, 0.0) for joint in arm.joints)
-    sized = size_links(arm, {joint.name: Wanted(stock) for joint in arm.joints}, limits, Poses(q, "given"))
-    search = Search(arm, slots, Worth(), sized.q, Rules(limits))
+    sized = size_links(arm, {joint.name: LinkOptions(stock) for joint in arm.joints}, limits, Poses(q, "given"))
+    search = Search(arm, slots, Objective(), sized.q, Constraints(limits))
     choice = search.solve(1.0)
-    assert [each.part for each in search.parts(choice)] == [link.section for link in sized.links]
+    assert [each.part for each in search.evaluator.parts(choice)] == [link.section for link in sized.links]
 
 
 def test_sections_between_those_of_the_grid_are_found(arm, q):
-    """From a coarse grid of a family the search goes on to sizes between: never dearer, and close to the best of a fine list."""
+    """Refinement of a coarse grid is cheaper than the grid, and within 2 % of the best of a fine list."""
     family = TubeFamily(outer="40 mm .. 160 mm", wall="3 mm")
     joint = arm.joints[1]
     slot = link_slot(joint, family, None, 1e-4)
-    assert all(finer(joint, slot, each, 1.05) for each in slot.candidates)
-    search = Search(arm, (slot,), Worth(), q, Rules())
+    assert all(refined_candidates(joint, slot, each, 1.05) for each in slot.candidates)
+    search = Search(arm, (slot,), Objective(), q, Constraints())
     target = (search.error((0,)) + search.error((len(slot.candidates) - 1,))) / 2
     coarse = search.solve(target)
     fine = search.refine(target, coarse)
-    assert search.look(fine).cost < search.look(coarse).cost
+    assert search.evaluate(fine).cost < search.evaluate(coarse).cost
     stock = tuple(Tube(outer=0.04 + 0.002 * k, wall=0.003) for k in range(61))
-    listed = Search(arm, (link_slot(joint, stock, None, 0.0),), Worth(), q, Rules())
-    best = min(listed.look((k,)).cost for k in range(61) if listed.holds((k,), target))
-    assert search.look(fine).cost == pytest.approx(best, rel=0.02)
+    listed = Search(arm, (link_slot(joint, stock, None, 0.0),), Objective(), q, Constraints())
+    best = min(listed.evaluate((k,)).cost for k in range(61) if listed.meets((k,), target))
+    assert search.evaluate(fine).cost == pytest.approx(best, rel=0.02)
     both = link_slot(joint, TubeFamily(outer="40 mm .. 160 mm", wall="2 mm .. 6 mm"), None, 1e-4)
     assert 5 < len(both.candidates) <= 14
     masses = [each.mass for each in both.candidates]
     assert masses == sorted(masses)
 
 
-def test_a_part_without_an_answer_is_not_chosen(arm, q, monkeypatch):
-    """Where a part's law fails under a load, that allocation errs without bounds, and the search goes on without it."""
+def test_a_part_without_a_solution_is_not_selected(arm, q, monkeypatch):
+    """Where a part has no solution under its load, the error of that selection is infinite and the search avoids it."""
     slots = slots_of(arm, 0)
-    search = Search(arm, slots, Worth(), q, Rules())
+    search = Search(arm, slots, Objective(), q, Constraints())
     bad = slots[0].candidates[0].part
     terms = Reducer.terms
 
     def failing(self, at):
         if self is bad:
-            raise lostmotion.errors.DidNotConvergeError("no answer")
+            raise lostmotion.errors.DidNotConvergeError("no solution")
         return terms(self, at)
 
     monkeypatch.setattr(Reducer, "terms", failing)

@@ -1,4 +1,4 @@
-"""Links as light as their limits allow: held to closed forms, to brute force, and to the law of bending that studies use."""
+"""Lightest links within limits: against closed forms, brute force, and the beam model of a study."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 from scipy.optimize import brentq
 
 import lostmotion
-from lostmotion.analyses.sizing.lightest import Limits, Task, lightest, with_section
+from lostmotion.analyses.sizing.lightest import Limits, LinkTask, lightest, with_section
 from lostmotion.analyses.sizing.link_deflection import LinkLoads
-from lostmotion.analyses.sizing.sizing import PAPER, Wanted, rms_error, size_links
+from lostmotion.analyses.sizing.sizing import PAPER, LinkOptions, rms_error, size_links
 from lostmotion.catalogue import materials
 from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.arm import Arm
@@ -36,18 +36,18 @@ def two_links(first=None, second=None, *, payload=3.0, elbow=(-2.0, 2.0), elbow_
 
 
 def task(arm, joint, limits=PAPER, count=64, tilt=None):
-    """Set the task of one link of an arm, and the poses looked at."""
+    """Return the task of one link of an arm, and the poses."""
     q = lostmotion.sample_poses(arm, count).q
-    return Task(arm.joints[joint], LinkLoads.of(arm, joint, q, tilt), limits), q
+    return LinkTask(arm.joints[joint], LinkLoads.of(arm, joint, q, tilt), limits), q
 
 
 def largest(arm, q):
-    """Give slope and deflection of each link by the law that studies use, as shares of the paper's limits."""
+    """Return slope and deflection of each link by the beam model of a study, over the paper's limits."""
     found = bending(arm, q, np.zeros((len(q), 3)), 0.0)
     return {each.joint: (each.slope / PAPER.slope, each.deflection * PAPER.deflection / each.length) for each in found}
 
 
-def test_the_paper_s_condition_is_the_cantilever_s():
+def test_the_lightest_section_of_a_cantilever_has_a_closed_form():
     """The height found for a level cantilever is where F l²/(2 E I) + M l/(E I) + w l³/(6 E I) is the slope allowed."""
     length, width, mass, lever = 0.4, 0.03, 5.0, 0.1
     joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-1e-9, 1e-9)}
@@ -56,7 +56,7 @@ def test_the_paper_s_condition_is_the_cantilever_s():
     limits = Limits(0.5 * ARCMIN, 10.0)
     loads = LinkLoads.of(arm, 0, np.zeros((1, 1)), None)
     family = type(family_around(Rectangle(width=width, height=0.05)))(height="10 mm .. 200 mm", width="30 mm")
-    found = lightest(Task(arm.joints[0], loads, limits), family)
+    found = lightest(LinkTask(arm.joints[0], loads, limits), family)
 
     def slope(height):
         stiff = ALUMINIUM.young * width * height**3 / 12
@@ -64,20 +64,20 @@ def test_the_paper_s_condition_is_the_cantilever_s():
         return force * length**2 / (2 * stiff) + force * lever * length / stiff + weight * length**3 / (6 * stiff)
 
     assert found.section.height == pytest.approx(brentq(lambda h: slope(h) - limits.slope, 0.01, 0.2, xtol=1e-15), rel=1e-9)
-    assert found.misfit == pytest.approx(1, abs=1e-9)
-    assert found.holds
+    assert found.utilisation == pytest.approx(1, abs=1e-9)
+    assert found.meets_limits
 
 
 @pytest.mark.parametrize("wall", ["3 mm", "5 %"])
-def test_of_one_free_size_nothing_lighter_holds(wall):
-    """Of all tubes in tenths of a millimetre, none lighter than the one found keeps to the limits, and that one does."""
+def test_no_lighter_section_of_one_free_size_is_within_the_limits(wall):
+    """Of all tubes in steps of 0.1 mm, none lighter than the result is within the limits, and the result is."""
     arm = two_links()
     sought, _ = task(arm, 0)
     family = TubeFamily(outer="40 mm .. 160 mm", wall=wall)
     found = lightest(sought, family, 1e-4)
-    assert found.holds
+    assert found.meets_limits
     every = [family.section((outer / 1e4, family.wall.low)) for outer in range(400, 1601)]
-    holding = [sought.mass(section) for section in every[::1] if sought.ratios(section).max() <= 1]
+    holding = [sought.mass(section) for section in every[::1] if sought.section_utilisation(section).max() <= 1]
     assert sought.mass(found.section) == pytest.approx(min(holding), rel=1e-12)
 
 
@@ -89,64 +89,64 @@ def test_of_one_free_size_nothing_lighter_holds(wall):
         (IFamily(height="40 mm .. 120 mm", width="30 mm .. 80 mm", web="3 mm", flange="3 mm .. 8 mm"), 9),
     ],
 )
-def test_of_several_free_sizes_brute_force_finds_nothing_lighter(family, steps):
-    """A grid over all free sizes holds no section that is lighter than the one found and keeps to the limits."""
+def test_brute_force_over_several_free_sizes_finds_nothing_lighter(family, steps):
+    """A grid over all free sizes has no section that is lighter than the result and within the limits."""
     arm = two_links(payload=6.0)
     sought, _ = task(arm, 0, count=32)
     found = lightest(sought, family)
-    assert found.holds
-    assert found.misfit <= 1 + 1e-9
+    assert found.meets_limits
+    assert found.utilisation <= 1 + 1e-9
     grids = [np.linspace(span.low, span.high, steps if span.free else 1) for span in family.spans]
     sections = [section for values in itertools.product(*grids) if (section := family.section(tuple(values))) is not None]
     masses = [(sought.mass(section), section) for section in sections]
     lighter = [section for mass, section in masses if mass < sought.mass(found.section) * (1 - 1e-6)]
     assert len(lighter) > 5, "the grid must try sections lighter than the one found"
-    assert min(sought.ratios(section).max() for section in lighter) > 1
+    assert min(sought.section_utilisation(section).max() for section in lighter) > 1
 
 
-def test_more_wall_may_bend_more_under_its_own_weight():
-    """Where a thick wall sags under itself and a thin one under the payload, the thinnest that holds is found between."""
+def test_a_thicker_wall_may_deflect_more_under_its_own_weight():
+    """Where a thick wall deflects under its own weight and a thin one under the payload, the thinnest within the limits is between."""
     arm = two_links(payload=0.2, elbow_mass=0.0)
     sought, _ = task(arm, 1)
     family = TubeFamily(outer="30 mm", wall="0.1 mm .. 14.9 mm")
     walls = np.geomspace(1e-4, 14.9e-3, 400)
-    over = np.array([sought.ratios(Tube(outer=0.03, wall=wall)).max() for wall in walls])
+    over = np.array([sought.section_utilisation(Tube(outer=0.03, wall=wall)).max() for wall in walls])
     least = int(over.argmin())
     assert 0 < least < len(walls) - 1
     limit = math.sqrt(over[least] * over[-1])
-    looser = Task(sought.joint, sought.loads, PAPER.scaled(limit))
+    looser = LinkTask(sought.joint, sought.loads, PAPER.scaled(limit))
     found = lightest(looser, family)
     first = int((over <= limit).argmax())
     assert walls[first - 1] < found.section.wall <= walls[first]
-    narrow = Task(sought.joint, sought.loads, PAPER.scaled(float(over[least]) * (1 + 1e-6)))
-    assert lightest(narrow, family).holds
-    strict = lightest(Task(sought.joint, sought.loads, PAPER.scaled(float(over[least]) * 0.99)), family)
-    assert not strict.holds
-    assert strict.misfit == pytest.approx(1 / 0.99, rel=1e-4)
+    narrow = LinkTask(sought.joint, sought.loads, PAPER.scaled(float(over[least]) * (1 + 1e-6)))
+    assert lightest(narrow, family).meets_limits
+    strict = lightest(LinkTask(sought.joint, sought.loads, PAPER.scaled(float(over[least]) * 0.99)), family)
+    assert not strict.meets_limits
+    assert strict.utilisation == pytest.approx(1 / 0.99, rel=1e-4)
 
 
-def test_of_a_list_the_lightest_that_holds():
-    """Of a list the section found holds, and every lighter one fails; where none holds, the one that fails by least."""
+def test_the_lightest_of_a_list_within_the_limits():
+    """The result of a list is within the limits and every lighter one is not; where none is, it has the least utilisation."""
     arm = two_links()
     sought, _ = task(arm, 0)
     stock = (*tuple(Tube(outer=outer / 1000.0, wall=wall / 1000.0) for outer in range(40, 130, 10) for wall in (2, 3, 5)), Rod(diameter=0.09))
     found = lightest(sought, stock)
-    assert found.holds
+    assert found.meets_limits
     for section in stock:
-        assert (sought.mass(section) >= sought.mass(found.section)) or sought.ratios(section).max() > 1
+        assert (sought.mass(section) >= sought.mass(found.section)) or sought.section_utilisation(section).max() > 1
     thin = stock[:6]
     missed = lightest(sought, thin)
-    assert not missed.holds
-    assert missed.misfit == pytest.approx(min(sought.ratios(section).max() for section in thin))
+    assert not missed.meets_limits
+    assert missed.utilisation == pytest.approx(min(sought.section_utilisation(section).max() for section in thin))
 
 
 def test_one_pass_from_the_tip_is_the_lightest_arm():
-    """Of every pair of sections for two links, the lightest arm that holds all limits is that of one pass inward: so is each link by itself."""
+    """Of every pair of sections for two links, the lightest arm within all limits is that of one inward pass, and so is each link."""
     arm = two_links()
     stock = tuple(Tube(outer=outer / 1e3, wall=0.003) for outer in range(50, 130, 8))
     poses = lostmotion.sample_poses(arm, 16)
-    sizing = size_links(arm, {"shoulder": Wanted(stock), "elbow": Wanted(stock)}, PAPER, poses)
-    assert sizing.holds
+    sizing = size_links(arm, {"shoulder": LinkOptions(stock), "elbow": LinkOptions(stock)}, PAPER, poses)
+    assert sizing.meets_limits
     holding = []
     for first, second in itertools.product(stock, stock):
         other = two_links(first, second)
@@ -159,59 +159,59 @@ def test_one_pass_from_the_tip_is_the_lightest_arm():
     assert all(not link.relieved_by for link in sizing.links)
 
 
-def test_a_counterweight_is_said():
-    """A link that folds back over the one before relieves it: heavier it could make that one lighter, and the result says so."""
+def test_a_link_that_relieves_another_is_reported():
+    """A link that folds back relieves the one before: a heavier one could make that lighter, and the result names it."""
     arm = two_links(payload=0.0, elbow=(math.pi - 0.1, math.pi + 0.1), elbow_mass=20.0, lengths=(0.5, 1.0))
     family = TubeFamily(outer="20 mm .. 160 mm", wall="2 mm")
-    sizing = size_links(arm, {"shoulder": Wanted(family), "elbow": Wanted(family)}, PAPER, lostmotion.sample_poses(arm, 32))
+    sizing = size_links(arm, {"shoulder": LinkOptions(family), "elbow": LinkOptions(family)}, PAPER, lostmotion.sample_poses(arm, 32))
     assert sizing.links[0].relieved_by == ("elbow",)
     task_now, _ = task(sizing.sized, 0)
     heavier = sizing.sized.joints[1].model_copy(update={"link": sizing.sized.joints[1].link.model_copy(update={"mass": 5.0})})
     relieved, _ = task(sizing.sized.model_copy(update={"joints": (sizing.sized.joints[0], heavier)}), 0)
     section = sizing.links[0].section
-    assert relieved.ratios(section).max() < task_now.ratios(section).max()
+    assert relieved.section_utilisation(section).max() < task_now.section_utilisation(section).max()
 
 
-def test_the_sized_arm_holds_its_limits_when_looked_at_again():
-    """By the law of bending of a study, at poses that the sizing never saw, no link of the sized arm goes beyond its limits, and each comes close."""
+def test_the_sized_arm_is_within_its_limits_at_other_poses():
+    """By the beam model of a study, at poses not used in the sizing, no sized link exceeds its limits, and each is close to one."""
     arm = two_links()
     family = TubeFamily(outer="40 mm .. 160 mm", wall="3 mm")
-    sizing = size_links(arm, {name: Wanted(family) for name in ("shoulder", "elbow")}, PAPER, lostmotion.sample_poses(arm, 64))
-    fresh = lostmotion.sample_poses(arm, 4096, seed=11).q
-    for shares in largest(sizing.sized, fresh).values():
+    sizing = size_links(arm, {name: LinkOptions(family) for name in ("shoulder", "elbow")}, PAPER, lostmotion.sample_poses(arm, 64))
+    other_poses = lostmotion.sample_poses(arm, 4096, seed=11).q
+    for shares in largest(sizing.sized, other_poses).values():
         assert max(shares) <= 1 + 1e-6
         assert max(shares) > 0.99
-    assert sizing.exceeded <= 1 + 1e-6
+    assert sizing.validated_utilisation <= 1 + 1e-6
 
 
 def test_over_tilts_the_worst_is_that_of_every_gravity():
-    """Over tilts the bending is that of gravity turned every way within the tilt, process force and all: none is worse, some come near."""
+    """The maximum over tilts is not exceeded by any sampled gravity within the tilt, with a process force, and is nearly reached."""
     arm = two_links().model_copy(update={"payload": lostmotion.Payload(mass=3.0, force=(40.0, 60.0, -20.0))})
     tilt = 0.4
     q = lostmotion.sample_poses(arm, 16).q
     loads = LinkLoads.of(arm, 0, q, tilt)
     link = arm.joints[0].elastic_link
-    whole = loads.bent(link)
+    whole = loads.deflections(link)
     rng = np.random.default_rng(5)
     away = np.concatenate([np.full(400, tilt), np.arccos(rng.uniform(math.cos(tilt), 1, 400))])
     around = np.concatenate([np.linspace(0, 2 * math.pi, 400), rng.uniform(0, 2 * math.pi, 400)])
     best = np.zeros_like(whole)
     for a, b in zip(away, around, strict=True):
         gravity = arm.gravity * np.array([math.sin(a) * math.cos(b), math.sin(a) * math.sin(b), -math.cos(a)])
-        felt = np.stack([loads.felt(k, gravity) for k in range(len(q))])
+        felt = np.stack([loads.at_pose(k, gravity) for k in range(len(q))])
         standing = LinkLoads(felt, None, None, gravity, None)
-        best = np.maximum(best, standing.bent(link))
+        best = np.maximum(best, standing.deflections(link))
     assert (best <= whole * (1 + 2e-5)).all()
     assert (best > whole * (1 - 2e-3)).all()
     worst = loads.worst(link)
     gravity = loads.worst_gravity(link, worst.slope_index, 0)
-    there = LinkLoads(loads.felt(worst.slope_index, gravity)[None], None, None, gravity, None)
-    assert there.bent(link)[0, 0] == pytest.approx(worst.slope, rel=2e-5)
+    there = LinkLoads(loads.at_pose(worst.slope_index, gravity)[None], None, None, gravity, None)
+    assert there.deflections(link)[0, 0] == pytest.approx(worst.slope, rel=2e-5)
     assert math.acos(-gravity[2] / arm.gravity) <= tilt + 1e-9
 
 
-def test_bending_without_a_tilt_is_the_study_s():
-    """Slope and deflection here are those of `causes.bending`, to rounding."""
+def test_deflection_without_a_tilt_is_that_of_a_study():
+    """Slope and deflection equal those of `load_causes.bending`."""
     arm = two_links()
     q = lostmotion.sample_poses(arm, 64).q
     for k, found in enumerate(bending(arm, q, np.zeros((len(q), 3)), 0.0)):
@@ -222,8 +222,8 @@ def test_bending_without_a_tilt_is_the_study_s():
         assert level.slope == pytest.approx(found.slope, rel=1e-5)
 
 
-def test_what_is_bolted_on_stays():
-    """A link that is stated to weigh more than its section keeps the difference, one without a section all of it."""
+def test_additional_mass_remains():
+    """A stated mass above that of the section remains as additional mass; without a section all of it remains."""
     joint = two_links().joints[0]
     own = joint.link.total_mass
     stated = joint.model_copy(update={"link": joint.link.model_copy(update={"mass": own + 0.7})})
@@ -236,20 +236,20 @@ def test_what_is_bolted_on_stays():
     assert with_section(joint, thin, steel).link.total_mass == pytest.approx(bare * steel.density / ALUMINIUM.density)
 
 
-def test_wider_limits_weigh_less_and_err_more():
-    """Along the trade-off mass falls and the tool error grows, and at the limits asked for both are those of the sized arm."""
+def test_wider_limits_give_lighter_links_and_larger_errors():
+    """Along the trade-off mass falls and the tool error grows, and at the stated limits both are those of the sized arm."""
     arm = two_links()
-    sizing = size_links(arm, {"shoulder": Wanted(family_around(Tube(outer=0.08, wall=0.003)))}, PAPER, lostmotion.sample_poses(arm, 64))
-    masses, errors = ([getattr(each, name) for each in sizing.trade] for name in ("mass", "rms"))
+    sizing = size_links(arm, {"shoulder": LinkOptions(family_around(Tube(outer=0.08, wall=0.003)))}, PAPER, lostmotion.sample_poses(arm, 64))
+    masses, errors = ([getattr(each, name) for each in sizing.trade_off] for name in ("mass", "rms_error"))
     assert all(a > b for a, b in itertools.pairwise(masses))
     assert all(a < b for a, b in itertools.pairwise(errors))
-    here = next(each for each in sizing.trade if each.scale == 1)
+    here = next(each for each in sizing.trade_off if each.scale == 1)
     assert here.mass == pytest.approx(sizing.links[0].mass)
-    assert here.rms == pytest.approx(sizing.rms)
-    assert sizing.kept == ("elbow",)
+    assert here.rms_error == pytest.approx(sizing.rms_error)
+    assert sizing.unchanged == ("elbow",)
 
 
-def test_the_error_without_draws_is_the_study_s():
+def test_the_exact_error_is_that_of_a_study():
     """The r.m.s. error of the exact sums is the root of bias squared plus variances, term by term."""
     arm = two_links()
     q = lostmotion.sample_poses(arm, 32).q
@@ -259,11 +259,11 @@ def test_the_error_without_draws_is_the_study_s():
     assert rms_error(arm, q) == pytest.approx(math.sqrt(square / len(q)), rel=1e-12)
 
 
-def test_poses_given_besides_are_looked_at():
-    """A pose given by the user, beyond all others, is what the link is sized for."""
+def test_additional_poses_are_used():
+    """A link is sized for an additional pose that is worse than all others."""
     arm = two_links()
     folded = Poses(np.array([[-1.5, -2.0], [-1.5, -1.9]]), "given")
-    wanted = {"shoulder": Wanted(TubeFamily(outer="30 mm .. 160 mm", wall="3 mm"))}
+    wanted = {"shoulder": LinkOptions(TubeFamily(outer="30 mm .. 160 mm", wall="3 mm"))}
     sizing = size_links(arm, wanted, PAPER, folded, also=np.array([[0.0, 0.0]]))
     assert sizing.given == 1
     worst = sizing.q[sizing.links[0].index]
@@ -289,12 +289,12 @@ def test_the_search_never_leaves_the_family():
     sought, _ = task(arm, 0)
     found = lightest(sought, RodFamily(diameter="10 mm .. 30 mm"), 1e-4)
     assert found.section.diameter == 0.03
-    assert found.misfit == pytest.approx(float(sought.ratios(found.section).max()))
-    assert not found.holds
+    assert found.utilisation == pytest.approx(float(sought.section_utilisation(found.section).max()))
+    assert not found.meets_limits
 
 
 def test_an_arm_of_every_joint_is_sized_and_one_without_load_gets_the_smallest():
-    """Links behind fixed and sliding joints are sized alike; where nothing weighs, the smallest section does and nothing binds."""
+    """Links behind fixed and prismatic joints are sized too; without weight the smallest section is enough and no limit governs."""
     section = Tube(outer=0.08, wall=0.003)
     link = {"length": 0.3, "section": section, "material": ALUMINIUM}
     joints = [
@@ -302,25 +302,25 @@ def test_an_arm_of_every_joint_is_sized_and_one_without_load_gets_the_smallest()
         {"name": "slide", "type": "prismatic", "axis": "x", "limits": (0.0, 0.2), "link": link},
         {"name": "wrist", "type": "revolute", "axis": "y", "limits": (-1.0, 1.0), "link": link},
     ]
-    wanted = {name: Wanted(TubeFamily(outer="20 mm .. 200 mm", wall="2 mm")) for name in ("post", "slide", "wrist")}
+    wanted = {name: LinkOptions(TubeFamily(outer="20 mm .. 200 mm", wall="2 mm")) for name in ("post", "slide", "wrist")}
     arm = Arm(name="all", joints=joints, payload={"mass": 5.0})
     sizing = size_links(arm, wanted, PAPER, lostmotion.sample_poses(arm, 16))
     assert [link.joint for link in sizing.links] == ["post", "slide", "wrist"]
-    assert sizing.holds
-    assert all(0.98 < max(link.shares) <= 1 for link in sizing.links)
+    assert sizing.meets_limits
+    assert all(0.98 < max(link.utilisation) <= 1 for link in sizing.links)
     assert sizing.q[sizing.links[0].index][0] == pytest.approx(0.2)
     weightless = arm.model_copy(update={"gravity": 0.0})
     free = size_links(weightless, wanted, PAPER, lostmotion.sample_poses(arm, 16), tilt=0.1)
     assert all(link.section.outer == 0.02 for link in free.links)
-    assert all(max(link.shares) == 0 for link in free.links)
+    assert all(max(link.utilisation) == 0 for link in free.links)
 
 
-def test_walls_that_fit_no_small_tube_keep_the_search_going():
-    """Where the range begins with tubes that cannot be, the search starts at those that can."""
+def test_a_range_may_begin_with_impossible_tubes():
+    """Where the smallest tubes of a range are impossible, the search uses the others."""
     sought, _ = task(two_links(), 1)
     found = lightest(sought, TubeFamily(outer="10 mm .. 200 mm", wall="8 mm"), 1e-4)
-    assert found.holds
-    assert sought.ratios(Tube(outer=found.section.outer - 2e-4, wall=0.008)).max() > 1
+    assert found.meets_limits
+    assert sought.section_utilisation(Tube(outer=found.section.outer - 2e-4, wall=0.008)).max() > 1
     both = lightest(sought, TubeFamily(outer="10 mm .. 200 mm", wall="1 mm .. 20 mm"), 1e-4)
-    assert both.holds
+    assert both.meets_limits
     assert both.section.wall == 0.001

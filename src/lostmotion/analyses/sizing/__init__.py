@@ -1,1 +1,1 @@
-"""Which sections and bought parts does the arm need?"""
+"""Sizing of links by limits, and selection of parts for a target."""

@@ -1,4 +1,4 @@
-"""The sized arm as a file: the user's own text with other sections, reducers and clearances in it, comments kept."""
+"""Writing of the sized arm: the user's own file with new sections, reducers and clearances, comments preserved."""
 
 from __future__ import annotations
 
@@ -18,52 +18,52 @@ from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.analyses.sizing.sizing import Sizing
-    from lostmotion.analyses.sizing.target_study import Aimed
+    from lostmotion.analyses.sizing.target_study import PartSelection
     from lostmotion.parts.error_source import Part
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.section import Plain
 
-# What gives way to a section in a link's table.
-_INSTEAD: Final = ("compliance", "measured", "rigid")
+# Keys of a link that its section replaces.
+_REPLACED: Final = ("compliance", "measured", "rigid")
 _MM: Final = {"m": (1e3, "mm")}
 
 
-def sized_text(source: str | Path, sidecar: str | Path | None, found: Sizing | Aimed) -> str:
-    """Which text describes the sized arm, in the place of the file that the arm was read from, or of the URDF's sidecar?"""
+def sized_text(source: str | Path, sidecar: str | Path | None, result: Sizing | PartSelection) -> str:
+    """Return the text of the sized arm, which replaces the arm's file or the URDF's sidecar."""
     path = Path(source)
     if path.suffix.lower() != ".toml":
         from lostmotion.io.sidecar import find_sidecar
 
-        return sized_toml(find_sidecar(path) if sidecar is None else Path(sidecar), found)
-    return sized_toml(path, found)
+        return sized_toml(find_sidecar(path) if sidecar is None else Path(sidecar), result)
+    return sized_toml(path, result)
 
 
-def sized_toml(source: Path | None, found: Sizing | Aimed) -> str:
-    """Which text describes the sized arm as `source` describes the stated one?
+def sized_toml(source: Path | None, result: Sizing | PartSelection) -> str:
+    """Return `source` with the parts of the sized arm.
 
-    `source` is the arm's TOML, or the sidecar of a URDF (None where it has none: then the text is a sidecar of its own). Every link that was sized
-    states its section in its own table, and a joint names its reducer. A bearing that joints share gets its clearance where all of them have the
-    same, else those that differ share a new one. Shared parts that nobody names any more go.
+    `source` is the arm's TOML, or the sidecar of a URDF (None: a new sidecar is written). Every sized link states its section in its own table, and a
+    joint names its reducer. A shared bearing gets the new clearance where all its joints have the same; else joints that differ share a new bearing.
+    Shared parts that are no longer named are removed.
     """
     import tomlkit
 
     text = read_text(source, MEGABYTES) if source is not None else ""
-    wanted = tomllib.loads(text)
-    _put(wanted, found, plain=True)
+    plain_tree = tomllib.loads(text)
+    _write_changes(plain_tree, result, plain=True)
     try:
         document: Any = tomlkit.parse(text)
-        _put(document, found, plain=False)
+        _write_changes(document, result, plain=False)
         out = tomlkit.dumps(document)
-        if tomllib.loads(out) == wanted:
+        if tomllib.loads(out) == plain_tree:
             return out
     except (ValueError, KeyError, TypeError, AttributeError, tomlkit.exceptions.TOMLKitError):
-        pass  # a layout that tomlkit cannot change in place: the same tables without the user's comments
-    return tomlkit.dumps(wanted)
+        pass  # tomlkit cannot change this layout in place: write the same tables without comments
+    return tomlkit.dumps(plain_tree)
 
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """What is new at one joint: the section of its link, its gearbox as a file states it, its bearing's clearance likewise."""
+    """New parts at one joint: section of its link, and the file's values of its gearbox and of its bearing clearance."""
 
     joint: str
     section: Plain | None = None
@@ -71,29 +71,29 @@ class _Change:
     clearance: str | None = None
 
 
-def _changes(found: Sizing | Aimed) -> list[_Change]:
-    bought = getattr(found, "bought", None)
-    if bought is None:
-        return [_Change(link.joint, link.section) for link in found.links]  # type: ignore[union-attr]
+def _changes(result: Sizing | PartSelection) -> list[_Change]:
+    parts = getattr(result, "parts", None)
+    if parts is None:
+        return [_Change(link.joint, link.section) for link in result.links]  # type: ignore[union-attr]
     keys = {"link": "section", "gearbox": "gearbox", "bearing": "clearance"}
     return [
-        _Change(each.slot.joint, **{keys[each.slot.what]: each.chosen.part if each.slot.what == "link" else each.chosen.stated})
-        for each in bought
-        if each.chosen.part is not None
+        _Change(each.slot.joint, **{keys[each.slot.kind]: each.selected.part if each.slot.kind == "link" else each.selected.file_value})
+        for each in parts
+        if each.selected.part is not None
     ]
 
 
-def _put(tree: Any, found: Sizing | Aimed, *, plain: bool) -> None:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
-    stated = {joint.name: joint for joint in found.arm.joints}
-    sized = {joint.name: joint for joint in found.sized.joints}
-    changes = _changes(found)
-    left: dict[str, set[str]] = {"gearboxes": set(), "bearings": set()}
+def _write_changes(tree: Any, result: Sizing | PartSelection, *, plain: bool) -> None:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+    stated = {joint.name: joint for joint in result.arm.joints}
+    sized = {joint.name: joint for joint in result.sized.joints}
+    changes = _changes(result)
+    replaced: dict[str, set[str]] = {"gearboxes": set(), "bearings": set()}
     for each in changes:
         joint = _joint(tree, each.joint)
         before, after = stated[each.joint], sized[each.joint]
         if each.section is not None:
             link = joint.setdefault("link", {})
-            for key in _INSTEAD:
+            for key in _REPLACED:
                 forget_assumed(link, key)
                 link.pop(key, None)
             _set(link, "section", _table(stated_by(each.section), plain=plain))
@@ -102,30 +102,30 @@ def _put(tree: Any, found: Sizing | Aimed, *, plain: bool) -> None:  # noqa: ANN
             if after.link.mass is not None:
                 _set(link, "mass", f"{after.link.mass:.12g} kg")
         if each.gearbox is not None:
-            left["gearboxes"] |= {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
+            replaced["gearboxes"] |= {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
             _set(joint, "gearbox", _table(each.gearbox, plain=plain) if isinstance(each.gearbox, dict) else each.gearbox)
             if after.mass is not None and after.mass != before.mass:
                 _set(joint, "mass", f"{after.mass:.12g} kg")
-    left["bearings"] = _put_clearances(tree, {each.joint: each.clearance for each in changes if each.clearance is not None}, plain=plain)
-    _drop_idle(tree, {"sections": set(tree.get("sections", {})), **left})
+    replaced["bearings"] = _write_clearances(tree, {each.joint: each.clearance for each in changes if each.clearance is not None}, plain=plain)
+    _remove_unused(tree, {"sections": set(tree.get("sections", {})), **replaced})
 
 
-def _put_clearances(tree: Any, wanted: dict[str, str], *, plain: bool) -> set[str]:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
-    """Put clearances where the bearings of these joints are stated, and give the shared bearings that joints may have left."""
+def _write_clearances(tree: Any, clearances: dict[str, str], *, plain: bool) -> set[str]:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+    """Write clearances into the bearings of these joints, and return the shared bearings that some of them no longer use."""
     joints = tree.get("joints", {})
     named = {joint["name"]: joint for joint in joints} if isinstance(joints, list) else joints
-    left = set()
-    for name, clearance in wanted.items():
+    replaced = set()
+    for name, clearance in clearances.items():
         joint = named[name]
         if not isinstance(joint["bearing"], str):
             _set(joint["bearing"], "clearance", clearance)
             continue
         shared = str(joint["bearing"])
-        alike = {wanted.get(other) for other, each in named.items() if each.get("bearing") == shared}
-        if alike == {clearance}:
+        common = {clearances.get(other) for other, each in named.items() if each.get("bearing") == shared}
+        if common == {clearance}:
             _set(tree["bearings"][shared], "clearance", clearance)
             continue
-        left.add(shared)
+        replaced.add(shared)
         own = copy.deepcopy(_plain(tree["bearings"][shared]))
         _set(own, "clearance", clearance)
         known = next((other for other, part in tree["bearings"].items() if _plain(part) == own), None)
@@ -133,11 +133,11 @@ def _put_clearances(tree: Any, wanted: dict[str, str], *, plain: bool) -> set[st
             known = next(each for k in range(2, len(named) + 3) if (each := f"{shared}-{k}") not in tree["bearings"])
             tree["bearings"][known] = own if plain else _section(own)
         joint["bearing"] = str(known)
-    return left
+    return replaced
 
 
 def _set(table: Any, key: str, value: Any) -> None:  # noqa: ANN401 - a dict, or tomlkit's own
-    """Put a value that was chosen in the place of the stated one: it is no assumption any more."""
+    """Set a selected value and remove its mark as assumed."""
     forget_assumed(table, key)
     table[key] = value
 
@@ -163,8 +163,8 @@ def _joint(tree: Any, name: str) -> Any:  # noqa: ANN401 - a tree of dicts, or t
     return joints.setdefault(name, {})
 
 
-def _drop_idle(tree: Any, candidates: dict[str, set[str]]) -> None:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
-    """Take shared parts out, of those by table, that nobody names now."""
+def _remove_unused(tree: Any, candidates: dict[str, set[str]]) -> None:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+    """Remove those of these shared parts, by table, that are no longer named."""
     named: set[str] = set()
     waiting: list[Any] = [tree]
     while waiting:
@@ -193,7 +193,7 @@ def _table(values: dict[str, Any], *, plain: bool) -> Any:  # noqa: ANN401 - a d
 
 
 def stated_by(part: Part) -> dict[str, Any]:
-    """How does a file state this part? Its fields by name, quantities with their unit; lengths in mm."""
+    """Return the part as a file states it: fields by name, quantities with their unit, lengths in mm."""
     out: dict[str, Any] = {}
     for name in type(part).model_fields:
         value = getattr(part, name)
@@ -208,25 +208,25 @@ def stated_by(part: Part) -> dict[str, Any]:
     return out
 
 
-def reads_back(source: Path, written: Path, found: Sizing | Aimed) -> str:
-    """Is the file that was written the sized arm when it is read again? What is wrong, in a few words; empty where nothing is.
+def reads_back(source: Path, written: Path, result: Sizing | PartSelection) -> str:
+    """Return how the written file differs from the sized arm when it is read again; empty where it does not.
 
-    A file that an arm names (rows of reducers, a table of a compliance) lies in the arm's folder: from another one it is not found.
+    Files that an arm names (reducers, compliance tables) are in the arm's folder and not found from another one.
     """
     from lostmotion.io import read
 
     try:
         again = read(written) if source.suffix.lower() == ".toml" else read(source, written)
     except InputError as error:
-        return f"it does not read from its folder; put it beside {source.name} ({error.problems[0].key}: {error.problems[0].found})"
-    pairs = zip(again.joints, found.sized.joints, strict=True)
+        return f"it cannot be read from its folder; move it beside {source.name} ({error.problems[0].key}: {error.problems[0].found})"
+    pairs = zip(again.joints, result.sized.joints, strict=True)
     differs = [one.name for one, other in pairs if not _same(one, other)]
-    return f"it reads with other parts at {', '.join(differs)}" if differs else ""
+    return f"it is read with other parts at {', '.join(differs)}" if differs else ""
 
 
 def _same(one: Joint, other: Joint) -> bool:
-    """Tell whether two joints weigh the same, and have the same gearbox and bearing."""
+    """Return whether two joints have the same masses, gearbox and bearing."""
     masses = ((one.link.total_mass, other.link.total_mass), (one.total_mass, other.total_mass))
     parts = [(getattr(one, name, None), getattr(other, name, None)) for name in ("gearbox", "bearing")]
-    alike = all(a is b is None or (a is not None and b is not None and a.model_dump() == b.model_dump()) for a, b in parts)
-    return alike and all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12) for a, b in masses)
+    same = all(a is b is None or (a is not None and b is not None and a.model_dump() == b.model_dump()) for a, b in parts)
+    return same and all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12) for a, b in masses)

@@ -127,19 +127,19 @@ def size(
         return Size(**vars(sized), source=source, sidecar=asked.sidecar)
     if also is not None:
         raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace")
-    from lostmotion.analyses.sizing.target_study import Counts, aim
+    from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 
     refuse_undescribed(asked.arm)
     refuse_large_errors(asked.arm)
-    found = aim(
+    found = select_parts(
         asked.arm,
         request.slots,
-        request.worth,
+        request.objective,
         request.plan.target,
         sample_poses(asked.arm, asked.poses or _SEARCH_POSES, seed=asked.seed),
         sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed),
-        rules=request.rules,
-        counts=Counts(DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1),
+        constraints=request.constraints,
+        study_size=StudySize(DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1),
         progress=progress,
     )
     return Selection(**vars(found), notes=request.notes, source=source, sidecar=asked.sidecar)

@@ -1,4 +1,4 @@
-"""Which is the lightest section that bends little enough, of a family or of a list? One link, its loads given."""
+"""Lightest section of one link, from a family or a list, that meets limits of slope and deflection under given loads."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from lostmotion.parts.family import rounded
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.sizing.link_deflection import LinkLoads, Worst
+    from lostmotion.analyses.sizing.link_deflection import LinkLoads
     from lostmotion.parts.family import Family
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.link import ElasticLink
@@ -21,52 +21,51 @@ if TYPE_CHECKING:
     from lostmotion.parts.section import Plain, Sized
     from lostmotion.spatial import Floats
 
-# A misfit beyond one by no more than this is rounding.
+# A utilisation above 1 by no more than this is rounding.
 SLACK: Final = 1e-9
-# Poses that the search looks at to begin with, the worst by either limit; others join where the section found bends more there.
+# Poses at first, the worst of either limit; poses at which the result is worse are added.
 _ACTIVE: Final = 32
 _ROUNDS: Final = 50
-# Values of one free size tried before the root is closed in on; of several, so many of each.
+# Values of one free size before the root is bracketed; values of each of several free sizes.
 _SCAN: Final = 13
 _GRID: Final = {2: 8, 3: 5, 4: 4}
 _STARTS: Final = 3
 _IMPOSSIBLE: Final = 20.0
 _LEAST: Final = 1e-300
-# Shares of the leading size are chosen in steps of this.
+# Step of sizes that are shares of the leading size.
 _SHARE_STEP: Final = 1e-3
 _AROUND: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a link may do: slope in rad, deflection as its length over this number; the paper's condition (4) asks 0.5' and 2500."""
+    """Limits of a link's tip: slope (rad), and deflection as the length over this number; 0.5' and 2500 in the paper's condition (4)."""
 
     slope: float
     deflection: float
 
     def scaled(self, factor: float) -> Limits:
-        """Give both limits so many times as wide."""
+        """Return both limits multiplied by a factor."""
         return Limits(self.slope * factor, self.deflection / factor)
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """The section found, and the larger of slope and deflection over their limits: at most one where it does, else it is the stiffest of its kind."""
+class SizedSection:
+    """A section and its utilisation: the larger of slope and deflection over their limits. Above 1, no section of the choice is within them."""
 
     section: Plain
-    misfit: float
+    utilisation: float
 
     @property
-    def holds(self) -> bool:
-        """Tell whether the limits hold."""
-        return self.misfit <= 1 + SLACK
+    def meets_limits(self) -> bool:
+        """Return whether the section meets the limits."""
+        return self.utilisation <= 1 + SLACK
 
 
 def with_section(joint: Joint, section: Plain, material: Material | None = None) -> Joint:
-    """Which joint is this one with another section of its link, all along?
+    """Return the joint with another uniform section of its link.
 
-    A mass that was stated for the link stays as far as it is more than its section weighed: what is bolted on. Of a link without a section that is
-    all of it, since nobody says how much of it the new section takes the place of.
+    A stated mass of the link above that of its section remains as additional mass; for a link without a section, all of the stated mass remains.
     """
     link = joint.link
     changed: dict[str, object] = {"section": section, "material": material or link.material, "mass": None}
@@ -79,8 +78,8 @@ def with_section(joint: Joint, section: Plain, material: Material | None = None)
 
 
 @dataclass(frozen=True)
-class Task:
-    """One link to be sized: its joint, everything that acts on it, what it may do, and its material where another is wanted."""
+class LinkTask:
+    """One link to size: its joint, loads and limits, and its new material (None: its own)."""
 
     joint: Joint
     loads: LinkLoads
@@ -88,34 +87,29 @@ class Task:
     material: Material | None = None
 
     def link(self, section: Plain) -> ElasticLink:
-        """Give the link with this section."""
+        """Return the link with this section."""
         return with_section(self.joint, section, self.material).elastic_link
 
     def mass(self, section: Plain) -> float:
-        """Give what the link weighs with this section, kg."""
+        """Return the mass of the link with this section, kg."""
         return self.link(section).link.total_mass
 
-    def ratios(self, section: Plain) -> Floats:
-        """How much of each limit does a section take (pose, 2): slope, deflection?"""
-        return self.taken(self.link(section), self.loads)
+    def section_utilisation(self, section: Plain) -> Floats:
+        """Return slope and deflection with a section over their limits (pose, 2)."""
+        return self.utilisation(self.link(section), self.loads)
 
-    def taken(self, link: ElasticLink, loads: LinkLoads) -> Floats:
-        """How much of each limit does a link take (pose, 2) under some loads?"""
+    def utilisation(self, link: ElasticLink, loads: LinkLoads) -> Floats:
+        """Return slope and deflection of a link under some loads over their limits (pose, 2)."""
         limits = np.array([self.limits.slope, link.link.reach / self.limits.deflection])
-        return np.asarray(loads.bent(link) / limits)
-
-    def worst(self, section: Plain) -> Worst:
-        """What does the link do at worst with this section?"""
-        return self.loads.worst(self.link(section))
+        return np.asarray(loads.deflections(link) / limits)
 
 
-def lightest(task: Task, choice: Family | tuple[Plain, ...], step: float = 0.0) -> Found:
-    """Which section of a family, or of a list, is the lightest that holds the limits? Where none does: the one that misses them by least.
+def lightest(task: LinkTask, choice: Family | tuple[Plain, ...], step: float = 0.0) -> SizedSection:
+    """Return the lightest section of a family or list that meets the limits, else the one of least utilisation.
 
-    Free lengths come in whole steps (m), rounded up; 0: as they come. Of one free size exact: bending is scanned along it, and the root closed in on
-    (Brent). Of several, SLSQP from several starts in the logarithms of the sizes, where masses and bending of thin sections are sums of powers and so
-    convex; held against brute force in tests. Only the worst poses are looked at on the way, but the section returned is checked at all of them and
-    those where it fails join in, which leaves the result that of all poses.
+    Free sizes are multiples of `step` (m), rounded up; 0: continuous. One free size is solved by bracketing and Brent's method, several by SLSQP from
+    several starts in the logarithms of the sizes, in which mass and deflection of thin sections are convex. The search uses the worst poses only, and
+    adds poses at which the result exceeds the limits until it is valid for all of them.
     """
     if isinstance(choice, tuple):
         return _of_list(task, choice)
@@ -124,44 +118,44 @@ def lightest(task: Task, choice: Family | tuple[Plain, ...], step: float = 0.0) 
     )
     if seed is None:
         raise ValueError("a family of no section")
-    active = _worst_poses(task.ratios(seed))
-    found = Found(seed, math.inf)
+    active = _worst_poses(task.section_utilisation(seed))
+    best = SizedSection(seed, math.inf)
     for _ in range(_ROUNDS):
-        found = _Search(task, choice, task.loads.at(active), step).found()
-        ratios = task.ratios(found.section)
-        whole = Found(found.section, float(ratios.max()))
-        if whole.misfit <= max(found.misfit, 1.0) + SLACK:
-            return whole
+        best = _FamilySearch(task, choice, task.loads.at(active), step).best()
+        ratios = task.section_utilisation(best.section)
+        at_all_poses = SizedSection(best.section, float(ratios.max()))
+        if at_all_poses.utilisation <= max(best.utilisation, 1.0) + SLACK:
+            return at_all_poses
         active = np.union1d(active, _worst_poses(ratios))
-    return Found(found.section, float(task.ratios(found.section).max()))
+    return SizedSection(best.section, float(task.section_utilisation(best.section).max()))
 
 
 def _worst_poses(ratios: Floats) -> np.ndarray:
     return np.unique(np.argsort(-ratios, axis=0, kind="stable")[:_ACTIVE])
 
 
-def _of_list(task: Task, stock: tuple[Plain, ...]) -> Found:
-    """Try a list, the lightest first."""
-    least: Found | None = None
+def _of_list(task: LinkTask, stock: tuple[Plain, ...]) -> SizedSection:
+    """Return the first section that meets the limits, in the order of mass."""
+    least: SizedSection | None = None
     for section in sorted(stock, key=task.mass):
-        found = Found(section, float(task.ratios(section).max()))
-        if found.holds:
-            return found
-        least = found if least is None or found.misfit < least.misfit else least
+        tried = SizedSection(section, float(task.section_utilisation(section).max()))
+        if tried.meets_limits:
+            return tried
+        least = tried if least is None or tried.utilisation < least.utilisation else least
     if least is None:
         raise ValueError("an empty list of sections")
     return least
 
 
-class _Search:
-    """The search in one family, at the active poses."""
+class _FamilySearch:
+    """The search in one family at the active poses."""
 
-    def __init__(self, task: Task, family: Family, loads: LinkLoads, step: float) -> None:
+    def __init__(self, task: LinkTask, family: Family, loads: LinkLoads, step: float) -> None:
         self.task, self.family, self.loads, self.step = task, family, loads, step
         self.free = family.free
         self.fixed = tuple(span.low for span in family.spans)
         self.ends = [(family.spans[k].low, family.spans[k].high) for k in self.free]
-        self.ask = functools.lru_cache(maxsize=20_000)(self._ask)
+        self.evaluate = functools.lru_cache(maxsize=20_000)(self._evaluate)
 
     def _values(self, free: tuple[float, ...]) -> tuple[float, ...]:
         values = list(self.fixed)
@@ -172,19 +166,19 @@ class _Search:
     def section(self, free: tuple[float, ...]) -> Sized | None:
         return self.family.section(self._values(free))
 
-    def _ask(self, free: tuple[float, ...]) -> tuple[float, float, float]:
-        """Give mass, and the shares taken of the slope's and the deflection's limit; infinite where there is no such section."""
+    def _evaluate(self, free: tuple[float, ...]) -> tuple[float, float, float]:
+        """Return mass, and the utilisation of slope and deflection; infinite where there is no such section."""
         section = self.section(free)
         if section is None:
             return math.inf, math.inf, math.inf
         link = self.task.link(section)
-        slope, deflection = self.task.taken(link, self.loads).max(axis=0)
+        slope, deflection = self.task.utilisation(link, self.loads).max(axis=0)
         return link.link.total_mass, float(slope), float(deflection)
 
-    def misfit(self, free: tuple[float, ...]) -> float:
-        return max(self.ask(free)[1:])
+    def utilisation(self, free: tuple[float, ...]) -> float:
+        return max(self.evaluate(free)[1:])
 
-    def found(self) -> Found:
+    def best(self) -> SizedSection:
         if not self.free:
             chosen: tuple[float, ...] = ()
         elif len(self.free) == 1:
@@ -194,39 +188,39 @@ class _Search:
         section = self.section(chosen)
         if section is None:
             raise ValueError("a family of no section")
-        return Found(section, self.misfit(chosen))
+        return SizedSection(section, self.utilisation(chosen))
 
     def _of_one(self) -> tuple[float, ...]:
-        """Find the smallest value that holds. Bending may rise again beyond some size, where the link's own weight takes over."""
+        """Return the smallest size within the limits. Deflection may rise again at large sizes, where the link's own weight dominates."""
         from scipy.optimize import brentq, minimize_scalar
 
         low, high = self.ends[0]
         scan = [float(x) for x in np.geomspace(low, high, _SCAN)]
         scan[0], scan[-1] = low, high
-        over = [math.log(misfit) if 0 < (misfit := self.misfit((x,))) < math.inf else _sign(misfit) * _IMPOSSIBLE for x in scan]
+        over = [math.log(utilisation) if 0 < (utilisation := self.utilisation((x,))) < math.inf else _sign(utilisation) * _IMPOSSIBLE for x in scan]
         first = next((k for k, value in enumerate(over) if value <= 0), None)
         if first is None:
             least = int(np.argmin(over))
             ends = scan[max(least - 1, 0)], scan[min(least + 1, len(scan) - 1)]
             best = minimize_scalar(
-                lambda x: min(math.log(self.misfit((float(x),))), _IMPOSSIBLE), bounds=ends, method="bounded", options={"xatol": 1e-9}
+                lambda x: min(math.log(self.utilisation((float(x),))), _IMPOSSIBLE), bounds=ends, method="bounded", options={"xatol": 1e-9}
             )
             size = float(best.x) if best.fun < over[least] else scan[least]
-            if self.misfit((size,)) > 1:
+            if self.utilisation((size,)) > 1:
                 return self._stiffest(size)
             scan, first = [ends[0], size], 1
         if first == 0:
             return (low,)
-        root = float(brentq(lambda x: _clipped(math.log(self.misfit((float(x),)))), scan[first - 1], scan[first], xtol=1e-12, rtol=1e-12))
+        root = float(brentq(lambda x: _clipped(math.log(self.utilisation((float(x),)))), scan[first - 1], scan[first], xtol=1e-12, rtol=1e-12))
         nudge = 1e-12
-        while self.misfit((root,)) > 1:  # the root's other side, by rounding
+        while self.utilisation((root,)) > 1:  # on the other side of the root by rounding
             root = min(root * (1 + nudge), scan[first])
             nudge *= 2
         return self._in_steps((root,))
 
     def _stiffest(self, size: float) -> tuple[float, ...]:
         candidates = [tuple(each) for each in self._near((size,))]
-        return min(candidates, key=self.misfit, default=(size,))
+        return min(candidates, key=self.utilisation, default=(size,))
 
     def _of_several(self) -> tuple[float, ...]:
         from scipy.optimize import minimize
@@ -236,37 +230,37 @@ class _Search:
             for point in itertools.product(*(np.geomspace(low, high, _GRID[len(self.ends)]) for low, high in self.ends))
         ]
         grid = [self._clip(point) for point in grid]
-        holding = sorted((point for point in grid if self.misfit(point) <= 1), key=lambda point: self.ask(point)[0])
+        within = sorted((point for point in grid if self.utilisation(point) <= 1), key=lambda point: self.evaluate(point)[0])
         bounds = [(math.log(low), math.log(high)) for low, high in self.ends]
-        if not holding:
-            start = min(grid, key=self.misfit)
-            best = minimize(self._log_misfit, _logs(start), method="L-BFGS-B", bounds=bounds)
-            least = min((self._point(best.x), start), key=self.misfit)
-            if self.misfit(least) > 1:
-                return min([*self._near(least), least], key=self.misfit)
-            holding = [least]
-        found = list(holding[:1])
-        room: Any = [{"type": "ineq", "fun": self._log_room, "args": (which,)} for which in (1, 2)]
-        for start in _apart(holding):
+        if not within:
+            start = min(grid, key=self.utilisation)
+            best = minimize(self._log_utilisation, _logs(start), method="L-BFGS-B", bounds=bounds)
+            least = min((self._point(best.x), start), key=self.utilisation)
+            if self.utilisation(least) > 1:
+                return min([*self._near(least), least], key=self.utilisation)
+            within = [least]
+        points = list(within[:1])
+        constraints: Any = [{"type": "ineq", "fun": self._log_margin, "args": (which,)} for which in (1, 2)]
+        for start in _starts(within):
             best = minimize(
                 self._log_mass,
                 _logs(start),
                 method="SLSQP",
                 bounds=bounds,
-                constraints=room,
+                constraints=constraints,
                 options={"maxiter": 60, "ftol": 1e-9},
             )
-            found.append(self._mended(self._point(best.x), start))
-        return self._in_steps(min(found, key=lambda point: self.ask(point)[0]))
+            points.append(self._moved_within(self._point(best.x), start))
+        return self._in_steps(min(points, key=lambda point: self.evaluate(point)[0]))
 
     def _log_mass(self, x: Floats) -> float:
-        return _clipped(math.log(max(self.ask(self._point(x))[0], _LEAST)))
+        return _clipped(math.log(max(self.evaluate(self._point(x))[0], _LEAST)))
 
-    def _log_misfit(self, x: Floats) -> float:
-        return _clipped(math.log(max(self.misfit(self._point(x)), _LEAST)))
+    def _log_utilisation(self, x: Floats) -> float:
+        return _clipped(math.log(max(self.utilisation(self._point(x)), _LEAST)))
 
-    def _log_room(self, x: Floats, which: int) -> float:
-        return -_clipped(math.log(max(self.ask(self._point(x))[which], _LEAST)))
+    def _log_margin(self, x: Floats, which: int) -> float:
+        return -_clipped(math.log(max(self.evaluate(self._point(x))[which], _LEAST)))
 
     def _point(self, x: Floats) -> tuple[float, ...]:
         return self._clip(tuple(float(each) for each in np.exp(x)))
@@ -274,23 +268,23 @@ class _Search:
     def _clip(self, point: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(min(max(x, low), high) for x, (low, high) in zip(point, self.ends, strict=True))
 
-    def _mended(self, point: tuple[float, ...], holds: tuple[float, ...]) -> tuple[float, ...]:
-        """Go back from a point that misses the limits towards one that holds them, no further than needed."""
-        if self.misfit(point) <= 1:
+    def _moved_within(self, point: tuple[float, ...], within: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the point nearest to `point`, on the line to a point within the limits, that is within them."""
+        if self.utilisation(point) <= 1:
             return point
-        near, far = _logs(holds), _logs(point)
+        near, far = _logs(within), _logs(point)
         good, bad = 0.0, 1.0
         for _ in range(50):
             share = (good + bad) / 2
-            good, bad = (share, bad) if self.misfit(self._point(near + share * (far - near))) <= 1 else (good, share)
+            good, bad = (share, bad) if self.utilisation(self._point(near + share * (far - near))) <= 1 else (good, share)
         return self._point(near + good * (far - near))
 
     def _in_steps(self, point: tuple[float, ...]) -> tuple[float, ...]:
-        """Round to whole steps: the lightest that holds among those around; the point itself where none around does."""
+        """Return the lightest neighbour in whole steps within the limits; the point itself where there is none."""
         if not self.step:
             return point
-        holding = [each for each in self._near(point) if self.misfit(each) <= 1]
-        return min(holding, key=lambda each: self.ask(each)[0], default=point)
+        within = [each for each in self._near(point) if self.utilisation(each) <= 1]
+        return min(within, key=lambda each: self.evaluate(each)[0], default=point)
 
     def _near(self, point: tuple[float, ...]) -> list[tuple[float, ...]]:
         if not self.step:
@@ -303,8 +297,8 @@ class _Search:
         return list(itertools.product(*axes))
 
 
-def _apart(points: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
-    """Take the lightest few, and the one in the middle of all."""
+def _starts(points: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
+    """Return the first few points and the middle one."""
     return list(dict.fromkeys([*points[: _STARTS - 1], points[len(points) // 2]]))
 
 

@@ -1,4 +1,4 @@
-"""How much does one link bend, for any section that it might have? Its loads worked out once; then each section is a small matrix."""
+"""Slope and deflection of one link for any section: its loads are computed once, each section is then a small matrix."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _BLOCK: Final = 4096
-# Directions across a link that are tried, and then so many between the neighbours of the best: within 1e-5 of the largest.
+# Directions across a link, and directions between the neighbours of the best: within 1e-5 of the largest.
 _COARSE: Final = 48
 _FINE: Final = 33
 
 
 @dataclass(frozen=True, slots=True)
-class Worst:
-    """What one link does at worst over poses, and over tilts of the base: slope (rad), deflection (m) and the indices of the poses where."""
+class WorstDeflection:
+    """Largest slope (rad) and deflection (m) of one link over poses and tilts of the base, with the indices of their poses."""
 
     slope: float
     slope_index: int
@@ -34,18 +34,16 @@ class Worst:
 
 @dataclass(frozen=True)
 class LinkLoads:
-    """What acts on one link, at every pose: (pose, 9), the wrench on its tip and gravity there, both in the tip's axes.
+    """Loads of one link at every pose (pose, 9): the wrench on its tip, and gravity, both in the tip's axes. Independent of the link's section.
 
-    standing    (pose, 9) as the base stands
+    nominal     (pose, 9) with the base as stated
     fixed       (pose, 9) without gravity: the process force; None without a tilt
     by_gravity  (pose, 9, 3) per m/s^2 of gravity along each axis of the base; None without a tilt
-    gravity     (3,) m/s^2 in the base's axes, as the base stands
-    tilt        rad: gravity may lie anywhere within so much of the base's own downward axis; None: only where it is
-
-    The link's own section is in none of it.
+    gravity     (3,) m/s^2 in the base's axes, with the base as stated
+    tilt        rad, largest angle of gravity from the base's downward axis; None: gravity as stated
     """
 
-    standing: Floats
+    nominal: Floats
     fixed: Floats | None
     by_gravity: Floats | None
     gravity: Floats
@@ -53,62 +51,62 @@ class LinkLoads:
 
     @classmethod
     def of(cls, arm: Arm, joint: int, q: Floats, tilt: float | None) -> Self:
-        """Which loads does everything outboard put on the link behind the joint number `joint` of `arm.joints`?"""
+        """Return the loads on the link of the joint number `joint` of `arm.joints` by everything outboard."""
         blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
         tip, now = arm.tree.joints[joint].tip, arm.gravity_in_base
-        standing = np.concatenate([_load(arm, tip, block, now) for block in blocks])
+        nominal = np.concatenate([_load(arm, tip, block, now) for block in blocks])
         if tilt is None:
-            return cls(standing, None, None, now, None)
+            return cls(nominal, None, None, now, None)
         fixed = np.concatenate([_load(arm, tip, block, np.zeros(3)) for block in blocks])
         by_axis = [np.concatenate([_load(arm, tip, block, axis) for block in blocks]) - fixed for axis in np.eye(3)]
-        return cls(standing, fixed, np.stack(by_axis, axis=-1), now, tilt)
+        return cls(nominal, fixed, np.stack(by_axis, axis=-1), now, tilt)
 
     def at(self, poses: np.ndarray) -> LinkLoads:
-        """Give the loads at some of the poses only."""
+        """Return the loads at some of the poses."""
         fixed, by_gravity = (None if each is None else each[poses] for each in (self.fixed, self.by_gravity))
-        return replace(self, standing=self.standing[poses], fixed=fixed, by_gravity=by_gravity)
+        return replace(self, nominal=self.nominal[poses], fixed=fixed, by_gravity=by_gravity)
 
-    def felt(self, pose: int, gravity: Floats) -> Floats:
-        """Give what acts at one pose (9,) under this gravity, which is that of the base as it stands unless there is a tilt."""
+    def at_pose(self, pose: int, gravity: Floats) -> Floats:
+        """Return the load at one pose (9,) under this gravity; without a tilt, gravity is that of the base as stated."""
         if self.fixed is None or self.by_gravity is None:
-            return np.asarray(self.standing[pose])
+            return np.asarray(self.nominal[pose])
         return np.asarray(self.fixed[pose] + self.by_gravity[pose] @ gravity)
 
-    def bent(self, link: ElasticLink) -> Floats:
-        """By how much does this link bend (pose, 2): slope (rad) and deflection (m) of its tip against the joint, across it, at worst over tilts?
+    def deflections(self, link: ElasticLink) -> Floats:
+        """Return slope (rad) and deflection (m) of the link's tip relative to the joint, across the link, at the worst tilt (pose, 2).
 
-        As `causes.bending`: without what lies along the link. Over tilts exact to 1e-5: the bending follows gravity linearly, so the furthest it
-        goes in one direction is known without search, and that direction is searched.
+        As `load_causes.bending`, without components along the link. Over tilts to 1e-5: deflection is linear in gravity, so its maximum in a given
+        direction is closed-form, and only the direction is searched.
         """
-        give = _give(link)
+        compliance = _compliance(link)
         if self.fixed is None or self.by_gravity is None or self.tilt is None:
-            whole = (self.standing @ give.T).reshape(-1, 2, 2)
-            return np.asarray(np.sqrt(np.einsum("pma,pma->pm", whole, whole)))
-        fixed, by_gravity = self.fixed @ give.T, np.einsum("ab,pbi->pai", give, self.by_gravity) * float(np.linalg.norm(self.gravity))
-        return np.column_stack([_furthest(fixed[:, rows], by_gravity[:, rows], self.tilt) for rows in (slice(0, 2), slice(2, 4))])
+            components = (self.nominal @ compliance.T).reshape(-1, 2, 2)
+            return np.asarray(np.sqrt(np.einsum("pma,pma->pm", components, components)))
+        fixed, by_gravity = self.fixed @ compliance.T, np.einsum("ab,pbi->pai", compliance, self.by_gravity) * float(np.linalg.norm(self.gravity))
+        return np.column_stack([_largest_over_tilts(fixed[:, rows], by_gravity[:, rows], self.tilt) for rows in (slice(0, 2), slice(2, 4))])
 
-    def worst(self, link: ElasticLink) -> Worst:
-        """What does this link do at worst?"""
-        bent = self.bent(link)
-        slope, deflection = (int(each) for each in bent.argmax(axis=0))
-        return Worst(float(bent[slope, 0]), slope, float(bent[deflection, 1]), deflection)
+    def worst(self, link: ElasticLink) -> WorstDeflection:
+        """Return the largest slope and deflection of the link."""
+        values = self.deflections(link)
+        slope, deflection = (int(each) for each in values.argmax(axis=0))
+        return WorstDeflection(float(values[slope, 0]), slope, float(values[deflection, 1]), deflection)
 
     def worst_gravity(self, link: ElasticLink, pose: int, measure: int) -> Floats:
-        """Under which gravity (3,), within the tilt, does this link bend most at a pose? measure 0: slope, 1: deflection."""
+        """Return the gravity (3,) within the tilt with the largest slope (measure 0) or deflection (1) at a pose."""
         if self.tilt is None or self.fixed is None or self.by_gravity is None:
             return self.gravity
         size = float(np.linalg.norm(self.gravity))
-        rows = _give(link)[2 * measure : 2 * measure + 2]
+        rows = _compliance(link)[2 * measure : 2 * measure + 2]
         fixed, slopes = rows @ self.fixed[pose], rows @ self.by_gravity[pose]
         angles = np.linspace(0, 2 * math.pi, _COARSE * _FINE)
-        towards = np.column_stack([np.cos(angles), np.sin(angles)])
-        best = int(_support(fixed[None], size * slopes[None], towards[None], self.tilt).argmax())
-        return size * direction_within(towards[best] @ slopes, self.tilt)
+        directions = np.column_stack([np.cos(angles), np.sin(angles)])
+        best = int(_support(fixed[None], size * slopes[None], directions[None], self.tilt).argmax())
+        return size * direction_within(directions[best] @ slopes, self.tilt)
 
 
-def bending_under(link: ElasticLink, felt: Floats, measure: int) -> Floats:
-    """By how much does a link bend (2,), its two components across it, under what acts on it (9,)? measure 0: slope, 1: deflection."""
-    return np.asarray(_give(link)[2 * measure : 2 * measure + 2] @ felt)
+def deflection_under(link: ElasticLink, load: Floats, measure: int) -> Floats:
+    """Return the two components across a link (2,) of its slope (measure 0) or deflection (1) under a load (9,)."""
+    return np.asarray(_compliance(link)[2 * measure : 2 * measure + 2] @ load)
 
 
 def _load(arm: Arm, tip: int, q: Floats, gravity: Floats) -> Floats:
@@ -116,33 +114,33 @@ def _load(arm: Arm, tip: int, q: Floats, gravity: Floats) -> Floats:
 
 
 def across(link: ElasticLink) -> Floats:
-    """Which matrix (2, 3) gives a vector's two components across a link, from the tip's axes?"""
+    """Return the matrix (2, 3) from a vector in the tip's axes to its two components across the link."""
     along = link.tip_from_joint @ link.link.tip_pose[:3, 3] / link.link.reach
     first = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(along, first)])
 
 
-def _give(link: ElasticLink) -> Floats:
-    """Which matrix (4, 9) gives slope (2) and deflection (2) across the link from the wrench on its tip and gravity there?"""
+def _compliance(link: ElasticLink) -> Floats:
+    """Return the matrix (4, 9) from wrench on the tip and gravity to slope (2) and deflection (2) across the link."""
     return np.asarray(np.kron(np.eye(2), across(link)) @ np.hstack([link.tip_compliance, link.own_weight_compliance]))
 
 
-def _furthest(fixed: Floats, by_gravity: Floats, tilt: float) -> Floats:
-    """How far from zero does fixed (pose, 2) + by_gravity (pose, 2, 3) @ d come (pose,), over unit directions d within `tilt` of straight down?"""
+def _largest_over_tilts(fixed: Floats, by_gravity: Floats, tilt: float) -> Floats:
+    """Return the largest norm (pose,) of fixed (pose, 2) + by_gravity (pose, 2, 3) @ d over unit vectors d within `tilt` of straight down."""
     angles = np.arange(_COARSE) * (2 * math.pi / _COARSE)
     best = np.zeros(len(fixed))
     for count, width in ((_COARSE, 0.0), (_FINE, 2 * math.pi / _COARSE)):
         tried = np.broadcast_to(angles, (len(fixed), count)) if not width else best[:, None] + np.linspace(-width, width, count)
-        towards = np.stack([np.cos(tried), np.sin(tried)], axis=-1)
-        reach = _support(fixed, by_gravity, towards, tilt)
-        best = np.take_along_axis(tried, reach.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return np.asarray(reach.max(axis=1))
+        directions = np.stack([np.cos(tried), np.sin(tried)], axis=-1)
+        size = _support(fixed, by_gravity, directions, tilt)
+        best = np.take_along_axis(tried, size.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return np.asarray(size.max(axis=1))
 
 
-def _support(fixed: Floats, by_gravity: Floats, towards: Floats, tilt: float) -> Floats:
-    """How far does the bending go in each of these directions across the link (pose, direction, 2), at most over tilts? (pose, direction)."""
-    wanted = np.einsum("pka,pai->pki", towards, by_gravity)
-    away = np.arctan2(np.hypot(wanted[..., 0], wanted[..., 1]), -wanted[..., 2])
-    size = np.sqrt(np.einsum("pki,pki->pk", wanted, wanted))
-    return np.asarray(np.einsum("pka,pa->pk", towards, fixed) + size * np.cos(np.maximum(away - tilt, 0.0)))
+def _support(fixed: Floats, by_gravity: Floats, directions: Floats, tilt: float) -> Floats:
+    """Return the largest component over tilts in each direction across the link (pose, direction, 2): (pose, direction)."""
+    gradient = np.einsum("pka,pai->pki", directions, by_gravity)
+    angle = np.arctan2(np.hypot(gradient[..., 0], gradient[..., 1]), -gradient[..., 2])
+    size = np.sqrt(np.einsum("pki,pki->pk", gradient, gradient))
+    return np.asarray(np.einsum("pka,pa->pk", directions, fixed) + size * np.cos(np.maximum(angle - tilt, 0.0)))

@@ -1,10 +1,10 @@
-"""How an arm is to be sized: limits, and for each link the family of sections or the list of stock to choose from. A TOML of its own.
+"""Request for a sizing: limits or a target, and the candidates for each link. Read from a TOML file of its own.
 
     [sizing]
-    slope = "0.5 arcmin"            # the paper's condition (4), and what holds where nothing is said
+    slope = "0.5 arcmin"            # the paper's condition (4), which is the default
     deflection = 2500               # the length of the link over this
-    tilt = "10 deg"                 # the base may lean by so much; left out: it stands as the arm file says
-    step = "0.1 mm"                 # free sizes come in whole steps of this
+    tilt = "10 deg"                 # largest tilt of the base; by default it is as stated
+    step = "0.1 mm"                 # step of free sizes
     family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "3 mm" }
 
     [sizing.links.A]                # by the name of the joint; a range, a size, or a share of the leading size
@@ -16,11 +16,10 @@
     [sizing.links.roll]
     keep = true
 
-A link of which nothing is said is sized among sections like its own, for a target those from half to
-twice as large. `material` gives a link another one, or one at all.
+A link that is not named is sized among sections like its own, for a target from half to twice as large. `material` states a link's new material.
 
-With `target = "0.5 mm"` the links are sized for the error of the tool instead, with the gearboxes and clearances that `offers` tells of; slope and
-deflection then limit the links besides where they are stated.
+With `target = "0.5 mm"` the links are sized for the error of the tool, with the gearboxes and clearances of `selection_options`; slope and deflection
+are then constraints where they are stated.
 """
 
 from __future__ import annotations
@@ -33,11 +32,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, get_args
 
 from pydantic import Field, ValidationError, model_validator
 
-from lostmotion.analyses.sizing.candidates import Worth, link_slot
+from lostmotion.analyses.sizing.candidates import Objective, link_slot
+from lostmotion.analyses.sizing.evaluation import Constraints
 from lostmotion.analyses.sizing.lightest import Limits
-from lostmotion.analyses.sizing.search import Rules
-from lostmotion.analyses.sizing.selection_options import TABLES_OFFERED, WORTH_EXAMPLE, Offers, worth_of
-from lostmotion.analyses.sizing.sizing import PAPER, Wanted
+from lostmotion.analyses.sizing.option_tables import OptionTables
+from lostmotion.analyses.sizing.selection_options import OBJECTIVE_EXAMPLE, OPTION_TABLES, parse_objective, selection_slots
+from lostmotion.analyses.sizing.sizing import PAPER, LinkOptions
 from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.io.draft import plain
@@ -65,14 +65,14 @@ TABLE: Final = "sizing"
 _EXAMPLE: Final = '[sizing] with slope = "0.5 arcmin", deflection = 2500'
 _LINK_EXAMPLE: Final = '[sizing.links.A] with family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "3 mm" }'
 _MOST_LINKS: Final = 100
-# How small and how large sections are that stand beside a link's own, where a target chooses among them.
+# Range of sizes around a link's own section, in a selection for a target.
 _NEAR_ITS_OWN: Final = (0.5, 2.0)
 _SIZED: Final = get_args(get_args(Sized)[0])
 Stock = Annotated[tuple[Plain, ...], Field(min_length=1, max_length=500)]
 
 
 class LinkChoice(Part):
-    """What a link may be made of: sections of a family, or a list of them; another material; or nothing, to be kept."""
+    """Options for a link: a family or a list of sections, a new material, or `keep`."""
 
     family: Family | None = None
     stock: Stock | None = None
@@ -81,14 +81,14 @@ class LinkChoice(Part):
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> LinkChoice:
-        said = [name for name, there in (("family", self.family), ("stock", self.stock), ("keep", self.keep)) if there]
-        if len(said) > 1:
-            raise refuse_section(" beside ".join(said), "one of family, stock and keep", "keep = true")
+        stated = [name for name, value in (("family", self.family), ("stock", self.stock), ("keep", self.keep)) if value]
+        if len(stated) > 1:
+            raise refuse_section(" and ".join(stated), "one of family, stock and keep", "keep = true")
         return self
 
 
 class Plan(LinkChoice):
-    """Limits for every link, and what the links not named may be made of."""
+    """Limits for every link, and options for the links that are not named."""
 
     slope: Annotated[float, Quantity("rad", "0.5 arcmin", above=0, high=0.1)] = PAPER.slope
     deflection: Annotated[float, Quantity("", "2500", low=10, high=1e9)] = PAPER.deflection
@@ -100,35 +100,35 @@ class Plan(LinkChoice):
 
     @property
     def limits(self) -> Limits:
-        """Give what every link may do."""
+        """Return the limits of every link."""
         return Limits(self.slope, self.deflection)
 
 
 _ALSO: Final[dict[type[Any], dict[str, str]]] = {
-    Plan: {"links": _LINK_EXAMPLE, **{table: f"[sizing.{table}]" for table in TABLES_OFFERED}},
+    Plan: {"links": _LINK_EXAMPLE, **{table: f"[sizing.{table}]" for table in OPTION_TABLES}},
 }
-BY_MASS: Final = Worth()
+BY_MASS: Final = Objective()
 _NUMBERS: Final = ("deflection", "price_per_kg")
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What a sizing is to do: limits or a target, the links to size by the name of their joint; with a target, all parts to choose and what is small.
+    """A request: limits or a target, options of the links to size by the name of their joint; with a target, all slots and the objective.
 
-    notes   what the reader should be warned of
+    notes   for the report
     """
 
     plan: Plan
-    wanted: dict[str, Wanted]
+    wanted: dict[str, LinkOptions]
     slots: tuple[Slot, ...] = ()
-    worth: Worth = BY_MASS
+    objective: Objective = BY_MASS
     notes: tuple[str, ...] = ()
 
     @property
-    def rules(self) -> Rules:
-        """Give what is allowed beside the target: limits on the links, where they were stated."""
+    def constraints(self) -> Constraints:
+        """Return the constraints besides the target: limits of the links, where stated."""
         limited = {"slope", "deflection"} & self.plan.model_fields_set
-        return Rules(self.plan.limits if limited else None, self.plan.tilt)
+        return Constraints(self.plan.limits if limited else None, self.plan.tilt)
 
 
 def read_asked(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
@@ -155,7 +155,7 @@ def read_asked(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], 
     mistakes += [Problem(file, f"{TABLE}.{key}", "stated here, and as an argument", "one of the two") for key in twice]
     merged = {**stated, **options}
     links = merged.pop("links", {})
-    tables = {name: merged.pop(name) for name in TABLES_OFFERED if name in merged}
+    tables = {name: merged.pop(name) for name in OPTION_TABLES if name in merged}
 
     def key_of(where: KeyPath) -> str:
         if where and where[0] in options:
@@ -172,41 +172,41 @@ def read_asked(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], 
             mistakes.append(
                 Problem(file, _key((TABLE, "links", name)), "no such joint", f"one of {listed(known)}", _LINK_EXAMPLE, nearest(name, known))
             )
-    offers = _offers(merged, Offers(file, tables, arm, BY_MASS, own, in_file), key_of)
-    parts = offers.slots()
-    mistakes += offers.mistakes
-    wanted: dict[str, Wanted] = {}
+    tables_ = _with_objective(merged, OptionTables(file, tables, arm, BY_MASS, own, in_file), key_of)
+    parts = selection_slots(tables_)
+    mistakes += tables_.mistakes
+    wanted: dict[str, LinkOptions] = {}
     if isinstance(plan, Plan) and not any(problem.key.startswith(f"{TABLE}.links") for problem in mistakes):
         wanted = _wanted(plan, named, arm, file, mistakes, needed=not tables)
-        if wanted and offers.worth.price and plan.price_per_kg is None:
+        if wanted and tables_.objective.per_price and plan.price_per_kg is None:
             expected = "what a kilogram of link costs, for prices are to be small; 0 where links cost nothing"
             mistakes.append(Problem(file, f"{TABLE}.price_per_kg", "nothing", expected, "price_per_kg = 12"))
     if mistakes or not isinstance(plan, Plan):
         refuse_all([_as_argument(each) if each.key in {*options, *_OPTIONS} else each for each in mistakes])
-    return Asked(plan, wanted) if plan.target is None else _aiming(plan, wanted, offers, parts)
+    return Asked(plan, wanted) if plan.target is None else _with_target(plan, wanted, tables_, parts)
 
 
-def _offers(merged: dict[str, Any], offers: Offers, key_of: Callable[[KeyPath], str]) -> Offers:
-    """Say what is to be small; note where it cannot be read, and where something is offered and no target is stated."""
+def _with_objective(merged: dict[str, Any], offers: OptionTables, key_of: Callable[[KeyPath], str]) -> OptionTables:
+    """Return the tables with their objective; mistakes are an objective that cannot be read, and options without a target."""
     alone = [*offers.tables, *(name for name in ("minimise", "price_per_kg") if name in merged)]
     if alone and "target" not in merged:
-        expected = "a target on the tool beside it: by condition (4) links are sized, by mass"
+        expected = "a target on the tool as well; without one, links are sized by limits"
         offers.mistakes.append(Problem(offers.file, f"{TABLE}.{alone[0]}", "no target", expected, 'target = "0.5 mm"'))
-    worth = worth_of(str(merged.get("minimise", "mass")))
-    if worth is None:
-        expected = "mass, price, or a sum of both, each with a factor where it has one"
-        offers.mistakes.append(Problem(offers.file, key_of(("minimise",)), shown(merged["minimise"]), expected, WORTH_EXAMPLE))
-    offers.worth = worth or BY_MASS
+    objective = parse_objective(str(merged.get("minimise", "mass")))
+    if objective is None:
+        expected = "mass, price, or a sum of both with factors"
+        offers.mistakes.append(Problem(offers.file, key_of(("minimise",)), shown(merged["minimise"]), expected, OBJECTIVE_EXAMPLE))
+    offers.objective = objective or BY_MASS
     return offers
 
 
-def _aiming(plan: Plan, wanted: dict[str, Wanted], offers: Offers, parts: list[Slot]) -> Asked:
-    """Put the links' sections beside the other parts, in the order of the joints."""
+def _with_target(plan: Plan, wanted: dict[str, LinkOptions], offers: OptionTables, parts: list[Slot]) -> Asked:
+    """Return the request for a target: sections of links and other parts in the order of the joints."""
     order = {joint.name: k for k, joint in enumerate(offers.arm.joints)}
     joints = {joint.name: joint for joint in offers.arm.joints}
     sections = [link_slot(joints[name], want.choice, want.material, plan.step, plan.price_per_kg or 0.0) for name, want in wanted.items()]
     slots = sorted([*parts, *sections], key=lambda slot: order[slot.joint])
-    return Asked(plan, wanted, tuple(slots), offers.worth, tuple(offers.notes))
+    return Asked(plan, wanted, tuple(slots), offers.objective, tuple(offers.notes))
 
 
 # Keys of a family that options of the command line are called after; its kind is --family's own word.
@@ -295,10 +295,10 @@ def _links(links: Any, file: str, mistakes: list[Problem]) -> dict[str, LinkChoi
     return out
 
 
-def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mistakes: list[Problem], *, needed: bool) -> dict[str, Wanted]:
-    """Decide for each link of the arm; notes a mistake where one that is named cannot be sized, and where none can though one is needed."""
+def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mistakes: list[Problem], *, needed: bool) -> dict[str, LinkOptions]:
+    """Return the options of each link to size; mistakes are named links that cannot be sized, and no link where one is needed."""
     before = len(mistakes)
-    out: dict[str, Wanted] = {}
+    out: dict[str, LinkOptions] = {}
     for joint in arm.joints:
         own = named.get(joint.name)
         asked = own if own is not None and (own.family or own.stock or own.keep) else plan
@@ -313,7 +313,7 @@ def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mista
         if lacks and own is not None:
             mistakes.append(Problem(file, _key((TABLE, "links", joint.name)), lacks[0], lacks[1], lacks[2]))
         elif not lacks and choice is not None:
-            out[joint.name] = Wanted(choice, material)
+            out[joint.name] = LinkOptions(choice, material)
     if needed and not out and len(mistakes) == before:
         expected = "at least one link with a section and a material, or a family and a material for one without"
         mistakes.append(Problem(file, TABLE, "no link to size", expected, 'material = "aluminium" beside the family'))
@@ -323,9 +323,9 @@ def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mista
 def _lacks(joint: Joint, *, has_choice: bool, has_material: bool) -> tuple[str, str, str] | None:
     link = joint.link
     if not link.reach:
-        return "a joint whose link leads nowhere", "a link with a length", "keep = true"
+        return "a link without a length", "a link with a length", "keep = true"
     if not has_choice:
-        return "a link without a section that could be scaled, and no family", "a family or stock", _LINK_EXAMPLE
+        return "a link without a section of stated sizes, and no family", "a family or stock", _LINK_EXAMPLE
     if not has_material and (link.section is None or link.material is None):
-        return "a link of no one material", "the material to make it of", 'material = "aluminium"'
+        return "a link without one material", "its material", 'material = "aluminium"'
     return None

@@ -1,9 +1,9 @@
-"""Which sections make an arm as light as its limits allow? The paper's condition (4), link by link from the tip inward, and what it costs.
+"""Lightest sections of an arm's links that meet limits of slope and deflection, and the trade-off between mass and tool error.
 
-Condition (4) of S. Strutynskyi, R. Semenchuk 2021: of each link the lightest section with a slope of no more than 0.5' and a deflection of no more
-than length/2500, under load at the worst pose. A link carries what hangs outboard of it and itself, nothing inboard: sized from the tip inward every
-link meets its final load, and one pass is exact. Nor would a heavier outboard link ever make an inboard one lighter, as long as its weight bends that
-link the same way as the rest does where it bends most; `LinkSize.relieved_by` names the links of which that is not so.
+Condition (4) of S. Strutynskyi, R. Semenchuk 2021: the lightest section of each link with a slope of at most 0.5' and a deflection of at most
+length/2500 under load at the worst pose. A link carries only itself and what is outboard of it, so links sized from the tip inward have their final
+loads, and one pass is exact. A heavier outboard link could make an inboard one lighter only where its weight relieves that link;
+`LinkSize.relieved_by` names such links.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sizing.lightest import SLACK, Found, Limits, Task, lightest, with_section
-from lostmotion.analyses.sizing.link_deflection import LinkLoads, Worst, across, bending_under
+from lostmotion.analyses.sizing.lightest import SLACK, Limits, LinkTask, SizedSection, lightest, with_section
+from lostmotion.analyses.sizing.link_deflection import LinkLoads, WorstDeflection, across, deflection_under
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
@@ -32,21 +32,21 @@ if TYPE_CHECKING:
     from lostmotion.parts.section import Plain
     from lostmotion.spatial import Floats
 
-# The paper's: 0.5' and length/2500.
+# Limits of the paper: 0.5' and length/2500.
 PAPER: Final = Limits(0.5 * math.pi / 10800, 2500.0)
-# The trade-off: both limits from four times as strict to four times as loose.
+# Factors on both limits in the trade-off, from a quarter to four.
 SCALES: Final = tuple(2.0 ** (k / 2) for k in range(-4, 5))
 _MOST_CORNERS: Final = 4096
 _ROUNDS: Final = 6
 _SHARPENED: Final = 2
-_WORSE: Final = 1e-6
+_EXCESS: Final = 1e-6
 _BLOCK: Final = 1024
 _ERROR_POSES: Final = 512
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
-    """How one link may be made: a family of sections or a list of them, and of which material where not of its own."""
+class LinkOptions:
+    """Options for one link: a family or a list of sections, and its new material (None: its own)."""
 
     choice: Family | tuple[Plain, ...]
     material: Material | None = None
@@ -54,14 +54,15 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class LinkSize:
-    """One link that was sized; SI.
+    """One sized link; SI.
 
-    before, section      its section as stated (None: rigid, or by a matrix) and as chosen, mass_before and mass what the link weighs then
-    worst, worst_before  slope and deflection at worst over poses and tilts, with the chosen section under the new loads, and as stated (None: rigid)
-    limits               slope, and deflection as a length
-    holds                whether the chosen section holds them: where not, it is the one that misses them by least
-    force, moment, own   across the link, N and N m, on its tip where the limit that binds is taken most, and its own weight across it there, N
-    relieved_by          sized joints outboard whose links' weight bends this one the other way there: heavier they would relieve it
+    before, section      section as stated (None: rigid, or by a matrix) and as selected, with mass_before and mass of the link
+    worst, worst_before  largest slope and deflection over poses and tilts, as sized under the new loads, and as stated (None: rigid)
+    limits               slope (rad) and deflection (m)
+    meets_limits         where not, the section is the one of least utilisation
+    force, moment        across the link on its tip, N and N m, at the worst pose of the governing limit
+    own_weight           N, component across the link there
+    relieved_by          joints outboard whose sized links relieve this one there by their weight
     """
 
     joint: str
@@ -70,51 +71,51 @@ class LinkSize:
     section: Plain
     mass_before: float
     mass: float
-    worst: Worst
-    worst_before: Worst | None
+    worst: WorstDeflection
+    worst_before: WorstDeflection | None
     limits: tuple[float, float]
-    holds: bool
+    meets_limits: bool
     force: float
     moment: float
-    own: float
+    own_weight: float
     relieved_by: tuple[str, ...]
 
     @property
-    def shares(self) -> tuple[float, float]:
-        """Give how much of each limit is taken."""
+    def utilisation(self) -> tuple[float, float]:
+        """Return slope and deflection over their limits."""
         return self.worst.slope / self.limits[0], self.worst.deflection / self.limits[1]
 
     @property
-    def binds(self) -> int:
-        """Tell which limit is taken more: 0 slope, 1 deflection."""
-        return int(self.shares[1] > self.shares[0])
+    def governing(self) -> int:
+        """Return the governing limit: 0 slope, 1 deflection."""
+        return int(self.utilisation[1] > self.utilisation[0])
 
     @property
     def index(self) -> int:
-        """Give the pose where the limit that binds is taken most."""
-        return self.worst.deflection_index if self.binds else self.worst.slope_index
+        """Return the worst pose of the governing limit."""
+        return self.worst.deflection_index if self.governing else self.worst.slope_index
 
 
 @dataclass(frozen=True, slots=True)
-class Trade:
-    """One point of the trade-off: limits `scale` times as wide, the links' mass (kg), the r.m.s. tool error (m), whether all limits hold."""
+class TradeOffPoint:
+    """One point of the trade-off: factor on both limits, mass of the links (kg), r.m.s. tool error (m), and whether all limits are met."""
 
     scale: float
     mass: float
-    rms: float
-    holds: bool
+    rms_error: float
+    meets_limits: bool
 
 
 @dataclass(frozen=True, repr=False)
 class Sizing:
-    """An arm whose links were sized.
+    """An arm with sized links.
 
-    arm, sized      as stated, and with the sections chosen
-    q               (pose, joint) all poses looked at: those sampled, those given besides, corners of the joints' ranges, worse ones between
-    links           one per link sized, base to tip; kept: joints whose links were left as they are
-    rms, rms_before r.m.s. tool error over the sampled poses, m: exact sums over terms
-    trade           the trade-off, strict to loose
-    check           the sized arm looked at afresh, at other poses that the sizing did not see, and as it stands: `causes.bending` of each link
+    arm, sized    as stated, and with the selected sections
+    q             (pose, joint) all poses: sampled, `given`, `corners` of the joint ranges, and worse ones found by local search
+    links         sized links, base to tip; unchanged: joints whose links were not sized
+    rms_error, rms_error_before  r.m.s. tool error over the sampled poses, m, by exact sums over terms
+    trade_off     from strict to loose limits
+    validation    deflection of each link of the sized arm at `validation_poses` other poses, with the base as stated: `load_causes.bending`
     """
 
     arm: Arm
@@ -126,29 +127,29 @@ class Sizing:
     corners: int
     q: Floats
     links: tuple[LinkSize, ...]
-    kept: tuple[str, ...]
-    rms: float
-    rms_before: float
-    trade: tuple[Trade, ...]
-    check: tuple[LinkBending, ...]
-    check_poses: int
+    unchanged: tuple[str, ...]
+    rms_error: float
+    rms_error_before: float
+    trade_off: tuple[TradeOffPoint, ...]
+    validation: tuple[LinkBending, ...]
+    validation_poses: int
 
     @property
-    def holds(self) -> bool:
-        """Tell whether every link sized holds its limits."""
-        return all(link.holds for link in self.links)
+    def meets_limits(self) -> bool:
+        """Return whether every sized link meets its limits."""
+        return all(link.meets_limits for link in self.links)
 
     @property
-    def exceeded(self) -> float:
-        """Give the largest share of a limit that a sized link takes when it is looked at afresh."""
+    def validated_utilisation(self) -> float:
+        """Return the largest utilisation of a limit at the validation poses."""
         limits = {link.joint: link.limits for link in self.links}
-        shares = [max(bent.slope / limits[bent.joint][0], bent.deflection / limits[bent.joint][1]) for bent in self.check if bent.joint in limits]
-        return max(shares, default=0.0)
+        links = [link for link in self.validation if link.joint in limits]
+        return max((max(link.slope / limits[link.joint][0], link.deflection / limits[link.joint][1]) for link in links), default=0.0)
 
 
 def size_links(  # noqa: PLR0913 - a sizing is these numbers
     arm: Arm,
-    wanted: Mapping[str, Wanted],
+    options: Mapping[str, LinkOptions],
     limits: Limits,
     poses: Poses,
     *,
@@ -157,39 +158,39 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     also: Floats | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sizing:
-    """Which sections are the lightest that hold these limits, link by link, and what would other limits cost?
+    """Return the arm with the lightest sections that meet the limits, and the trade-off for other limits.
 
-    wanted   the links to size, by the name of their joint
-    poses    to look at; corners of the joints' ranges are added, and from the worst poses worse ones are climbed to
-    tilt     rad: by how much the base may lean from level, towards any side
-    step     m: free sizes come in whole steps of this; 0: as they come
-    also     (pose, joint) rad or m: more poses to look at
+    options  of the links to size, by the name of their joint
+    poses    corners of the joint ranges are added, and worse poses found by local search from the worst ones
+    tilt     rad, largest tilt of the base from level, towards any side
+    step     m, step of free sizes; 0: continuous
+    also     (pose, joint) rad or m, additional poses
 
-    A link that no section serves gets the one that misses its limits by least (`LinkSize.holds`).
+    A link for which no section meets the limits gets the one of least utilisation (`LinkSize.meets_limits`).
     """
-    tell = progress or (lambda *_: None)
+    report = progress or (lambda *_: None)
     ends = corners(arm)
     given = np.zeros((0, ends.shape[1])) if also is None else as_poses(arm, also)
     q = np.vstack([poses.q, given, ends])
     sized = arm
-    found: dict[str, Found] = {}
+    sections: dict[str, SizedSection] = {}
     for turn in range(_ROUNDS):
-        tell("sizing links", turn, _ROUNDS)
-        sized, found = _one_pass(arm, wanted, limits, q, tilt, step)
-        worse = _worse_poses(sized, wanted, limits, q, tilt)
+        report("sizing links", turn, _ROUNDS)
+        sized, sections = _one_pass(arm, options, limits, q, tilt, step)
+        worse = _worse_poses(sized, options, limits, q, tilt)
         if not len(worse):
             break
         q = np.vstack([q, worse])
-    links = tuple(_told(arm, sized, name, limits, q, tilt, list(found)) for name in reversed(list(found)))
+    links = tuple(_link_size(arm, sized, name, limits, q, tilt, list(sections)) for name in reversed(list(sections)))
     few = sample_poses(arm, min(len(poses), _ERROR_POSES)).q if poses.law != "given" else poses.q
-    trade = []
+    trade_off = []
     for k, scale in enumerate(SCALES):
-        tell("trading mass for error", k, len(SCALES))
-        other, sections = (sized, found) if scale == 1 else _one_pass(arm, wanted, limits.scaled(scale), q, tilt, step)
-        trade.append(Trade(scale, _mass(other, wanted), rms_error(other, few), all(each.holds for each in sections.values())))
-    fresh = sample_poses(arm, len(poses), seed=2) if poses.law != "given" else poses
-    check = bending(sized, fresh.q, np.zeros((len(fresh), 3)), 0.0)
-    kept = tuple(joint.name for joint in arm.joints if joint.link.reach and joint.name not in wanted)
+        report("trade-off of mass and error", k, len(SCALES))
+        other, chosen = (sized, sections) if scale == 1 else _one_pass(arm, options, limits.scaled(scale), q, tilt, step)
+        trade_off.append(TradeOffPoint(scale, _mass(other, options), rms_error(other, few), all(each.meets_limits for each in chosen.values())))
+    other_poses = sample_poses(arm, len(poses), seed=2) if poses.law != "given" else poses
+    validation = bending(sized, other_poses.q, np.zeros((len(other_poses), 3)), 0.0)
+    unchanged = tuple(joint.name for joint in arm.joints if joint.link.reach and joint.name not in options)
     return Sizing(
         arm,
         sized,
@@ -200,27 +201,27 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
         len(ends),
         q,
         links,
-        kept,
+        unchanged,
         rms_error(sized, few),
         rms_error(arm, few),
-        tuple(trade),
-        tuple(check),
-        len(fresh),
+        tuple(trade_off),
+        tuple(validation),
+        len(other_poses),
     )
 
 
 def rms_error(arm: Arm, q: Floats) -> float:
-    """What is the r.m.s. tool error over these poses, m? The exact sum over terms of bias and variances, nothing drawn."""
+    """Return the r.m.s. tool error over these poses, m, by exact sums over terms."""
     total = sum(Tally.of(screws(arm, q[start : start + _BLOCK])).total for start in range(0, len(q), _BLOCK))
     return math.sqrt(total / len(q))
 
 
-def _mass(arm: Arm, wanted: Mapping[str, Wanted]) -> float:
-    return sum(joint.link.total_mass for joint in arm.joints if joint.name in wanted)
+def _mass(arm: Arm, options: Mapping[str, LinkOptions]) -> float:
+    return sum(joint.link.total_mass for joint in arm.joints if joint.name in options)
 
 
 def corners(arm: Arm, most: int = _MOST_CORNERS) -> Floats:
-    """Where are the corners of the joints' ranges (pose, joint), rad or m? All, or at most so many: the last joints half way."""
+    """Return the corners of the joint ranges (pose, joint), rad or m; beyond `most` of them, the last joints are at mid-range."""
     ends = arm.limits
     moving = min(len(ends), int(math.log2(most)))
     out = np.tile(ends.mean(axis=1), (2**moving, 1))
@@ -238,38 +239,40 @@ def _index(arm: Arm, name: str) -> int:
     return next(k for k, joint in enumerate(arm.joints) if joint.name == name)
 
 
-def _one_pass(arm: Arm, wanted: Mapping[str, Wanted], limits: Limits, q: Floats, tilt: float | None, step: float) -> tuple[Arm, dict[str, Found]]:
-    """Size every link once, from the tip inward; the links found in that order."""
+def _one_pass(
+    arm: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None, step: float
+) -> tuple[Arm, dict[str, SizedSection]]:
+    """Return the arm with every link sized once, from the tip inward, and the sections in that order."""
     sized = arm
-    found: dict[str, Found] = {}
+    sections: dict[str, SizedSection] = {}
     for k, joint in reversed(list(enumerate(arm.joints))):
-        if joint.name in wanted:
-            each = wanted[joint.name]
-            task = Task(joint, LinkLoads.of(sized, k, q, tilt), limits, each.material)
-            found[joint.name] = lightest(task, each.choice, step)
-            sized = _with(sized, joint.name, found[joint.name].section, each.material)
-    return sized, found
+        if joint.name in options:
+            own = options[joint.name]
+            task = LinkTask(joint, LinkLoads.of(sized, k, q, tilt), limits, own.material)
+            sections[joint.name] = lightest(task, own.choice, step)
+            sized = _with(sized, joint.name, sections[joint.name].section, own.material)
+    return sized, sections
 
 
-def _worse_poses(sized: Arm, wanted: Mapping[str, Wanted], limits: Limits, q: Floats, tilt: float | None) -> Floats:
-    """Which poses near the worst ones bend a link more, beyond its limits? (pose, joint), none where no such pose is found."""
-    found = []
+def _worse_poses(sized: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None) -> Floats:
+    """Return poses (pose, joint) near the worst ones with a larger utilisation above 1; none where there is none."""
+    worse = []
     for k, joint in enumerate(sized.joints):
-        if joint.name in wanted:
-            task = Task(joint, LinkLoads.of(sized, k, q, tilt), limits)
-            ratios = task.taken(joint.elastic_link, task.loads)
+        if joint.name in options:
+            task = LinkTask(joint, LinkLoads.of(sized, k, q, tilt), limits)
+            ratios = task.utilisation(joint.elastic_link, task.loads)
             for measure in range(2):
                 if ratios[:, measure].max() < 1 / 2:
                     continue
                 for start in np.argsort(-ratios[:, measure], kind="stable")[:_SHARPENED]:
-                    at, share = _climbed(sized, k, q[start], limits, tilt, measure)
-                    if share > max(1.0, float(ratios[:, measure].max())) * (1 + _WORSE):
-                        found.append(at)
-    return np.array(found).reshape(-1, q.shape[1])
+                    at, share = _local_maximum(sized, k, q[start], limits, tilt, measure)
+                    if share > max(1.0, float(ratios[:, measure].max())) * (1 + _EXCESS):
+                        worse.append(at)
+    return np.array(worse).reshape(-1, q.shape[1])
 
 
-def _climbed(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None, measure: int) -> tuple[Floats, float]:
-    """From a pose, which one nearby bends a link most, within the joints' limits, and by how much of its limit?"""
+def _local_maximum(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None, measure: int) -> tuple[Floats, float]:
+    """Return the pose of largest utilisation near `start`, within the joint limits, and the utilisation."""
     from scipy.optimize import minimize
 
     joint = arm.joints[k]
@@ -278,8 +281,8 @@ def _climbed(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None
     nudge = 1e-6
 
     def share(at: Floats) -> Floats:
-        task = Task(joint, LinkLoads.of(arm, k, np.clip(low + at * width, low, high), tilt), limits)
-        return np.asarray(task.taken(joint.elastic_link, task.loads)[:, measure])
+        task = LinkTask(joint, LinkLoads.of(arm, k, np.clip(low + at * width, low, high), tilt), limits)
+        return np.asarray(task.utilisation(joint.elastic_link, task.loads)[:, measure])
 
     def less(at: Floats) -> tuple[float, Floats]:
         steps = nudge * np.eye(len(at))
@@ -291,7 +294,7 @@ def _climbed(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None
     return np.clip(low + best.x * width, low, high), -float(best.fun)
 
 
-def _told(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt: float | None, names: list[str]) -> LinkSize:
+def _link_size(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt: float | None, names: list[str]) -> LinkSize:
     k = _index(arm, name)
     stated, joint = arm.joints[k], sized.joints[k]
     loads = LinkLoads.of(sized, k, q, tilt)
@@ -300,39 +303,39 @@ def _told(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt: floa
     before = None if stated.link.is_rigid else LinkLoads.of(arm, k, q, tilt).worst(stated.elastic_link)
     length = joint.link.reach
     allowed = limits.slope, length / limits.deflection
-    binds = int(worst.deflection / allowed[1] > worst.slope / allowed[0])
-    index = worst.deflection_index if binds else worst.slope_index
-    gravity = loads.worst_gravity(link, index, binds)
-    felt = loads.felt(index, gravity)
-    moment, force, own = (float(np.linalg.norm(across(link) @ each)) for each in (felt[:3], felt[3:6], joint.link.total_mass * felt[6:]))
+    governing = int(worst.deflection / allowed[1] > worst.slope / allowed[0])
+    index = worst.deflection_index if governing else worst.slope_index
+    gravity = loads.worst_gravity(link, index, governing)
+    load = loads.at_pose(index, gravity)
+    moment, force, own = (float(np.linalg.norm(across(link) @ each)) for each in (load[:3], load[3:6], joint.link.total_mass * load[6:]))
     return LinkSize(
         joint=name,
         length=length,
         before=stated.link.section,
-        section=joint.link.section,  # type: ignore[arg-type]  # it was chosen from plain ones
+        section=joint.link.section,  # type: ignore[arg-type]  # selected from plain ones
         mass_before=stated.link.total_mass,
         mass=joint.link.total_mass,
         worst=worst,
         worst_before=before,
         limits=allowed,
-        holds=worst.slope <= allowed[0] * (1 + _WORSE) and worst.deflection <= allowed[1] * (1 + _WORSE),
+        meets_limits=worst.slope <= allowed[0] * (1 + _EXCESS) and worst.deflection <= allowed[1] * (1 + _EXCESS),
         force=force,
         moment=moment,
-        own=own,
-        relieved_by=_relieved(sized, k, q[[index]], gravity, binds, names),
+        own_weight=own,
+        relieved_by=_relieved(sized, k, q[[index]], gravity, governing, names),
     )
 
 
 def _relieved(arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names: list[str]) -> tuple[str, ...]:
-    """Which sized links outboard bend this one, by their weight, against its whole bending at this pose?"""
+    """Return the sized joints outboard whose links relieve this one by their weight at this pose."""
     link = arm.joints[k].elastic_link
     carried = arm.tree.outboard(arm.tree.joints[k].tip)
 
-    def bends(some: Arm) -> Floats:
+    def deflection(some: Arm) -> Floats:
         loads = LinkLoads.of(some, k, q, math.pi)
-        return bending_under(link, loads.felt(0, gravity), measure)
+        return deflection_under(link, loads.at_pose(0, gravity), measure)
 
-    whole = bends(arm)
+    total = deflection(arm)
     out = []
     for name in names:
         at = _index(arm, name)
@@ -340,7 +343,7 @@ def _relieved(arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names:
             joint = arm.joints[at]
             weightless = joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})})
             without = arm.model_copy(update={"joints": (*arm.joints[:at], weightless, *arm.joints[at + 1 :])})
-            part = whole - bends(without)
-            if part @ whole < -SLACK * (whole @ whole):
+            part = total - deflection(without)
+            if part @ total < -SLACK * (total @ total):
                 out.append(name)
     return tuple(out)

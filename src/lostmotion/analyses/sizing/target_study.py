@@ -1,7 +1,7 @@
-"""An arm whose parts were chosen for a target on the tool: the search at a few poses, and a full study of what it found.
+"""Selection of an arm's parts for a target on the tool: a search at a few poses, verified by a full study.
 
-The search sums up mean and covariance of the error and takes it for normal, at fewer poses than the study. What the study then says beyond that goes
-into the target that the search is given, once more, until the study's own 95 % error holds the target with the upper end of its interval.
+The search uses mean and covariance of the error under the normal assumption, at fewer poses than the study. The ratio of the two results corrects the
+target of the next search, until the upper end of the study's confidence interval is within the target.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sizing.search import LEVEL, Choice, Rules, Search
+from lostmotion.analyses.sizing.evaluation import LEVEL, Choice, Constraints
+from lostmotion.analyses.sizing.search import Search
 from lostmotion.error_model.intervals import Estimate, pooled_quantile
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
@@ -22,26 +23,26 @@ from lostmotion.propagation.montecarlo.sensitivity import halving
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.sizing.candidates import Candidate, Slot, Worth
+    from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot
     from lostmotion.error_model.budget import Halving
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
 
-# The other targets of the trade-off, as shares of the one asked for, strict to loose.
+# Other targets of the trade-off, relative to the stated one.
 SCALES: Final = (0.8, 0.9, 1.1, 1.25, 1.5)
-# Full studies at most; a search that was given no less than the target over this is not given a looser one.
-_TURNS: Final = 5
-_SPARE: Final = 1.003
-_AIM: Final = 0.999
-# The smaller study of one part put back, and of other targets.
+# Most full studies; relative rise of the search's target that is worth another search; margin on it.
+_MOST_STUDIES: Final = 5
+_LEAST_RISE: Final = 1.003
+_MARGIN: Final = 0.999
+# The smaller study of other targets, and of one part replaced by the cheapest.
 _POSES: Final = 1024
 _ROBOTS: Final = 512
 _VISITS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Counts:
-    """How large a study is: robots built and visits of each to each pose, from a seed, on so many threads."""
+class StudySize:
+    """Size of a study: robots, visits of each robot to each pose, seed and threads."""
 
     robots: int = 1000
     visits: int = 30
@@ -50,215 +51,217 @@ class Counts:
 
 
 @dataclass(frozen=True, slots=True)
-class Bought:
-    """One part as chosen, and what it buys: the cheapest way to make it, what that saves, and the 95 % error (m) that it would leave."""
+class SelectedPart:
+    """One selected part, the cheapest candidate, its saving, and the 95 % error (m) with it in place of the selected one."""
 
     slot: Slot
-    chosen: Candidate
+    selected: Candidate
     cheapest: Candidate
-    saved: float
-    without: Estimate | None
+    saving: float
+    error_with_cheapest: Estimate | None
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
-    """One point of the trade-off: the target (m), what the allocation found for it costs, weighs (kg) and errs (m), whether the search held it."""
+class TargetPoint:
+    """One point of the trade-off: target (m), cost, mass (kg), price and 95 % error (m) of its selection, and whether the search met it."""
 
     target: float
     cost: float
     mass: float
     price: float
     error: Estimate
-    holds: bool
+    meets_target: bool
 
 
 @dataclass(frozen=True, repr=False)
-class Aimed:
-    """An arm whose parts were chosen for a target on the tool.
+class PartSelection:
+    """An arm with parts selected for a target on the tool.
 
-    arm, sized        as stated, and with the parts chosen
-    poses             of the study; `searched` of the search
-    error_before, error  the 95 % error by a full study each, m
-    inner             the targets that the search was given, one after the other (m): what the study said beyond the search went into the next
-    proven            all cheaper allocations were looked at, else no exchange of one or two parts was found cheaper
-    looked_at, foreseen  allocations that were, and pairs whose error was foreseen only
-    trade             other targets, strict to loose, the one asked for among them (out of reach: what was reached); one part exchanged at a time
-    halving           what halving the errors of any part of the sized arm would buy
-    torques           by joint, the most that a joint with a gearbox to choose holds, N m, over the poses of the search and the corners of the ranges
-    small             (poses, robots, visits) of the smaller studies in `trade` and `bought`
+    arm, sized        as stated, and with the selected parts
+    poses             of the study; `search_poses` is the number of those of the search
+    error_before, error  95 % error, m, by full studies of both arms
+    search_targets    targets of the successive searches, m, corrected by the ratio of study to search
+    is_feasible       all constraints are met
+    proven            all cheaper selections were evaluated; else no exchange of one or two parts is cheaper
+    combinations      number of possible selections; `evaluated` of them, and pairs with `predicted` error only
+    trade_off         other targets, strict to loose, and the stated one (the reached one where it is out of reach)
+    halving           effect of halving the errors of each part of the sized arm
+    torques           N m by joint with a gearbox to select, largest holding torque over the poses of the search and the corners of the joint ranges
+    small_study       (poses, robots, visits) of the studies in `trade_off` and `parts`
     """
 
     arm: Arm
     sized: Arm
     target: float
-    worth: Worth
-    rules: Rules
+    objective: Objective
+    constraints: Constraints
     poses: Poses
-    searched: int
-    counts: Counts
-    bought: tuple[Bought, ...]
+    search_poses: int
+    study_size: StudySize
+    parts: tuple[SelectedPart, ...]
     mass: float
     price: float
     mass_before: float
     price_before: float
     error_before: Estimate
     error: Estimate
-    inner: tuple[float, ...]
-    allowed: bool
+    search_targets: tuple[float, ...]
+    is_feasible: bool
     proven: bool
-    allocations: int
-    looked_at: int
-    foreseen: int
-    trade: tuple[Point, ...]
+    combinations: int
+    evaluated: int
+    predicted: int
+    trade_off: tuple[TargetPoint, ...]
     halving: Halving
     torques: dict[str, float]
-    small: tuple[int, int, int]
+    small_study: tuple[int, int, int]
 
     @property
-    def holds(self) -> bool:
-        """Tell whether the study's 95 % error is within the target with the upper end of its interval, and all parts are allowed."""
-        return self.allowed and self.error.high <= self.target
+    def meets_target(self) -> bool:
+        """Return whether all constraints are met and the upper end of the error's interval is within the target."""
+        return self.is_feasible and self.error.high <= self.target
 
 
-def aim(  # noqa: PLR0913 - a search is these
+def select_parts(  # noqa: PLR0913 - the numbers of a search
     arm: Arm,
     slots: tuple[Slot, ...],
-    worth: Worth,
+    objective: Objective,
     target: float,
-    searched: Poses,
+    search_poses: Poses,
     poses: Poses,
     *,
-    rules: Rules | None = None,
-    counts: Counts | None = None,
+    constraints: Constraints | None = None,
+    study_size: StudySize | None = None,
     progress: Callable[[str, int, int], None] | None = None,
-) -> Aimed:
-    """Which parts hold the target (m) on the tool at the least cost, and what do they buy?
+) -> PartSelection:
+    """Return the selection of least cost whose 95 % error over all `poses`, robots and visits meets the target (m).
 
-    The target is the 95 % error over all `poses`, robots and visits. `searched` are the poses of the search. Where nothing reaches the target:
-    the allocation that comes nearest (`Aimed.holds`).
+    `search_poses` are those of the search. Where no selection meets the target, the most accurate one is returned (`PartSelection.meets_target`).
     """
-    size, allowed = counts or Counts(), rules or Rules()
-    stages = _TURNS + len(SCALES) + 3
+    size, constraints = study_size or StudySize(), constraints or Constraints()
+    stages = _MOST_STUDIES + len(SCALES) + 3
     stage = 0
 
-    def tell() -> None:
+    def report() -> None:
         if progress is not None:
-            progress(f"choosing parts, {len(search.looks)} allocations", stage, stages)
+            progress(f"selecting parts, {len(evaluator.evaluations)} evaluated", stage, stages)
 
-    search = Search(arm, slots, worth, searched.q, allowed, tell)
+    search = Search(arm, slots, objective, search_poses.q, constraints, report)
+    evaluator = search.evaluator
     before = _studied(arm, poses, size)
     choice, proven, inner, tried = search.solve(target, pairs=False), False, target, list[float]()
     best: tuple[Choice, bool, Estimate] | None = None
-    for turn in range(1, _TURNS):
-        error = _studied(search.made(choice), poses, size)
-        held = search.look(choice).exceeded <= 0 and error.high <= target
-        if tried and (best is None or (held, -search.look(choice).cost if held else -error.high) > _rank(search, best, target)):
+    for turn in range(1, _MOST_STUDIES):
+        error = _studied(evaluator.arm_with(choice), poses, size)
+        met = search.evaluate(choice).violation <= 0 and error.high <= target
+        if tried and (best is None or (met, -search.evaluate(choice).cost if met else -error.high) > _rank(search, best, target)):
             best = choice, proven, error
-        # So much more than the search the study says.
-        told = _AIM * target * (search.error(choice) / error.high if error.high > 0 and search.error(choice) > 0 else 1.0)
-        if tried and ((held and told <= inner * _SPARE) or not search.holds(choice, inner)):
+        # Corrected by the ratio of the search's error to that of the study.
+        corrected = _MARGIN * target * (search.error(choice) / error.high if error.high > 0 and search.error(choice) > 0 else 1.0)
+        if tried and ((met and corrected <= inner * _LEAST_RISE) or not search.meets(choice, inner)):
             break
         stage = turn
-        inner = told if not tried or held else min(told, _AIM * inner)
+        inner = corrected if not tried or met else min(corrected, _MARGIN * inner)
         tried.append(inner)
-        choice, proven = _chosen(search, inner, () if best is None else (best[0],))
+        choice, proven = _selected(search, inner, () if best is None else (best[0],))
     if best is None:
-        raise ValueError("no allocation was studied")
+        raise ValueError("no selection was studied")
     choice, proven, error = best
-    stage = _TURNS + 1
-    # Where the target is out of reach, the others are around what is within it.
-    middle = target if search.look(choice).exceeded <= 0 and error.high <= target else error.high
-    trade = _trade(search, choice, middle, middle * search.error(choice) / error.high if error.high > 0 else middle, poses, size, tell)
+    stage = _MOST_STUDIES + 1
+    # Where the target is out of reach, the trade-off is around the error that was reached.
+    middle = target if search.evaluate(choice).violation <= 0 and error.high <= target else error.high
+    trade_off = _trade_off(search, choice, middle, middle * search.error(choice) / error.high if error.high > 0 else middle, poses, size, report)
     stage = stages - 1
-    tell()
-    bought = tuple(_bought(search, choice, k, poses, size) for k in range(len(search.slots)))
-    sized = search.made(choice)
-    look = search.look(choice)
+    report()
+    parts = tuple(_selected_part(search, choice, k, poses, size) for k in range(len(search.slots)))
+    sized = evaluator.arm_with(choice)
+    evaluation = search.evaluate(choice)
     some = thinned(poses, _POSES)
-    return Aimed(
+    return PartSelection(
         arm=arm,
         sized=sized,
         target=target,
-        worth=worth,
-        rules=allowed,
+        objective=objective,
+        constraints=constraints,
         poses=poses,
-        searched=len(searched),
-        counts=size,
-        bought=bought,
-        mass=look.mass,
-        price=look.price,
+        search_poses=len(search_poses),
+        study_size=size,
+        parts=parts,
+        mass=evaluation.mass,
+        price=evaluation.price,
         mass_before=sum(slot.present.mass for slot in slots),
         price_before=sum(slot.present.price for slot in slots),
         error_before=before,
         error=error,
-        inner=tuple(tried),
-        allowed=look.exceeded <= 0,
+        search_targets=tuple(tried),
+        is_feasible=evaluation.violation <= 0,
         proven=proven,
-        allocations=math.prod(len(slot.candidates) for slot in search.slots),
-        looked_at=len(search.looks),
-        foreseen=search.foreseen,
-        trade=trade,
+        combinations=math.prod(len(slot.candidates) for slot in search.slots),
+        evaluated=len(evaluator.evaluations),
+        predicted=search.predicted,
+        trade_off=trade_off,
         halving=halving(sized, poses, size.robots, size.visits, size.seed),
         torques={
             joint.name: float(torque)
-            for joint, torque in zip(sized.moving, search.torques(sized), strict=True)
-            if any(slot.joint == joint.name and slot.what == "gearbox" for slot in slots)
+            for joint, torque in zip(sized.moving, evaluator.torques(sized), strict=True)
+            if any(slot.joint == joint.name and slot.kind == "gearbox" for slot in slots)
         },
-        small=(len(some), min(size.robots, _ROBOTS), min(size.visits, _VISITS)),
+        small_study=(len(some), min(size.robots, _ROBOTS), min(size.visits, _VISITS)),
     )
 
 
 def _rank(search: Search, best: tuple[Choice, bool, Estimate], target: float) -> tuple[bool, float]:
-    """Give how good an allocation is: within the target the cheaper, else the more accurate."""
-    held = search.look(best[0]).exceeded <= 0 and best[2].high <= target
-    return held, -search.look(best[0]).cost if held else -best[2].high
+    """Return the rank of a selection: within the target the cheaper, else the more accurate."""
+    met = search.evaluate(best[0]).violation <= 0 and best[2].high <= target
+    return met, -search.evaluate(best[0]).cost if met else -best[2].high
 
 
-def _chosen(search: Search, inner: float, starts: tuple[Choice, ...]) -> tuple[Choice, bool]:
+def _selected(search: Search, inner: float, starts: tuple[Choice, ...]) -> tuple[Choice, bool]:
     choice = search.solve(inner, starts)
-    if not search.holds(choice, inner):
+    if not search.meets(choice, inner):
         return choice, False
     return search.prove(inner, search.refine(inner, choice))
 
 
-def _studied(arm: Arm, poses: Poses, counts: Counts) -> Estimate:
-    """Which 95 % error has this arm, by the study?"""
-    sampled = run(arm, poses, counts.robots, counts.visits, counts.seed, threads=counts.threads)
+def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
+    """Return the 95 % error of an arm by a full study."""
+    sampled = run(arm, poses, size.robots, size.visits, size.seed, threads=size.threads)
     largest = float(sampled.per_pose[:, kernel.LARGEST].max())
     return pooled_quantile(sampled.group_hist, sampled.replicate_hist, LEVEL, largest)
 
 
-def _roughly(search: Search, choice: Choice, poses: Poses, counts: Counts) -> Estimate:
-    """Which 95 % error has an allocation, by a smaller study?"""
-    few = Counts(min(counts.robots, _ROBOTS), min(counts.visits, _VISITS), counts.seed, counts.threads)
-    return _studied(search.made(choice), thinned(poses, _POSES), few)
+def _small_study(search: Search, choice: Choice, poses: Poses, size: StudySize) -> Estimate:
+    """Return the 95 % error of a selection by a smaller study."""
+    few = StudySize(min(size.robots, _ROBOTS), min(size.visits, _VISITS), size.seed, size.threads)
+    return _studied(search.evaluator.arm_with(choice), thinned(poses, _POSES), few)
 
 
-def _trade(search: Search, choice: Choice, target: float, inner: float, poses: Poses, counts: Counts, tell: Callable[[], None]) -> tuple[Point, ...]:
-    """What would other targets cost? From the one asked for on to both sides, each from the one next to it and from the cheapest."""
+def _trade_off(
+    search: Search, choice: Choice, target: float, inner: float, poses: Poses, size: StudySize, report: Callable[[], None]
+) -> tuple[TargetPoint, ...]:
+    """Return the selections for other targets, each searched from the one for the neighbouring target and from the cheapest."""
     points: dict[float, Choice] = {1.0: choice}
     for scales in ([scale for scale in SCALES if scale > 1], [scale for scale in reversed(SCALES) if scale < 1]):
         here = choice
         for scale in scales:
-            tell()
-            found = [each for start in (here, search.cheapest()) if search.holds(each := search.near(scale * inner, start), scale * inner)]
-            # Out of reach from both: perhaps not from the most accurate.
-            here = min(found, key=lambda each: search.look(each).cost) if found else search.solve(scale * inner, (here,), pairs=False)
+            report()
+            within = [each for start in (here, search.cheapest()) if search.meets(each := search.near(scale * inner, start), scale * inner)]
+            # Where both fail, the most accurate selection may still be within the target.
+            here = min(within, key=lambda each: search.evaluate(each).cost) if within else search.solve(scale * inner, (here,), pairs=False)
             points[scale] = here
     out = []
     for scale, each in sorted(points.items()):
-        look = search.look(each)
-        holds = look.exceeded <= 0 and (scale == 1 or search.holds(each, scale * inner))
-        out.append(Point(scale * target, look.cost, look.mass, look.price, _roughly(search, each, poses, counts), holds))
+        evaluation = search.evaluate(each)
+        met = evaluation.violation <= 0 and (scale == 1 or search.meets(each, scale * inner))
+        error = _small_study(search, each, poses, size)
+        out.append(TargetPoint(scale * target, evaluation.cost, evaluation.mass, evaluation.price, error, met))
     return tuple(out)
 
 
-def _bought(search: Search, choice: Choice, k: int, poses: Poses, counts: Counts) -> Bought:
+def _selected_part(search: Search, choice: Choice, k: int, poses: Poses, size: StudySize) -> SelectedPart:
     slot = search.slots[k]
-    costs = np.array([search.worth.of(each.mass, each.price) for each in slot.candidates])
+    costs = np.array([search.evaluator.cost_of_part(each) for each in slot.candidates])
     least = int(costs.argmin())
-    saved = float(costs[choice[k]] - costs[least])
-    without = None
-    if saved > 0:
-        without = _roughly(search, (*choice[:k], least, *choice[k + 1 :]), poses, counts)
-    return Bought(slot, slot.candidates[choice[k]], slot.candidates[least], saved, without)
+    saving = float(costs[choice[k]] - costs[least])
+    error = _small_study(search, (*choice[:k], least, *choice[k + 1 :]), poses, size) if saving > 0 else None
+    return SelectedPart(slot, slot.candidates[choice[k]], slot.candidates[least], saving, error)

@@ -1,1 +1,1 @@
-"""What do the joints carry, and how much does the arm deflect?"""
+"""Holding torques, bearing loads and compliance of an arm at rest."""

@@ -1,1 +1,1 @@
-"""What does a target on the tool require of each part?"""
+"""Allowances of parts for a target on the tool, and production yield."""

@@ -1,72 +1,72 @@
-"""The plots of an arm whose parts were chosen for a target: cost against target, what each choice buys, what binds now."""
+"""Plots of a selection of parts: cost against target, effect of each choice, effect of halving a part's errors."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.sizing.tables.selection import priced, small_said
+from lostmotion.analyses.sizing.tables.selection import has_prices, objective_text
 from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.analyses.sizing.target_study import Aimed
+    from lostmotion.analyses.sizing.target_study import PartSelection
 
-# The weakest of what is offered may err so much that nothing else could be told apart: bars end at so many times the target.
+# The least accurate candidate may hide all differences: bars are cut at this multiple of the target.
 _WIDEST: Final = 3.0
 
 
-def aimed_plots(found: Aimed) -> list[Plot]:
-    """Which plots does an arm have whose parts were chosen? In reading order."""
+def selection_plots(result: PartSelection) -> list[Plot]:
+    """Return the plots in reading order."""
     plots = [
-        Plot("trade", "trade", trade(found), "Curve of the 95 % error against the cost of the parts chosen for it."),
-        Plot("halving", "halving", binds(found), "Bars of how much the 95 % error falls when one part's errors are halved."),
+        Plot("trade", "trade", trade_off(result), "Curve of the 95 % error against the cost of the selected parts."),
+        Plot("halving", "halving", halving(result), "Bars of the reduction of the 95 % error by halving one part's errors."),
     ]
-    if any(each.without is not None for each in found.bought):
-        plots.insert(0, Plot("buys", "buys", buys(found), "Bars of the 95 % error that is left when one part is put back to the cheapest."))
+    if any(each.error_with_cheapest is not None for each in result.parts):
+        plots.insert(0, Plot("buys", "buys", savings(result), "Bars of the 95 % error with one part replaced by the cheapest."))
     return plots
 
 
-def trade(found: Aimed) -> go.Figure:
-    """What does accuracy cost? Each point the parts found for one target (cost, mm)."""
+def trade_off(result: PartSelection) -> go.Figure:
+    """Plot the 95 % error (mm) against the cost of the selection for each target."""
     import plotly.graph_objects as go
 
-    unit = "" if priced(found) else " kg"
+    unit = "" if has_prices(result) else " kg"
     curve = go.Scatter(
-        x=[each.cost for each in found.trade],
-        y=[each.error.value * 1e3 for each in found.trade],
+        x=[each.cost for each in result.trade_off],
+        y=[each.error.value * 1e3 for each in result.trade_off],
         error_y={
             "type": "data",
             "symmetric": False,
-            "array": [(each.error.high - each.error.value) * 1e3 for each in found.trade],
-            "arrayminus": [(each.error.value - each.error.low) * 1e3 for each in found.trade],
+            "array": [(each.error.high - each.error.value) * 1e3 for each in result.trade_off],
+            "arrayminus": [(each.error.value - each.error.low) * 1e3 for each in result.trade_off],
             "thickness": 1.2,
             "width": 4,
         },
         mode="lines+markers",
-        name="parts found",
+        name="selections",
         line={"color": BLUE, "width": 2, "shape": "vh"},
-        marker={"size": 7, "symbol": ["circle" if each.holds else "x" for each in found.trade]},
-        customdata=[f"target {each.target * 1e3:.4g} mm" for each in found.trade],
+        marker={"size": 7, "symbol": ["circle" if each.meets_target else "x" for each in result.trade_off]},
+        customdata=[f"target {each.target * 1e3:.4g} mm" for each in result.trade_off],
         hovertemplate=f"%{{customdata}}<br>cost %{{x:.5~g}}{unit}, 95 % error %{{y:.4~g}} mm<extra></extra>",
     )
-    here = found.worth.of(found.mass, found.price)
-    asked = go.Scatter(
+    here = result.objective.cost(result.mass, result.price)
+    selected = go.Scatter(
         x=[here],
-        y=[found.error.value * 1e3],
+        y=[result.error.value * 1e3],
         mode="markers",
-        name="parts chosen",
+        name="selected parts",
         marker={"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}},
-        hovertemplate=f"parts chosen: cost %{{x:.5~g}}{unit}, %{{y:.4~g}} mm<extra></extra>",
+        hovertemplate=f"selected parts: cost %{{x:.5~g}}{unit}, %{{y:.4~g}} mm<extra></extra>",
     )
-    traces = [curve, asked]
-    before = found.worth.of(found.mass_before, found.price_before)
+    traces = [curve, selected]
+    before = result.objective.cost(result.mass_before, result.price_before)
     if before == before:  # noqa: PLR0124 - known, not NaN
         traces.append(
             go.Scatter(
                 x=[before],
-                y=[found.error_before.value * 1e3],
+                y=[result.error_before.value * 1e3],
                 mode="markers",
                 name="as stated",
                 marker={"size": 10, "symbol": "diamond", "color": INK},
@@ -74,18 +74,18 @@ def trade(found: Aimed) -> go.Figure:
             )
         )
     figure = framed("Cost against accuracy", *traces, height=420)
-    figure.add_hline(y=found.target * 1e3, line={"color": RED, "width": 1.3, "dash": "dot"})
-    figure.update_xaxes(title_text=f"{small_said(found)} (mass in kg)" if priced(found) else "mass of the chosen parts [kg]")
+    figure.add_hline(y=result.target * 1e3, line={"color": RED, "width": 1.3, "dash": "dot"})
+    figure.update_xaxes(title_text=f"{objective_text(result)} (mass in kg)" if has_prices(result) else "mass of the selected parts [kg]")
     figure.update_yaxes(title_text="95 % error [mm]", rangemode="tozero")
     figure.update_layout(legend=LEGEND, margin_t=80)
     return figure
 
 
-def buys(found: Aimed) -> go.Figure:
-    """Which 95 % error would be left if one part were made in the cheapest way (mm)?"""
+def savings(result: PartSelection) -> go.Figure:
+    """Plot the 95 % error (mm) with one part replaced by the cheapest candidate."""
     import plotly.graph_objects as go
 
-    rows = sorted(((each.without.value, each) for each in found.bought if each.without is not None), key=lambda row: -row[0])
+    rows = sorted(((each.error_with_cheapest.value, each) for each in result.parts if each.error_with_cheapest is not None), key=lambda row: -row[0])
     names = [label(each.slot.label) for _, each in rows]
     bars = go.Bar(
         x=[value * 1e3 for value, _ in rows],
@@ -95,17 +95,17 @@ def buys(found: Aimed) -> go.Figure:
         text=[str(length(value)) for value, _ in rows],
         textposition="inside",
         insidetextanchor="start",
-        customdata=[f"{label(each.cheapest.name)}, saves {each.saved:.4g}" for _, each in rows],
+        customdata=[f"{label(each.cheapest.name)}, saves {each.saving:.4g}" for _, each in rows],
         hovertemplate="%{customdata}<br>95 % error %{x:.4~g} mm<extra></extra>",
         showlegend=False,
     )
-    figure = framed("95 % error with one part put back to the cheapest", bars, height=150 + 30 * len(rows))
-    for value, name, colour in ((found.target, "target", RED), (found.error.value, "as chosen", BLUE)):
+    figure = framed("95 % error with one part replaced by the cheapest", bars, height=150 + 30 * len(rows))
+    for value, name, colour in ((result.target, "target", RED), (result.error.value, "as selected", BLUE)):
         line = {"color": colour, "width": 1.5, "dash": "dot"}
         figure.add_shape(type="line", x0=value * 1e3, x1=value * 1e3, y0=0, y1=1, yref="y domain", line=line)
-        # in the legend: labels at two lines so close would lie on each other
+        # named in the legend, because labels of two close lines would overlap
         figure.add_trace(go.Scatter(x=[None], y=[None], mode="lines", name=name, line=line, showlegend=True))
-    most = min(max(value for value, _ in rows), _WIDEST * max(found.target, found.error.value))
+    most = min(max(value for value, _ in rows), _WIDEST * max(result.target, result.error.value))
     cut = ", longer bars cut" if max(value for value, _ in rows) > most else ""
     figure.update_xaxes(title_text=f"95 % error [mm]{cut}", range=[0, 1.05e3 * most])
     figure.update_yaxes(**named(names))
@@ -113,11 +113,11 @@ def buys(found: Aimed) -> go.Figure:
     return figure
 
 
-def binds(found: Aimed) -> go.Figure:
-    """By how much does the 95 % error fall when a part's errors are halved (µm)?"""
+def halving(result: PartSelection) -> go.Figure:
+    """Plot the reduction of the 95 % error (µm) by halving the errors of each part."""
     import plotly.graph_objects as go
 
-    gains = sorted(found.halving.gains.items(), key=lambda pair: -pair[1].value)[:10]
+    gains = sorted(result.halving.gains.items(), key=lambda pair: -pair[1].value)[:10]
     bars = go.Bar(
         x=[gain.value * 1e6 for _, gain in gains],
         y=list(range(len(gains))),
@@ -134,8 +134,8 @@ def binds(found: Aimed) -> go.Figure:
         hovertemplate="%{x:.4~g} µm<extra></extra>",
         showlegend=False,
     )
-    figure = framed("What halving one part's errors takes off the 95 % error", bars, height=150 + 30 * len(gains))
-    figure.update_xaxes(title_text="off the 95 % error [µm]")
+    figure = framed("Effect of halving one part's errors", bars, height=150 + 30 * len(gains))
+    figure.update_xaxes(title_text="reduction of the 95 % error [µm]")
     figure.update_yaxes(**named([label(name) for name, _ in gains]))
     figure.update_layout(bargap=0.35)
     return figure

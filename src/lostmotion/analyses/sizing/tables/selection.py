@@ -1,4 +1,4 @@
-"""The figures of an arm whose parts were chosen for a target on the tool: which, what they buy, what other targets would cost."""
+"""Sheet of a selection of parts for a target on the tool: parts, error, effect of each choice, and trade-off."""
 
 from __future__ import annotations
 
@@ -14,50 +14,50 @@ from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
     from lostmotion.analyses.sizing.candidates import Candidate
-    from lostmotion.analyses.sizing.target_study import Aimed, Bought
+    from lostmotion.analyses.sizing.target_study import PartSelection, SelectedPart
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.provenance import States
 
 _MOST_HALVED: Final = 10
 _WORDS: Final = (
-    ("95 % error", "what 95 % of all position errors of the tool stay below, over the poses of the workspace, the robots built and their visits."),
-    ("full study", "the same as lostmotion run makes with its own counts; the smaller study takes fewer poses, robots and visits."),
-    ("put back", "this one part made in the cheapest way offered, all others as chosen."),
-    ("price", "by the sizing file, in its currency."),
-    ("looked at", "allocations whose loads and errors were worked out part by part; nothing is fitted."),
+    ("95 % error", "95th percentile of the position error of the tool over poses of the workspace, robots and visits."),
+    ("full study", "as `lostmotion study` with its default sizes; the small study has fewer poses, robots and visits."),
+    ("replaced by the cheapest", "this part is the cheapest candidate, all others are as selected."),
+    ("price", "from the sizing file, in its currency."),
+    ("evaluated", "selections whose masses, loads and errors were computed in full."),
 )
 
 
-def aimed_sheet(found: Aimed, notes: tuple[str, ...] = ()) -> Sheet:
-    """What is there to say about an arm whose parts were chosen for a target?"""
-    counted = f"{len(found.poses)} poses x {found.counts.robots} robots x {found.counts.visits} visits, seed {found.counts.seed}"
-    known = with_limits(states(found.sized), found.sized, found.poses.q)
-    small = "{} poses x {} robots x {} visits".format(*found.small) + f", seed {found.counts.seed}"
+def selection_sheet(result: PartSelection, notes: tuple[str, ...] = ()) -> Sheet:
+    """Return the sheet of a selection of parts."""
+    counted = f"{len(result.poses)} poses x {result.study_size.robots} robots x {result.study_size.visits} visits, seed {result.study_size.seed}"
+    known = with_limits(states(result.sized), result.sized, result.poses.q)
+    small = "{} poses x {} robots x {} visits".format(*result.small_study) + f", seed {result.study_size.seed}"
     return Sheet(
-        name=found.arm.name,
-        subject="parts for a target on the tool",
-        verdict=" ".join([_verdict(found, known), *caveats(known)]),
-        cards=tuple(_cards(found)),
-        sections=(*(section for section in _sections(found, counted, small) if section.rows), *provenance_sections(known)),
-        counts=f"search at {found.searched} poses; full study: {counted}",
-        warnings=arm_warnings(found.sized),
-        notes=(not_counted(found), *found.arm.remarks, *_remarks(found), *notes),
+        name=result.arm.name,
+        subject="parts selected for a target on the tool",
+        verdict=" ".join([_verdict(result, known), *caveats(known)]),
+        cards=tuple(_cards(result)),
+        sections=(*(section for section in _sections(result, counted, small) if section.rows), *provenance_sections(known)),
+        counts=f"search at {result.search_poses} poses; full study: {counted}",
+        warnings=arm_warnings(result.sized),
+        notes=(not_counted(result), *result.arm.remarks, *_remarks(result), *notes),
         words=_WORDS,
         source=f"{counted}. The same files, version and seed give the same bytes.",
-        seed=found.counts.seed,
-        facts={**_facts(found), "not_counted": not_counted(found), **provenance_facts(known)},
+        seed=result.study_size.seed,
+        facts={**_facts(result), "not_counted": not_counted(result), **provenance_facts(known)},
     )
 
 
-def _sections(found: Aimed, counted: str, small: str) -> tuple[Section, ...]:
+def _sections(result: PartSelection, counted: str, small: str) -> tuple[Section, ...]:
     return (
-        _parts(found),
-        _result(found, counted),
-        _buys(found, small),
-        _trade(found, small),
-        _halving(found),
-        _torques(found),
-        _searched(found),
+        _parts(result),
+        _errors(result, counted),
+        _savings(result, small),
+        _trade_off(result, small),
+        _halving(result),
+        _torques(result),
+        _searched(result),
     )
 
 
@@ -73,41 +73,40 @@ def _price(value: float) -> Figure:
     return Figure(value, "1", stated=True)
 
 
-def priced(found: Aimed) -> bool:
-    """Tell whether prices count."""
-    return found.worth.price > 0
+def has_prices(result: PartSelection) -> bool:
+    """Return whether prices count in the objective."""
+    return result.objective.per_price > 0
 
 
-def small_said(found: Aimed) -> str:
-    """Say what is to be small."""
+def objective_text(result: PartSelection) -> str:
+    """Return the objective as text."""
     parts = []
-    for factor, name in ((found.worth.price, "price"), (found.worth.mass, "mass")):
+    for factor, name in ((result.objective.per_price, "price"), (result.objective.per_kg, "mass")):
         if factor:
             parts.append(name if factor == 1 else f"{factor:g} * {name}")
     return " + ".join(parts)
 
 
-def name_of(each: Bought, candidate: Candidate) -> str:
-    """Name a candidate; the present one by what it is."""
-    return f"{each.slot.present.name}, as it is" if candidate.part is None else candidate.name
+def candidate_name(each: SelectedPart, candidate: Candidate) -> str:
+    """Return the name of a candidate."""
+    return f"{each.slot.present.name}, unchanged" if candidate.part is None else candidate.name
 
 
-def _verdict(found: Aimed, known: States) -> str:
-    target, error = length(found.target, stated=True), at_least(_estimate(found.error), known)
-    if not found.holds:
-        text = f"No allocation was found whose 95 % error is within {target}: the nearest has {error} ({_interval(found.error)})."
-        gain = max(found.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
-        if not found.allowed:
-            text = "With these candidates no allocation is allowed: a reducer is rated below what its joint holds, or a link bends beyond its limits."
+def _verdict(result: PartSelection, known: States) -> str:
+    target, error = length(result.target, stated=True), at_least(_estimate(result.error), known)
+    if not result.meets_target:
+        text = f"No selection meets the target of {target}; the most accurate has a 95 % error of {error} ({_interval(result.error)})."
+        gain = max(result.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
+        if not result.is_feasible:
+            text = "No selection meets the constraints: a reducer is rated below its holding torque, or a link exceeds its limits."
         elif gain is not None:
-            text += f" Most binds {gain[0]}: halving its errors would take {_estimate(gain[1])} off the 95 % error."
+            text += f" Largest effect: {gain[0]}; halving its errors reduces the 95 % error by {_estimate(gain[1])}."
         return text
-    text = f"95 % of all errors stay below {error} ({_interval(found.error)}), within the target of {target}; as stated it is"
-    text += f" {_estimate(found.error_before)}."
-    text += f" The chosen parts come to {_kg(found.mass)}, now {_kg(found.mass_before)}"
-    if priced(found):
-        text += f", and to a price of {_price(found.price)}" + (f", now {_price(found.price_before)}" if math.isfinite(found.price_before) else "")
-    text += ". All cheaper allocations miss the target." if found.proven else ". No exchange of one or two parts was found cheaper."
+    text = f"The 95 % error is {error} ({_interval(result.error)}), within the target of {target}; as stated it is {_estimate(result.error_before)}."
+    text += f" The mass of the selected parts is {_kg(result.mass)}, now {_kg(result.mass_before)}"
+    if has_prices(result):
+        text += f", their price {_price(result.price)}" + (f", now {_price(result.price_before)}" if math.isfinite(result.price_before) else "")
+    text += ". All cheaper selections miss the target." if result.proven else ". No exchange of one or two parts is cheaper."
     return text
 
 
@@ -115,171 +114,184 @@ def _interval(estimate: Estimate) -> str:
     return f"95 % interval {_estimate(estimate).between}"
 
 
-def _cards(found: Aimed) -> list[Card]:
+def _cards(result: PartSelection) -> list[Card]:
     cards = [
-        Card("95 % error", str(_estimate(found.error)), f"target {length(found.target, stated=True)}" + ("" if found.holds else ", not reached")),
-        Card("as stated", str(_estimate(found.error_before)), "95 % error"),
-        Card("chosen parts", str(_kg(found.mass)), f"now {_kg(found.mass_before)}"),
+        Card(
+            "95 % error", str(_estimate(result.error)), f"target {length(result.target, stated=True)}" + ("" if result.meets_target else ", not met")
+        ),
+        Card("as stated", str(_estimate(result.error_before)), "95 % error"),
+        Card("selected parts", str(_kg(result.mass)), f"now {_kg(result.mass_before)}"),
     ]
-    if priced(found):
-        now = f"now {_price(found.price_before)}" if math.isfinite(found.price_before) else "now not known"
-        cards.append(Card("price", str(_price(found.price)), now))
+    if has_prices(result):
+        now = f"now {_price(result.price_before)}" if math.isfinite(result.price_before) else "now unknown"
+        cards.append(Card("price", str(_price(result.price)), now))
     return cards
 
 
-def _parts(found: Aimed) -> Section:
+def _parts(result: PartSelection) -> Section:
     rows = []
-    for each in found.bought:
-        figures = [_kg(each.slot.present.mass), _kg(each.chosen.mass)]
-        if priced(found):
-            figures += [_price(each.slot.present.price), _price(each.chosen.price)]
-        note = f"{each.slot.present.name} -> {each.chosen.name}" if each.chosen.part is not None else f"{each.slot.present.name}, as it is"
+    for each in result.parts:
+        figures = [_kg(each.slot.present.mass), _kg(each.selected.mass)]
+        if has_prices(result):
+            figures += [_price(each.slot.present.price), _price(each.selected.price)]
+        note = f"{each.slot.present.name} -> {each.selected.name}" if each.selected.part is not None else f"{each.slot.present.name}, unchanged"
         rows.append(Row(each.slot.label, tuple(figures), note))
-    figures = [_kg(found.mass_before), _kg(found.mass)]
-    if priced(found):
-        figures += [_price(found.price_before), _price(found.price)]
-    rows.append(Row("all of them", tuple(figures)))
-    columns = ("mass now", "mass", *(("price now", "price") if priced(found) else ()))
-    return Section("parts", "Parts chosen", columns, tuple(rows), f"as small as can be: {small_said(found)}; masses in kg, of the chosen parts alone")
+    figures = [_kg(result.mass_before), _kg(result.mass)]
+    if has_prices(result):
+        figures += [_price(result.price_before), _price(result.price)]
+    rows.append(Row("total", tuple(figures)))
+    columns = ("mass now", "mass", *(("price now", "price") if has_prices(result) else ()))
+    return Section("parts", "Selected parts", columns, tuple(rows), f"minimised: {objective_text(result)}; masses in kg, of the selected parts only")
 
 
-def _result(found: Aimed, counted: str) -> Section:
+def _errors(result: PartSelection, counted: str) -> Section:
     rows = (
-        Row("target", (length(found.target, stated=True),), "for the upper end of the interval"),
-        Row("as stated", (_estimate(found.error_before, counted),), "full study"),
-        Row("parts chosen", (_estimate(found.error, counted),), "full study; within the target" if found.holds else "full study; target not reached"),
+        Row("target", (length(result.target, stated=True),), "for the upper end of the confidence interval"),
+        Row("as stated", (_estimate(result.error_before, counted),), "full study"),
+        Row("selected parts", (_estimate(result.error, counted),), "full study; target met" if result.meets_target else "full study; target not met"),
     )
     return Section("error", "95 % error of the tool", ("value",), rows, f"over the workspace; {counted}")
 
 
-def _buys(found: Aimed, small: str) -> Section:
+def _savings(result: PartSelection, small: str) -> Section:
     rows = []
-    for each in found.bought:
-        if each.without is not None:
-            figures = Figure(each.saved, "kg" if small_said(found) == "mass" else "1"), _estimate(each.without, small)
-            rows.append((each.without.value, Row(each.slot.label, figures, f"{name_of(each, each.chosen)}, not {name_of(each, each.cheapest)}")))
-    note = f"put back one by one to the cheapest way offered: what that saves ({small_said(found)}), and the 95 % error it leaves"
+    for each in result.parts:
+        if each.error_with_cheapest is not None:
+            figures = Figure(each.saving, "kg" if objective_text(result) == "mass" else "1"), _estimate(each.error_with_cheapest, small)
+            rows.append(
+                (
+                    each.error_with_cheapest.value,
+                    Row(each.slot.label, figures, f"{candidate_name(each, each.selected)} instead of {candidate_name(each, each.cheapest)}"),
+                )
+            )
+    note = f"each part in turn replaced by the cheapest candidate: saving ({objective_text(result)}) and resulting 95 % error"
     ordered = tuple(row for _, row in sorted(rows, key=lambda pair: -pair[0]))
-    return Section("buys", "What each choice buys", ("saved", "95 % error without it"), ordered, note)
+    return Section("buys", "Effect of each choice", ("saving", "95 % error with the cheapest"), ordered, note)
 
 
-def _trade(found: Aimed, small: str) -> Section:
+def _trade_off(result: PartSelection, small: str) -> Section:
     rows = []
-    both = priced(found) and found.worth.mass > 0
-    for point in found.trade:
+    both = has_prices(result) and result.objective.per_kg > 0
+    for point in result.trade_off:
         cost = [_price(point.cost)] if both else []
-        figures = [*cost, _kg(point.mass), *([_price(point.price)] if priced(found) else []), _estimate(point.error, small)]
-        note = "" if point.holds else "cannot be reached"
-        if point.target == found.target:
-            note = "asked for"
-        elif not found.holds and point.target == found.error.high:
-            note = "the nearest"
+        figures = [*cost, _kg(point.mass), *([_price(point.price)] if has_prices(result) else []), _estimate(point.error, small)]
+        note = "" if point.meets_target else "cannot be met"
+        if point.target == result.target:
+            note = "stated target"
+        elif not result.meets_target and point.target == result.error.high:
+            note = "most accurate"
         rows.append(Row(str(length(point.target, stated=True)), tuple(figures), note))
-    columns = (*(("cost",) if both else ()), "mass", *(("price",) if priced(found) else ()), "95 % error")
-    note = "" if found.holds else "around what was reached; "
-    note += f"cost: {small_said(found)}; " if both else ""
+    columns = (*(("cost",) if both else ()), "mass", *(("price",) if has_prices(result) else ()), "95 % error")
+    note = "" if result.meets_target else "around the most accurate selection; "
+    note += f"cost: {objective_text(result)}; " if both else ""
     return Section("trade", "Cost against target", columns, tuple(rows), f"{note}other targets by exchange of single parts")
 
 
-def _halving(found: Aimed) -> Section:
-    gains = sorted(found.halving.gains.items(), key=lambda pair: -pair[1].value)[:_MOST_HALVED]
-    counted = f"{found.halving.samples} paired samples"
+def _halving(result: PartSelection) -> Section:
+    gains = sorted(result.halving.gains.items(), key=lambda pair: -pair[1].value)[:_MOST_HALVED]
+    counted = f"{result.halving.samples} paired samples"
     rows = tuple(Row(name, (_estimate(gain, counted),)) for name, gain in gains)
-    return Section("halving", "What binds now", ("halving it takes off the 95 %",), rows, "of the arm with the parts chosen, the largest first")
+    return Section(
+        "halving",
+        "Effect of halving a part's errors",
+        ("reduction of the 95 % error",),
+        rows,
+        "of the arm with the selected parts, the largest first",
+    )
 
 
-def _torques(found: Aimed) -> Section:
+def _torques(result: PartSelection) -> Section:
     rows = []
-    for each in found.bought:
-        rated = getattr(_gearbox(found, each), "rated_torque", None)
-        if each.slot.what == "gearbox":
-            held = found.torques[each.slot.joint]
-            share = Figure(100 * held / rated if rated else math.nan, "%")
+    for each in result.parts:
+        rated = getattr(_gearbox(result, each), "rated_torque", None)
+        if each.slot.kind == "gearbox":
+            torque = result.torques[each.slot.joint]
+            share = Figure(100 * torque / rated if rated else math.nan, "%")
             rows.append(
                 Row(
                     each.slot.joint,
-                    (Figure(held, "N m"), Figure(math.nan if rated is None else rated, "N m", stated=True), share),
-                    name_of(each, each.chosen),
+                    (Figure(torque, "N m"), Figure(math.nan if rated is None else rated, "N m", stated=True), share),
+                    candidate_name(each, each.selected),
                 )
             )
-    leaning = "as the base stands" if found.rules.tilt is None else f"base tilted up to {math.degrees(found.rules.tilt):.3g}°"
-    note = f"at worst over the poses of the search and the corners of the joints' ranges, {leaning}, with the weights chosen"
-    return Section("torques", "Torque at the gearboxes chosen", ("held at worst", "rated", "of it"), tuple(rows), note)
+    tilt = "base as stated" if result.constraints.tilt is None else f"base tilt up to {math.degrees(result.constraints.tilt):.3g}°"
+    note = f"largest over the poses of the search and the corners of the joint ranges, {tilt}, with the selected parts"
+    return Section("torques", "Holding torque of the selected gearboxes", ("holding torque", "rated", "of rated"), tuple(rows), note)
 
 
-def _searched(found: Aimed) -> Section:
-    sure = "all cheaper allocations were looked at" if found.proven else "no exchange of one or two parts was found cheaper"
-    sure = sure if found.holds else "none reaches the target; the nearest is told"
+def _searched(result: PartSelection) -> Section:
+    status = "all cheaper selections evaluated" if result.proven else "no exchange of one or two parts is cheaper"
+    status = status if result.meets_target else "none meets the target; the most accurate is reported"
     rows = (
-        Row("allocations possible", (Figure(float(found.allocations), "1") if found.allocations > 10**9 else Figure(found.allocations, "1"),)),
-        Row("looked at", (Figure(found.looked_at, "1"),), sure),
-        Row("pairs foreseen", (Figure(found.foreseen, "1"),), "their error foreseen from both exchanges one by one"),
+        Row("possible selections", (Figure(float(result.combinations), "1") if result.combinations > 10**9 else Figure(result.combinations, "1"),)),
+        Row("evaluated", (Figure(result.evaluated, "1"),), status),
+        Row("pairs predicted", (Figure(result.predicted, "1"),), "error predicted from the single exchanges"),
         *(
-            Row(f"inner target {k}", (length(inner),), "given to the search, so that the full study's upper end meets the target")
-            for k, inner in enumerate(found.inner, 1)
+            Row(f"search target {k}", (length(inner),), "corrected so that the full study meets the target")
+            for k, inner in enumerate(result.search_targets, 1)
         ),
     )
-    return Section("search", "The search", ("value",), rows, f"at {found.searched} poses, mean and covariance of the error summed exactly over parts")
+    return Section("search", "The search", ("value",), rows, f"at {result.search_poses} poses, from exact mean and covariance of the error")
 
 
-def _remarks(found: Aimed) -> list[str]:
-    out = [each.chosen.note for each in found.bought if each.chosen.note]
-    silent = [
-        each.slot.joint for each in found.bought if each.slot.what == "gearbox" and getattr(_gearbox(found, each), "rated_torque", None) is None
+def _remarks(result: PartSelection) -> list[str]:
+    out = [each.selected.note for each in result.parts if each.selected.note]
+    unrated = [
+        each.slot.joint for each in result.parts if each.slot.kind == "gearbox" and getattr(_gearbox(result, each), "rated_torque", None) is None
     ]
-    if silent:
-        out.append(f"of the gearboxes chosen for {', '.join(silent)} no rated torque is stated: whether they hold their load is not checked")
-    largest = [
+    if unrated:
+        out.append(f"rated torque not stated for the gearboxes of {', '.join(unrated)}: their load is not checked")
+    heaviest = [
         each.slot.joint
-        for each in found.bought
-        if each.slot.what == "link" and len(each.slot.candidates) > 1 and each.chosen.mass >= max(one.mass for one in each.slot.candidates)
+        for each in result.parts
+        if each.slot.kind == "link" and len(each.slot.candidates) > 1 and each.selected.mass >= max(one.mass for one in each.slot.candidates)
     ]
-    if largest:
-        out.append(f"the heaviest section allowed was chosen for {', '.join(largest)}: a wider family might come cheaper")
+    if heaviest:
+        out.append(f"the heaviest candidate was selected for {', '.join(heaviest)}: a wider family may be cheaper")
     return list(dict.fromkeys(out))
 
 
-def _gearbox(found: Aimed, each: Bought) -> Any:  # noqa: ANN401 - any kind of gearbox
-    return next(getattr(joint, "gearbox", None) for joint in found.sized.joints if joint.name == each.slot.joint)
+def _gearbox(result: PartSelection, each: SelectedPart) -> Any:  # noqa: ANN401 - any kind of gearbox
+    return next(getattr(joint, "gearbox", None) for joint in result.sized.joints if joint.name == each.slot.joint)
 
 
-def _facts(found: Aimed) -> dict[str, Any]:
+def _facts(result: PartSelection) -> dict[str, Any]:
     def known(value: float) -> float | None:
         return value if math.isfinite(value) else None
 
     return {
-        "arm": found.arm.name,
-        "target_m": found.target,
-        "holds": found.holds,
-        "minimise": {"per_kg": found.worth.mass, "per_price": found.worth.price},
-        "error_95_m": [found.error.value, known(found.error.low), known(found.error.high)],
-        "error_95_before_m": [found.error_before.value, known(found.error_before.low), known(found.error_before.high)],
-        "proven": found.proven,
+        "arm": result.arm.name,
+        "target_m": result.target,
+        "holds": result.meets_target,
+        "minimise": {"per_kg": result.objective.per_kg, "per_price": result.objective.per_price},
+        "error_95_m": [result.error.value, known(result.error.low), known(result.error.high)],
+        "error_95_before_m": [result.error_before.value, known(result.error_before.low), known(result.error_before.high)],
+        "proven": result.proven,
         "parts": [
             {
                 "joint": each.slot.joint,
-                "part": each.slot.what,
-                "chosen": each.chosen.name,
+                "part": each.slot.kind,
+                "chosen": each.selected.name,
                 "before": each.slot.present.name,
-                "mass_kg": known(each.chosen.mass),
-                "price": known(each.chosen.price),
+                "mass_kg": known(each.selected.mass),
+                "price": known(each.selected.price),
             }
-            for each in found.bought
+            for each in result.parts
         ],
     }
 
 
-def not_counted(found: Aimed) -> str:
-    """Return what a choice of parts for a target does not count."""
-    kinds = {each.slot.what for each in found.bought}
-    chosen = [name for name, kind in (("links", "link"), ("gearboxes", "gearbox"), ("bearing clearances", "bearing")) if kind in kinds]
-    prices = "" if found.worth.price else ", prices"
+def not_counted(result: PartSelection) -> str:
+    """Return what a selection of parts does not count."""
+    kinds = {each.slot.kind for each in result.parts}
+    selected = [name for name, kind in (("links", "link"), ("gearboxes", "gearbox"), ("bearing clearances", "bearing")) if kind in kinds]
+    prices = "" if result.objective.per_price else ", prices"
     bearings = "" if "bearing" in kinds else ", other bearing clearances than the arm's"
-    silent = [
-        *(each.chosen.name for each in found.bought if each.slot.what == "gearbox" and not each.slot.weighs and each.chosen.part is not None),
-        *found.sized.unweighed,
+    without = [
+        *(each.selected.name for each in result.parts if each.slot.kind == "gearbox" and not each.slot.has_masses and each.selected.part is not None),
+        *result.sized.unweighed,
     ]
     return (
         f"not counted: {NOT_COUNTED}, stresses and buckling of links, moment ratings of gearbox bearings{prices}{bearings}"
-        f"{without_mass(silent)}; chosen are {', '.join(chosen) or 'no parts'} only, and gearboxes are rated against static torques"
+        f"{without_mass(without)}; selected are {', '.join(selected) or 'no parts'} only; gearboxes are checked against static torques"
     )
