@@ -71,7 +71,7 @@ def gearbox_slot(name, rng, count):
         made.append(
             reducer(f"g{k}", 400.0, 15 * good, 1.2 / good, mass=3.0 * 1.2**k * rng.uniform(0.9, 1.1), price=300 * 1.5**k * rng.uniform(0.8, 1.2))
         )
-    return Slot(name, "gearbox", tuple(made), Candidate("now", None, 3.0), mass_mass_in_joint=3.0)
+    return Slot(name, "gearbox", tuple(made), Candidate("now", None, 3.0), mass_in_joint=3.0)
 
 
 def bearing_slot(name, rng):
