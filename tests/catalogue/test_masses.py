@@ -48,7 +48,7 @@ def test_a_reducer_may_weigh_what_its_user_says(tmp_path):
 def test_a_reducer_of_unknown_mass_is_named(tmp_path):
     """A row without a mass weighs nothing, and every result of the arm says so; with the joint's own mass stated nothing is missing."""
     arm = arm_from(tmp_path, TWO + 'gearbox = "X-10-81"\n' + ROW)
-    assert "mass of X-10-81 not stated: counted as none" in arm.remarks
+    assert "mass of X-10-81 not stated: counted as zero" in arm.remarks
     arm = arm_from(tmp_path, TWO + 'mass = "3 kg"\ngearbox = "X-10-81"\n' + ROW)
     assert not any(note.startswith("mass of") for note in arm.remarks)
 
@@ -72,9 +72,9 @@ def test_the_catalogue_shows_masses_and_says_where_none_is_stated():
     """Each row with its mass; rows without one are named."""
     own = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {"stiffness": "20 N m/arcmin"}, "source": "none"})
     sheet = catalogue_sheet(Criteria(ratio=121.0), "gearbox", own=[own])
-    assert "mass of X not stated: counted as none" in sheet.notes
+    assert "mass of X not stated: counted as zero" in sheet.notes
     figures = {row.label: row.figures[3] for section in sheet.sections for row in section.rows}
     assert (figures["RV-40E"].value, figures["RV-40E"].unit) == (9.3, "kg")
     assert any("no output bearing" in note for note in sheet.notes)
     (section,) = catalogue_sheet(Criteria(), name="X", own=[own]).sections
-    assert ("mass", "not stated: counted as none") in [(row.label, row.note) for row in section.rows]
+    assert ("mass", "not stated: counted as zero") in [(row.label, row.note) for row in section.rows]

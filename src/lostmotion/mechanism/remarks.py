@@ -70,5 +70,5 @@ def _masses(moving: Moving, unweighed: Sequence[str]) -> list[str]:
     if within:
         notes.append(f"gearbox masses not added, because the stated mass of the joint or link includes them: {', '.join(within)}")
     if unweighed:
-        notes.append(f"mass of {', '.join(unweighed)} not stated: counted as none")
+        notes.append(f"mass of {', '.join(unweighed)} not stated: counted as zero")
     return notes

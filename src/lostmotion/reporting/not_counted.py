@@ -14,4 +14,4 @@ NOT_COUNTED: Final = "motion (acceleration torques, vibration, servo errors), mo
 def without_mass(models: Iterable[str]) -> str:
     """Return the clause that names models whose mass nobody stated; empty without any."""
     named = ", ".join(dict.fromkeys(models))
-    return f", mass of {named} (not stated: counted as none)" if named else ""
+    return f", mass of {named} (not stated: counted as zero)" if named else ""

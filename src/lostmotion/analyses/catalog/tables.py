@@ -72,7 +72,7 @@ def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None
 def _unweighed(rows: Sequence[GearboxRow]) -> list[str]:
     """Return the note on rows without a mass, and on what the masses of the others include."""
     silent = [_label(row, 1) for row in rows if row.figures.part.mass is None]
-    notes = [f"mass of {', '.join(silent)} not stated: counted as none"] if silent else []
+    notes = [f"mass of {', '.join(silent)} not stated: counted as zero"] if silent else []
     of_source: dict[str, list[GearboxRow]] = {}
     for row in rows:
         if row.mass_source:
@@ -241,7 +241,7 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
     if row.inertia_by_ratio:
         lines.append(("inertia by ratio", ", ".join(f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()) + " kg cm^2"))
     lines += [(name, _sourced(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
-    lines += [("mass", "not stated: counted as none")] if facts.part.mass is None else []
+    lines += [("mass", "not stated: counted as zero")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
     ratio = row.ratio or (100 if row.applies_to(100) else math.ceil(row.ratio_above or 0) + 1)
