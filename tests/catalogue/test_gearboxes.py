@@ -177,7 +177,7 @@ def test_a_row_says_what_it_leaves_open():
     note = row.note("RV-40E-121", {})
     assert "lost_motion and hysteresis are the maker's upper limit" in note
     assert "transmission_error" in note
-    assert note.endswith("(from memory, 95 % sure)")
+    assert note.endswith("(from memory, 95 % confidence)")
     own = row.note("RV-40E-121", {"backlash": 0, "transmission_error": 0, "stiffness_scatter": 0})
     assert "hysteresis is the maker's upper limit" in own
     assert "nothing is said" not in own

@@ -125,7 +125,7 @@ def test_figures_from_memory_are_assumed_and_their_source_says_how_sure():
     memory, read_there = (find_gearbox(name)[0].with_stated({}) for name in ("RV-20E", "RV-42N"))
     assert "stiffness" in memory["assumed"]
     assert "rated_torque" in memory["assumed"]
-    assert "from memory, 95 % sure" in memory["source"]
+    assert "from memory, 95 % confidence" in memory["source"]
     assert read_there["assumed"] == ["mass"]
-    assert "mass: Nabtesco, RV-N series, rating table (from memory, 85 % sure)" in read_there["source"]
+    assert "mass: Nabtesco, RV-N series, rating table (from memory, 85 % confidence)" in read_there["source"]
     assert "stiffness" not in find_gearbox("RV-20E")[0].with_stated({"stiffness": "50 N m/arcmin"})["assumed"]

@@ -67,7 +67,7 @@ def test_a_class_of_ratios_holds_for_own_rows_too(told):  # noqa: F811 - the fix
     """With rows for 50 and above, a ratio of 40 is refused, and the model without its ratio."""
     rows = ROW.replace("maker", "ratio = 50\nmaker") + ROW.replace("maker", "ratio_above = 50\nmaker")
     assert "50 or above 50" in told(HEAD + USE.replace("81", "40") + rows)["joints.A.gearbox"].expected
-    assert "the ratio behind it" in told(HEAD + USE.replace("-81", "") + rows)["joints.A.gearbox"].expected
+    assert "its ratio appended" in told(HEAD + USE.replace("-81", "") + rows)["joints.A.gearbox"].expected
 
 
 def test_the_nearest_own_row_is_offered(told):  # noqa: F811 - the fixture

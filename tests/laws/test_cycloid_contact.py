@@ -314,7 +314,7 @@ def test_rollers_lose_little_and_bare_lobes_much():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: Flanks(0.01, STEEL, "hertz"), "'hertz': take"),
+        (lambda: Flanks(0.01, STEEL, "hertz"), "'hertz': choose"),
         (lambda: Flanks(0.0, STEEL), "must be positive"),
         (lambda: Flanks(0.01, STEEL, "linear"), "finite contact stiffness"),
         (lambda: Flanks(0.01, STEEL, stiffness=1e8), "no other law"),

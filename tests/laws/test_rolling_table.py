@@ -137,5 +137,5 @@ def test_reading_is_quicker_than_solving():
 
 def test_a_table_needs_a_load():
     """No table can be made up to nothing."""
-    with pytest.raises(ValueError, match="above zero"):
+    with pytest.raises(ValueError, match="must be positive"):
         ShiftTable(DEEP, 0.0, 0.0)

@@ -11,15 +11,15 @@ from lostmotion.parts.link import Material
 
 
 def data_file(file: str) -> dict[str, Any]:
-    """Return the content of one of the package's own data files. A fresh tree at each call, quantities still as text."""
+    """Return the content of one of the package's own data files: a new tree at each call, quantities still as text."""
     return tomllib.loads(importlib.resources.files(__name__).joinpath(file).read_text(encoding="utf-8"))
 
 
 @functools.cache
 def materials() -> dict[str, Material]:
-    """Return the materials by name. Typical values at room temperature; `scatter` is the ± share by which the moduli differ.
+    """Return the known materials by name: typical values at room temperature; `scatter` is the ± share by which the moduli differ.
 
-    In SI: Pa, kg/m^3. Typical values are assumed, and so each says. A material of your own belongs in the arm file, under [materials.NAME].
+    In SI: Pa, kg/m^3. Typical values are marked as assumed. Define other materials in the arm file, under [materials.NAME].
     """
     return {
         name: Material.model_validate({**entry, "assumed": [key for key in entry if key != "source"]}, context={"text": True})

@@ -1,4 +1,4 @@
-"""Tables of the standards for bearings and their seats: clearance as delivered, and what shafts, housings and rings may stand off their size."""
+"""Tables of the standards for bearings and their seats: clearance as delivered, and limit deviations of shafts, housings and rings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Surface = Literal["shaft", "bearing bore", "housing", "bearing outside"]
 
 _MILLIMETRE: Final = 1e-3
 _MICROMETRE: Final = 1e-6
-# The largest working clearance of the paper, S. Strutynskyi, R. Semenchuk, doi:10.15587/2706-5448.2021.237326, stated for bores up to 100 mm.
+# The largest working clearance in S. Strutynskyi, R. Semenchuk, doi:10.15587/2706-5448.2021.237326, stated there for bores up to 100 mm.
 PAPERS_CLEARANCE: Final = 60e-6
 
 
@@ -31,11 +31,11 @@ class Range:
     limits: dict[str, tuple[float, float]]
 
     def contains(self, diameter: float) -> bool:
-        """Return whether a diameter (m) lies in the row; to a nanometre, so that 0.05 is 50 mm however it was worked out."""
+        """Return whether a diameter (m) is in the row; to a nanometre, so that 0.05 is 50 mm however it was computed."""
         return round(diameter - self.over, 9) > 0 and round(diameter - self.to, 9) <= 0
 
     def __str__(self) -> str:
-        """Show the range as the standards do."""
+        """Return the range as the standards print it."""
         return f"over {self.over / _MILLIMETRE:g} to {self.to / _MILLIMETRE:g} mm"
 
 
@@ -49,7 +49,7 @@ class Table:
 
 @functools.cache
 def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
-    """Return the tables: clearances by kind of bearing, fits by kind of surface. In SI; of shafts and housings the common zones."""
+    """Return the tables in SI: clearances by kind of bearing, or fits by kind of surface, with the common zones of shafts and housings."""
     found = {name: Table(entry["source"], tuple(_row(row) for row in entry["rows"])) for name, entry in data_file(f"{file}.toml").items()}
     if file == "clearances":
         return found
@@ -67,19 +67,19 @@ def _of_zones(zones: tuple[str, ...]) -> Table:
 
 
 def delivered_clearance(bearing: Bearing, bore: float, group: str = "CN") -> tuple[float, float]:
-    """Return the limits (m) of the radial clearance of a bearing as delivered. Diametral: the full free way across.
+    """Return the limits (m) of a bearing's radial clearance as delivered; diametral: the full free travel across.
 
-    `bore` m; `group` C2, CN (normal), C3 or C4. Within the band uniform, or a cut normal distribution. Source: ISO 5753-1.
-    Raises InputError for another kind or group, or a bore outside the table, with the nearest there is.
+    `bore` m; `group` C2, CN (normal), C3 or C4. Source: ISO 5753-1. Raises InputError for another kind or group, or a bore outside the table, with
+    the nearest possible value.
     """
     return _limits("clearances", bearing, bore, group)
 
 
 def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[float, float]:
-    """Return the limit deviations (m, lower and upper) of a shaft, a housing bore or a bearing ring of this nominal diameter (m).
+    """Return the limit deviations (m, lower and upper) of a shaft, a housing bore, or a bearing's ring of this nominal diameter (m).
 
-    `zone` as k5 of a shaft or J7 of a housing (ISO 286, zones f to s, over 3 mm to 250 mm), "normal" of a bearing's ring (ISO 492). Raises InputError
-    for what they do not hold, with the nearest there is.
+    `zone` such as k5 for a shaft or J7 for a housing (ISO 286, zones f to s, over 3 mm to 250 mm), "normal" for a bearing's ring (ISO 492). Raises
+    InputError for other zones and diameters, with the nearest possible value.
     """
     if surface not in {"shaft", "housing"}:
         return _limits("fits", surface, diameter, zone)
@@ -95,7 +95,7 @@ def deviation(surface: Surface, diameter: float, zone: str = "normal") -> tuple[
 
 
 def clearance_of_group(bearing: Bearing, bore: float, group: str = "CN") -> Toleranced:
-    """Return the clearance of a bearing of this group as delivered: the middle of its band, uniform within it.
+    """Return the clearance of a bearing of this group as delivered, as a toleranced dimension: uniform within its limits.
 
     Arguments, source and errors as `delivered_clearance`.
     """
@@ -104,9 +104,9 @@ def clearance_of_group(bearing: Bearing, bore: float, group: str = "CN") -> Tole
 
 
 def interference_of_zone(seat: Literal["shaft", "housing"], diameter: float, zone: str) -> Toleranced:
-    """Return the interference (m, on the diameter) of a ring of the normal class with a shaft or housing of this zone. Its middle and its limits.
+    """Return the interference (m, on the diameter) of a ring of the normal class with a shaft or housing of this zone: middle and ± limits.
 
-    `diameter` m of the seat, `zone` as k5 of a shaft or H7 of a housing. Below zero they sit loose. Source and errors as `deviation`.
+    `diameter` m of the seat, `zone` such as k5 for a shaft or H7 for a housing. Negative for a loose fit. Source and errors as `deviation`.
     """
     if seat == "shaft":
         low, high = interference(deviation("shaft", diameter, zone), deviation("bearing bore", diameter))
@@ -116,9 +116,9 @@ def interference_of_zone(seat: Literal["shaft", "housing"], diameter: float, zon
 
 
 def clearance_warning(bearing: Bearing, bore: float, group: str = "CN", assumed: float = PAPERS_CLEARANCE) -> str:
-    """Return the objection to assuming that no clearance exceeds this limit (m, 60 µm unless stated). Empty where nothing does.
+    """Return why clearances cannot be assumed to be at most this large (m, default 60 µm); empty where they can.
 
-    Only delivered clearance counts: fits and temperature rise reduce it. Raises InputError as `delivered_clearance`.
+    Only the delivered clearance counts: fits and temperature reduce it. Raises InputError as `delivered_clearance`.
     """
     low, high = (limit / _MICROMETRE for limit in delivered_clearance(bearing, bore, group))
     limit = assumed / _MICROMETRE
@@ -126,7 +126,7 @@ def clearance_warning(bearing: Bearing, bore: float, group: str = "CN", assumed:
         return ""
     return (
         f"a clearance of at most {limit:.3g} µm does not hold for a {bearing} bearing of {bore / _MILLIMETRE:g} mm bore in group {group}: "
-        f"as delivered it has {low:.3g} to {high:.3g} µm (ISO 5753-1); state its working clearance, or a tighter group"
+        f"as delivered it is {low:.3g} to {high:.3g} µm (ISO 5753-1); state its working clearance, or a tighter group"
     )
 
 

@@ -1,4 +1,4 @@
-"""Reducers by the name their maker gives them, with the ratio behind it where that is stated: RV-40E, RV-40E-121, CSG-25-100."""
+"""Reducers by their makers' names, with the ratio appended where it is stated: RV-40E, RV-40E-121, CSG-25-100."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ Values = Literal["limit", "typical"]
 Ratio = Annotated[float, Quantity("", "100", above=0)]
 
 _NONE: Final[Rows] = {}
-# However many rows a user has, so many of their names are looked through for the nearest.
+# Number of a user's rows that are searched for the nearest name.
 _NEAR_OWN: Final = 100
-# What follows the name in the note on a row that is used.
+# Text after the name in the note on a row that is used.
 FROM_CATALOGUE: Final = " is taken from the catalogue"
 _MOST_MAKERS: Final = 4
 
-# Who states one of these fields says in other words what the row says in those: they go.
+# A stated field replaces the row's fields that express the same figure.
 _REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
 _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error", "stiffness_scatter")
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
-# Confidence in a source, as the data file marks it: [R] read, [M 95] from memory, 95 % sure.
-_MARK: Final = re.compile(r"\s*\[(?:R|M (?P<sure>\d\d))\]")
+# Confidence in a source, as the data file marks it: [R] read, [M 95] from memory, 95 % confidence.
+_MARK: Final = re.compile(r"\s*\[(?:R|M (?P<confidence>\d\d))\]")
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
 
 
 class Typical(Part):
-    """What a gearbox as delivered has, where the maker prints only an upper limit; `source` says who measured or prints it."""
+    """Typical values of delivered gearboxes where the maker prints only an upper limit; `source` states who measured or prints them."""
 
     backlash: PlayDim | None = None
     lost_motion: AngleAmount | None = None
@@ -53,7 +53,7 @@ class Typical(Part):
 
 
 class _Printed(Part):
-    """What stands in a row besides the gearbox itself."""
+    """The fields of a row besides the gearbox itself."""
 
     models: Annotated[list[Annotated[Line, Field(min_length=1, max_length=40)]], Field(min_length=1, max_length=20)]
     maker: Annotated[Line, Field(min_length=1, max_length=80)]
@@ -84,7 +84,7 @@ class _Printed(Part):
 
 
 class CheckedRow(_Printed):
-    """A row with its gearbox checked key by key: what a row from a user's file must pass."""
+    """A row with its gearbox validated key by key, as required of rows from a user's file."""
 
     part: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
     typical: Typical | None = None
@@ -113,19 +113,19 @@ class CheckedRow(_Printed):
 
 
 class GearboxRow(_Printed):
-    """One row of the catalogue: what a maker prints of a size, and from where it is known.
+    """One row of the catalogue: a maker's figures for one size, with their source.
 
-    models          names under which it is found
-    ratio           the row holds for this ratio only; ratio_above: for all above; neither: for every ratio
-    part            the fields of a turning joint's gearbox, as text with units
-    upper_limits    fields for which the maker prints a limit and no value
-    typical         what gearboxes as delivered have of them, with its source; taken where a file asks for values = "typical"
+    models           names of the row
+    ratio            the row applies to this ratio only; ratio_above: to all above; neither: to every ratio
+    part             the fields of a revolute joint's gearbox, as text with units
+    upper_limits     fields for which the maker prints a limit and no value
+    typical          typical values of delivered gearboxes for such fields, with their source; used where a file states values = "typical"
     inertia_by_ratio moment of inertia at the input where it depends on the ratio
-    lost_motion     as printed, where `part` says it in other words
-    moment_rigidity of the main bearing against tilting; with acceleration_torque and emergency_torque kept as data
-    printed         the maker's figures where `part` says them in other words
-    source          with its confidence: [R] read, [M 95] from memory, 95 % sure
-    mass_source     of the mass in `part`, inertia_source of moments of inertia, where they are from elsewhere
+    lost_motion      as printed, where `part` states it by other fields
+    moment_rigidity  of the main bearing against tilting; kept as data, as acceleration_torque and emergency_torque
+    printed          the maker's figures where `part` states them by other fields
+    source           with its confidence: [R] read, [M 95] from memory, 95 % confidence
+    mass_source      of the mass in `part`, inertia_source of moments of inertia, where they have another source
     """
 
     part: dict[str, Any]
@@ -141,31 +141,31 @@ class GearboxRow(_Printed):
 
     @property
     def unstated(self) -> list[str]:
-        """Name the errors of which the row says nothing, so that they count as none."""
+        """Return the names of the errors that the row does not state; they count as zero."""
         stated = set(self.part) | ({"backlash"} if "lost_motion" in self.part else {"lost_motion"} if "backlash" in self.part else set())
         return [name for name in _SOUGHT if name not in stated]
 
     @property
     def ratios(self) -> str:
-        """Describe the ratios for which the row is valid."""
+        """Return the ratios of the row in words."""
         if self.ratio is not None:
             return f"{self.ratio:g}"
         return "any ratio" if self.ratio_above is None else f"above {self.ratio_above:g}"
 
     def applies_to(self, ratio: float) -> bool:
-        """Return whether the row holds for a ratio."""
+        """Return whether the row applies to a ratio."""
         return (self.ratio is None or ratio == self.ratio) and (self.ratio_above is None or ratio > self.ratio_above)
 
     @property
     def typical_fields(self) -> list[str]:
-        """Return the fields of which a typical value is known."""
+        """Return the fields with a typical value."""
         return [name for name in self.typical if name != "source"]
 
     def with_stated(self, stated: dict[str, Any], values: Values = "limit") -> dict[str, Any]:
-        """Return the fields of a gearbox whose owner states some of them: theirs go before the row's, with the row's limits and source added.
+        """Return the fields of a gearbox with this row and with the fields stated by the user, which have priority.
 
-        `values` says which the row's errors have where the maker prints only upper limits: the "limit" itself, or the "typical" value where the row
-        knows one, which is then assumed. Values whose source is from memory are assumed besides.
+        The row's upper limits and source are added. `values` selects the errors for which the maker prints only upper limits: the "limit" itself, or
+        the "typical" value where the row has one, which is then marked as assumed. Values whose source is from memory are marked as assumed too.
         """
         replaced = {other for name in stated for other in _REPLACES.get(name, ())}
         typical = {name: self.typical[name] for name in self.typical_fields if name not in stated} if values == "typical" else {}
@@ -179,9 +179,9 @@ class GearboxRow(_Printed):
         besides = [f"{name}: {text}" for name, text in others.items() if text and (name == "typical" or (name in kept and name not in stated))]
         known = source_in_words("; ".join([self.source, *besides]))
         source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
-        if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # an own source that is too long by itself is refused by the model
+        if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # a stated source that is itself too long is refused by the model
             source = source[:LONGEST_SOURCE]
-        # what the user wrote of the origin goes with the row's own, unless it is no text: then the model says what is wrong with it
+        # the stated source is joined with the row's own, unless it is not text: the model refuses that
         origin: dict[str, Any] = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
         assumed = stated.get("assumed", [])
         doubted = [name for name in kept if name not in stated and name not in limits and name not in NO_VALUES and self._doubted(name, typical)]
@@ -190,13 +190,13 @@ class GearboxRow(_Printed):
         return {"kind": "catalogue", **kept, **stated, **origin, **({"source": source} if own is None or isinstance(own, str) else {})}
 
     def _doubted(self, name: str, typical: Mapping[str, Any]) -> bool:
-        """Return whether a field's value is no fact: a typical one, or one from memory."""
+        """Return whether a field's value is only assumed: a typical one, or one from memory."""
         own = {"mass": self.mass_source, "inertia": self.inertia_source}.get(name)
         mark = _MARK.search(own or self.source)
-        return name in typical or bool(mark and mark["sure"])
+        return name in typical or bool(mark and mark["confidence"])
 
     def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
-        """Return one line on the fields of this row that the user did not state."""
+        """Return a line on the fields of this row that the user did not state: limits, typical values, missing errors, source."""
         fields = self.with_stated(stated, values)
         limits = [field for field in fields.get("upper_limits", ()) if field not in stated]
         typical = [field for field in self.typical_fields if field in fields and field not in stated]
@@ -212,12 +212,12 @@ class GearboxRow(_Printed):
 
 def source_in_words(source: str) -> str:
     """Return a source with its marks in words: "read", or "from memory" with its confidence."""
-    return _MARK.sub(lambda mark: f" (from memory, {mark['sure']} % sure)" if mark["sure"] else " (read)", source)
+    return _MARK.sub(lambda mark: f" (from memory, {mark['confidence']} % confidence)" if mark["confidence"] else " (read)", source)
 
 
 @functools.cache
 def gearboxes() -> tuple[GearboxRow, ...]:
-    """Return the known reducers. In the order of the data file: by maker, series, size and ratio."""
+    """Return the known reducers in the order of the data file: by maker, series, size and ratio."""
     return tuple(GearboxRow.model_validate(row, context={"text": True}) for row in data_file("gearboxes.toml")["reducers"])
 
 
@@ -227,7 +227,7 @@ def _packaged_by_model() -> dict[str, list[GearboxRow]]:
 
 
 def by_model(rows: Iterable[GearboxRow]) -> dict[str, list[GearboxRow]]:
-    """Return the rows that are found under each name."""
+    """Return the rows by name."""
     out: dict[str, list[GearboxRow]] = {}
     for row in rows:
         for model in row.models:
@@ -236,15 +236,15 @@ def by_model(rows: Iterable[GearboxRow]) -> dict[str, list[GearboxRow]]:
 
 
 def gearbox_models() -> tuple[str, ...]:
-    """Return the names of reducers without a ratio behind them."""
+    """Return the names of the known reducers, without ratios."""
     return tuple(_packaged_by_model())
 
 
 def find_gearbox(name: str, ratio: float | None = None, own: Rows = _NONE) -> tuple[GearboxRow, float | None]:
-    """Return the row of this name and the stated ratio: in the name ("CSG-25-100"), beside it, or not at all (None).
+    """Return the row of this name and the stated ratio: in the name ("CSG-25-100"), as an argument, or None.
 
-    `own` are a user's rows by model; they go before those of the package. Raises InputError with one problem for an unknown name (with the
-    nearest known one), for a name that needs its ratio and has none, for two ratios that differ, and for a ratio of which the rows say nothing.
+    `own` are a user's rows by model, with priority over those of the package. Raises InputError with one problem for an unknown name (with the
+    nearest known one), a name that needs a ratio and has none, two different ratios, and a ratio to which no row applies.
     """
     rows, model, behind = find_rows(name, own)
     if behind is not None and ratio is not None and behind != ratio:
@@ -255,16 +255,16 @@ def find_gearbox(name: str, ratio: float | None = None, own: Rows = _NONE) -> tu
     if ratio is None:
         if len(rows) > 1:
             _refuse(
-                f"{shown(name)} without its ratio", f"the ratio behind it, for the stiffness depends on it: {choices}", f"{model}-{_typical(rows)}"
+                f"{shown(name)} without its ratio", f"its ratio appended, because the stiffness depends on it: {choices}", f"{model}-{_typical(rows)}"
             )
         fitting = list(rows)
     if not fitting:
-        _refuse(f"{shown(model)} with the ratio {ratio:g}", f"a ratio of which the maker's figures are known: {choices}", f"{model}-{_typical(rows)}")
+        _refuse(f"{shown(model)} with the ratio {ratio:g}", f"a ratio with known figures of the maker: {choices}", f"{model}-{_typical(rows)}")
     return fitting[0], ratio
 
 
 def find_rows(name: str, own: Rows = _NONE) -> tuple[Sequence[GearboxRow], str, float | None]:
-    """Return the rows under this name, the model that it means, and the ratio behind it. Raises InputError for an unknown name."""
+    """Return the rows of this name, the model, and the ratio appended to the name or None. Raises InputError for an unknown name."""
     model, behind = name, None
     rows = own.get(model) or _packaged_by_model().get(model)
     if not rows:

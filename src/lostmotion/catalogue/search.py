@@ -1,4 +1,4 @@
-"""Reducers by what is wanted of them; rows that do not state a figure asked for are kept apart, never dropped in silence."""
+"""Search for reducers by requirements; rows that do not state a required figure are listed separately, never dropped silently."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
 
     from lostmotion.catalogue.gearboxes import GearboxRow
 
-# Equal figures fit, however they were worked out.
+# Equal figures meet a limit, whatever their rounding.
 _SAME: Final = 1 + 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """Search criteria for reducers, in SI; what is not stated may be anything.
+    """Requirements on a reducer; a field without a value excludes nothing. In SI.
 
-    maker            a part of the maker's name, capitals or not
-    ratio            a ratio of which the row's figures hold
-    min_torque       rated torque of at least so many N m
-    max_lost_motion  lost motion as printed of at most so many rad
-    min_stiffness    stiffness of the softest zone of at least so many N m/rad
+    maker            a part of the maker's name, in any case
+    ratio            a ratio to which the row's figures apply
+    min_torque       smallest rated torque, N m
+    max_lost_motion  largest printed lost motion, rad
+    min_stiffness    smallest stiffness of the softest zone, N m/rad
     """
 
     maker: str = ""
@@ -36,20 +36,20 @@ class Criteria:
 
     @property
     def empty(self) -> bool:
-        """Return whether nothing is asked for."""
+        """Return whether there is no requirement."""
         return self == Criteria()
 
 
 @dataclass(frozen=True, slots=True)
 class SearchResult:
-    """The rows that fit, and by figure those that fit as far as they go but do not state it."""
+    """The rows that meet the criteria, and by figure the rows that meet the others but do not state this one."""
 
     rows: tuple[GearboxRow, ...]
     not_stated: dict[str, tuple[GearboxRow, ...]]
 
 
 def searchable_figures(row: GearboxRow) -> dict[str, float]:
-    """Return the searchable values of a row. In SI; NaN where it says nothing. Stiffness is that of the softest zone."""
+    """Return the figures of a row that can be searched for, in SI; NaN where it states none. Stiffness is that of the softest zone."""
     part = row.figures.part
     lost_motion = row.lost_motion if part.lost_motion is None else part.lost_motion
     return {
@@ -61,7 +61,7 @@ def searchable_figures(row: GearboxRow) -> dict[str, float]:
 
 
 def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
-    """Return the rows that match. Raises InputError for a maker of whom there is no row."""
+    """Return the rows that meet the criteria. Raises InputError for a maker without any row."""
     makers = tuple(dict.fromkeys(row.maker for row in rows))
     sought = wanted.maker.casefold()
     if not any(sought in maker.casefold() for maker in makers):
@@ -80,7 +80,7 @@ def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
         stated = searchable_figures(row)
         limits = {name: (limit, sign) for name, (limit, sign) in asked.items() if limit is not None}
         if any(sign * limit > sign * stated[name] * _SAME**sign for name, (limit, sign) in limits.items()):
-            continue  # a comparison with NaN is never true: what is not stated does not rule a row out
+            continue  # a comparison with NaN is never true: a figure that is not stated does not exclude a row
         missing = [name for name in limits if math.isnan(stated[name])]
         for name in missing:
             not_stated.setdefault(name, []).append(row)

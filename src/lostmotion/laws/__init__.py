@@ -1,1 +1,1 @@
-"""Physics and chance from books: arrays in, arrays out, a citation each, no product names."""
+"""Laws of physics, geometry and statistics, each with its source; arrays in, arrays out, no product names."""

@@ -1,11 +1,11 @@
-"""How an elastic ring or disc gives way: the plane annulus, held all round at one edge and loaded by forces spread over arcs of the other.
+"""Deformation of an elastic ring or disc: a plane annulus, fixed along one edge and loaded by distributed forces on the other.
 
-The tractions are a Fourier series round the edge, and each harmonic has its own exact solution, powers of the radius in Kolosov's two functions of
-z = r exp(i theta): 2 G (u_x + i u_y) = k phi - z conj(phi') - conj(psi), with k = 3 - 4 nu in plane strain and (3 - nu)/(1 + nu) in plane stress.
-Torsion (n = 0) and the shift of the whole edge under a resultant (n = 1, with its logarithm) are in it. Small displacements, linear material.
+The tractions are a Fourier series around the edge. Each harmonic has an exact solution in powers of the radius, from Kolosov's two functions of z = r
+exp(i theta): 2 G (u_x + i u_y) = k phi - z conj(phi') - conj(psi), with k = 3 - 4 nu in plane strain and (3 - nu)/(1 + nu) in plane stress. Torsion
+(n = 0) and the translation of the whole edge under a resultant (n = 1, with its logarithm) are included. Small displacements, linear material.
 
 Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953 (functions and single-valued displacements); J. Michell,
-Proc. London Math. Soc. 31 (1899) 100 (the same solution as a stress function). Shape of the load at a square corner: M. Williams, J. Appl. Mech. 19
+Proc. London Math. Soc. 31 (1899) 100 (the same solution as a stress function). Load distribution at a square corner: M. Williams, J. Appl. Mech. 19
 (1952) 526.
 """
 
@@ -23,19 +23,18 @@ if TYPE_CHECKING:
 Plane = Literal["strain", "stress"]
 
 ELLIPTIC: Final = 0.5  # Hertz's pressure: the traction falls as (1 - x^2)^0.5 over the arc
-# What stands on an edge with square inner corners presses hardest there: stresses grow as distance^(s - 1), with sin(3 pi s/2) = s (Williams).
+# A body with square inner corners on an edge has its largest stress there: it grows as distance^(s - 1), with sin(3 pi s/2) = s (Williams).
 CORNERED: Final = 0.5444837368 - 1
 
-# With so many harmonics per half arc, and the mean of what is left, the sums are good to 3e-4 of the largest give, to 3e-6 for half-ellipses.
+# With this many harmonics per half arc and the mean of the remainder, the sums are accurate to 3e-4 of the largest displacement (half-ellipse: 3e-6).
 _PER_ARC: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
 class Annulus:
-    """Which annulus is it? Radii (m) of the loaded and of the held edge, either of them the outer one; width m, Young's modulus Pa, Poisson's ratio.
+    """An annulus: radii (m) of the loaded and the fixed edge (either may be the outer one), width m, Young's modulus Pa, Poisson's ratio.
 
-    `plane`: "strain" for bodies wide against what they are loaded over, "stress" for thin ones; a disc lies between. Raises ValueError for
-    impossible values.
+    `plane`: "strain" for bodies much wider than the loaded arc, "stress" for thin ones; a disc lies between. Raises ValueError for impossible values.
     """
 
     loaded: float
@@ -46,7 +45,7 @@ class Annulus:
     plane: Plane = "strain"
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be, all reasons at once."""
+        """Refuse impossible values, all at once."""
         named = (("loaded radius", self.loaded), ("held radius", self.held), ("width", self.width), ("Young's modulus", self.young))
         wrong = [f"its {name} is {value!r}, but must be positive and finite" for name, value in named if not (math.isfinite(value) and value > 0)]
         if self.loaded == self.held:
@@ -60,28 +59,28 @@ class Annulus:
 
     @property
     def kolosov(self) -> float:
-        """What is Kolosov's constant k?"""
+        """Return Kolosov's constant k."""
         return 3 - 4 * self.nu if self.plane == "strain" else (3 - self.nu) / (1 + self.nu)
 
     @property
     def plane_modulus(self) -> float:
-        """Which modulus (Pa) has a half-plane: E/(1 - nu^2) in plane strain, E in plane stress?"""
+        """Return the modulus (Pa) of a half-plane: E/(1 - nu^2) in plane strain, E in plane stress."""
         return self.young / (1 - self.nu**2) if self.plane == "strain" else self.young
 
     @property
     def plane_nu(self) -> float:
-        """Which Poisson's ratio goes with it: nu/(1 - nu) in plane strain, nu in plane stress?"""
+        """Return the Poisson's ratio of the plane problem: nu/(1 - nu) in plane strain, nu in plane stress."""
         return self.nu / (1 - self.nu) if self.plane == "strain" else self.nu
 
 
 def edge_compliance(annulus: Annulus, harmonics: int) -> Floats:
-    """How far (m/Pa) does the loaded edge move under the n-th harmonic of its tractions? (harmonics + 1, 2, 2), each symmetric.
+    """Return the displacement of the loaded edge per traction (m/Pa) for each harmonic n: (harmonics + 1, 2, 2), each symmetric.
 
-    With traction q = q_r + i q_t = sum of q_n exp(i n theta) and displacement u alike (radial outwards, tangential towards larger angles):
-    (u_n, conj u_-n) = S_n (q_n, conj q_-n) for n >= 1. S_0 is diagonal: uniform pull outwards, and torsion.
+    Traction q = q_r + i q_t = sum of q_n exp(i n theta), and displacement u in the same way (radial outwards, tangential towards larger angles):
+    (u_n, conj u_-n) = S_n (q_n, conj q_-n) for n >= 1. S_0 is diagonal: uniform radial traction, and torsion.
     """
     ratio, k = annulus.held / annulus.loaded, annulus.kolosov
-    side = 1.0 if ratio < 1 else -1.0  # which way the loaded edge's outward normal points
+    side = 1.0 if ratio < 1 else -1.0  # direction of the loaded edge's outward normal
     out = np.zeros((harmonics + 1, 2, 2))
     # n = 0: u = x r + y/r, nothing at the held edge; torsion: t/r^2 is the only stress
     x, y = np.linalg.solve([[(k - 1) * ratio, -1 / ratio], [2 * side, side]], [0.0, 1.0])
@@ -99,14 +98,14 @@ def edge_compliance(annulus: Annulus, harmonics: int) -> Floats:
 
 
 def _first_displacement(k: float, r: float) -> Floats:
-    """Give 2 G (u_1, conj u_-1) at the radius r for the terms z^2 and ln z of phi, z^-2 and 1 of psi."""
+    """Return 2 G (u_1, conj u_-1) at the radius r for the terms z^2 and ln z of phi, z^-2 and 1 of psi."""
     return np.array([[k * r * r, -1.0, -1 / r**2, 0.0], [-2 * r * r, 2 * k * math.log(r), 0.0, -1.0]])
 
 
 def _harmonics(k: float, n: Floats, r: float, ratio: float) -> tuple[Floats, Floats]:
-    """Give 2 G (u_n, conj u_-n) and the tractions of the terms z^(n+1), z^(1-n) of phi and z^(-n-1), z^(n-1) of psi, both (n, 2, 4).
+    """Return 2 G (u_n, conj u_-n) and the tractions of the terms z^(n+1), z^(1-n) of phi and z^(-n-1), z^(n-1) of psi, both (n, 2, 4).
 
-    Each power is 1 at that of the edges 1 and `ratio` where it is largest, so that none overflows.
+    Each power is normalised to 1 at the edge (radius 1 or `ratio`) where it is largest, so that none overflows.
     """
     powers = np.stack([n + 1, 1 - n, -n - 1, n - 1])
     a, b, c, d = np.exp(powers * math.log(r) - np.maximum(0.0, powers * math.log(ratio)))
@@ -117,9 +116,9 @@ def _harmonics(k: float, n: Floats, r: float, ratio: float) -> tuple[Floats, Flo
 
 
 def spectrum(phase: Floats, exponent: float) -> Floats:
-    """Which share of the n-th harmonic has a load (1 - x^2)^exponent over an arc, at phases n x half arc (any shape, rad)? 1 at phase 0.
+    """Return the n-th harmonic's share of a load (1 - x^2)^exponent over an arc at phases n x half arc (any shape, rad); 1 at phase 0.
 
-    The exponent above -0.75, where the give of the edge still has a limit: 0.5 Hertz's half-ellipse, 0 uniform.
+    The exponent must be above -0.75, where the displacement of the edge is still finite: 0.5 is Hertz's half-ellipse, 0 uniform.
     """
     from scipy.special import gamma, jv
 
@@ -131,12 +130,12 @@ def spectrum(phase: Floats, exponent: float) -> Floats:
 def flexibility(
     annulus: Annulus, angles: Floats, slants: Floats, half_arcs: Floats | float, exponent: float = ELLIPTIC, harmonics: int | None = None
 ) -> Floats:
-    """How far (m/N) does the edge give way along force i under a unit force j? (k, k), symmetric, for forces at `angles` (k,) round the edge.
+    """Return the displacements (m/N) of the edge along force i under a unit force j: (k, k), symmetric, forces at `angles` (k,) around the edge.
 
-    Each force is spread as (1 - x^2)^exponent over the arc angle +- half arc (rad, (k,) or one for all), everywhere parallel to the frame that turns
-    with the edge; `slants` (rad, (k,)) are from the outward radius to the force, towards larger angles. Displacements are means over the arc,
-    weighted as the load: so reciprocity holds, and F' A F is twice the energy. The resultant of a wide slanted arc is shorter than F by the
-    first harmonic's `spectrum`; a moment is kept. Raises ValueError for shapes that do not fit.
+    Each force is distributed as (1 - x^2)^exponent over the arc angle +- half arc (rad, (k,) or one for all) and keeps its angle to the local radius;
+    `slants` (rad, (k,)) are measured from the outward radius to the force, towards larger angles. Displacements are means over the arc with the
+    load's weights, so reciprocity holds and F' A F is twice the energy. The resultant of a wide slanted arc is shorter than F by the first harmonic's
+    `spectrum`; the moment is exact. Raises ValueError for shapes that do not fit.
     """
     from scipy.special import gamma
 
@@ -144,7 +143,7 @@ def flexibility(
     if angles.ndim != 1 or angles.shape != slants.shape:
         raise ValueError(f"each force needs its angle and its slant, not angles of shape {angles.shape} and slants of shape {slants.shape}")
     half = np.broadcast_to(np.asarray(half_arcs, dtype=float), angles.shape)
-    if not ((half > 0).all() and exponent > -0.75):  # noqa: PLR2004 - the energy of narrower loads has no limit
+    if not ((half > 0).all() and exponent > -0.75):  # noqa: PLR2004 - the energy of more concentrated loads is infinite
         raise ValueError("the arcs must be wider than zero, and the exponent of the load's shape above -0.75")
     top = max(8, math.ceil(_PER_ARC / float(half.min()))) if harmonics is None else harmonics
     own = edge_compliance(annulus, top)
@@ -153,7 +152,7 @@ def flexibility(
     turning, counter, coupling = own[1:, 0, 0], own[1:, 1, 1], own[1:, 0, 1]
     same = (waves * turning) @ waves.conj().T + ((waves * counter) @ waves.conj().T).conj()
     mirrored = 2 * ((waves * coupling) @ waves.conj().T).real
-    # Beyond the last harmonic the compliance falls as 1/n and the square of the spectrum, on its average, as n^-(2 exponent + 2).
+    # Beyond the last harmonic the compliance falls as 1/n and the mean square of the spectrum as n^-(2 exponent + 2).
     left = gamma(exponent + 1.5) ** 2 * (2 / half) ** (2 * exponent + 1) / (math.pi * half) * top ** (-2 * exponent - 2) / (2 * exponent + 2) * top
     same = same + np.diag(left * (turning[-1] + counter[-1]))
     mirrored = mirrored + np.diag(left * 2 * coupling[-1])

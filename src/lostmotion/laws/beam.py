@@ -1,13 +1,13 @@
-"""Elastic beams: cross-sections, and what the tip of a cantilever does under loads.
+"""Elastic beams: cross-sections, and the deflection of a cantilever's tip under loads.
 
-Beam axes: x along the beam from the clamped end, y and z across it. Twists and wrenches are (angular, linear) at the tip.
-Source: S. Timoshenko, Strength of Materials, vol. 1 (deflection with shear); W. Young, R. Budynas, Roark's Formulas for Stress and
-Strain, 7th ed., tables 8.1 (beams) and 10.1 (torsion); shear factors G. Cowper, J. Appl. Mech. 33 (1966) 335. Valid for small
-deflections of straight beams, linear material; each section gives as that of a prismatic beam would, so a taper must be gentle, and warping is free.
+Beam axes: x along the beam from the clamped end, y and z across it. Twists and wrenches are (angular, linear) at the tip. Source: S. Timoshenko,
+Strength of Materials, vol. 1 (deflection with shear); W. Young, R. Budynas, Roark's Formulas for Stress and Strain, 7th ed., tables 8.1 (beams) and
+10.1 (torsion); shear factors G. Cowper, J. Appl. Mech. 33 (1966) 335. Valid for small deflections of straight beams and linear material. Each section
+has the compliance of a prismatic beam, so a taper must be slight; warping is free.
 
-Every beam is one thing here: what each of its sections gives per length, S (6, 6), from the load there to curvatures and strains. A wrench on
-the tip loads the section s before it by A(s)' of it, that section's give moves the tip by A(s), and the tip's compliance is the integral of
-A S A' along the beam.
+A beam is described by the compliance of each section per length, S (6, 6), from the load there to curvatures and strains. A wrench on the tip loads
+the section at s by A(s)' of it, the deformation of that section moves the tip by A(s), and the compliance of the tip is the integral of A S A' along
+the beam.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# Of the series for a rectangle's torsion; the terms fall with the fifth power.
+# Terms of the series for a rectangle's torsion; they fall with the fifth power.
 _TORSION_TERMS: Final = 12
-# Of a sharp corner of a strip of width 1, beyond its arms: finite differences to 1/128, extrapolated; the first is exact.
+# Contributions of a sharp corner of a strip of width 1, beyond its arms. The first is exact, the others are extrapolated from finite differences.
 _CORNER_CAPACITY: Final = 1 - 2 * math.log(2) / math.pi
 _CORNER_SLOPE: Final = 0.14483
 _CORNER_MEMBRANE: Final = 0.2029
@@ -37,10 +37,10 @@ _ALONG: Final = np.array([1.0, 0.0, 0.0])
 
 @dataclass(frozen=True, slots=True)
 class SectionValues:
-    """What a cross-section gives a beam: area m^2, second moments about y and z m^4, torsion constant m^4, shear factors.
+    """Properties of a cross-section: area m^2, second moments about y and z m^4, torsion constant m^4, shear factors.
 
-    Of a section without symmetry also the product of inertia (integral of y z), what a force along z shears along y and the reverse (in units of
-    1/(G A)), and where its shear centre lies, seen from the centroid, m. The beam's line runs through the centroid.
+    For a section without symmetry also the product of inertia (integral of y z), the coupling of shear along z and y (in units of 1/(G A)), and the
+    position of the shear centre from the centroid, m. The beam's axis runs through the centroid.
     """
 
     area: float
@@ -56,7 +56,7 @@ class SectionValues:
 
 
 def round_section(outer: float, inner: float, nu: float) -> SectionValues:
-    """What does a round bar (inner = 0) or tube of these diameters (m) give? Shear factor after Cowper, exact torsion."""
+    """Return the properties of a round bar (inner = 0) or tube of these diameters (m). Shear factor from Cowper, exact torsion."""
     area = math.pi / 4 * (outer**2 - inner**2)
     second = math.pi / 64 * (outer**4 - inner**4)
     m2 = (inner / outer) ** 2
@@ -65,7 +65,7 @@ def round_section(outer: float, inner: float, nu: float) -> SectionValues:
 
 
 def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
-    """What does a solid bar, width along y and height along z (m), give? Torsion by Saint-Venant's series, to 1e-6."""
+    """Return the properties of a solid bar, width along y and height along z (m). Torsion by Saint-Venant's series, to 1e-6."""
     area = width * height
     long, short = max(width, height), min(width, height)
     series = sum(math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 2 * _TORSION_TERMS, 2))
@@ -75,11 +75,11 @@ def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
 
 
 def box_section(width: float, height: float, wall: float, nu: float) -> SectionValues:
-    """What does a rectangular tube, width along y and height along z (m), give?
+    """Return the properties of a rectangular tube, width along y and height along z (m).
 
-    Torsion by Prandtl's membrane: straight walls and four sharp corners whose parts (capacity 1 - 2 ln 2/pi, volumes under the unit slope and under
-    the wall's own membrane) are those of one corner with long arms; within 0.1 % of exact where the hole is at least as wide as the wall is
-    thick, beyond that within 3 %. Shear factor for thin walls.
+    Torsion by Prandtl's membrane: straight walls and four sharp corners. Each corner's contributions (capacity 1 - 2 ln 2/pi, volumes under the unit
+    slope and under the wall's own membrane) are those of a single corner with long arms. Within 0.1 % of exact where the hole is at least as wide as
+    the wall is thick, otherwise within 3 %. Shear factor for thin walls.
     """
     inner_w, inner_h = width - 2 * wall, height - 2 * wall
     area = width * height - inner_w * inner_h
@@ -102,10 +102,10 @@ def _box_shear(flange: float, web: float, nu: float) -> float:
 
 
 def i_section(width: float, height: float, web: float, flange: float, nu: float) -> SectionValues:
-    """What does an I-section give, its flanges as wide as `width` along y, its web standing along z, sharp corners (m)?
+    """Return the properties of an I-section with sharp corners: flanges of `width` along y, web along z (m).
 
-    Torsion after F. El Darwish and B. Johnston, J. Struct. Div. ASCE 91 (1965) 203, free to warp. Shear factor along the web after Cowper, thin
-    walls; along the flanges that of the flanges as bars.
+    Torsion from F. El Darwish and B. Johnston, J. Struct. Div. ASCE 91 (1965) 203, free to warp. Shear factor along the web from Cowper, thin walls;
+    along the flanges that of the flanges as rectangular bars.
     """
     inside = height - 2 * flange
     area = 2 * width * flange + inside * web
@@ -125,9 +125,9 @@ def i_section(width: float, height: float, web: float, flange: float, nu: float)
 
 
 def compliance_per_length(young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """How does a section give under a load on it? (6, 6) from (moment, force) there to (twist per length and curvatures, stretch and shears).
+    """Return the compliance of a section (6, 6): from (moment, force) to (twist per length and curvatures, stretch and shears).
 
-    A force beside the shear centre twists too.
+    A force beside the shear centre also twists the section.
     """
     out = np.zeros((6, 6))
     out[1:3, 1:3] = np.linalg.inv(young * np.array([[section.i_y, -section.i_yz], [-section.i_yz, section.i_z]]))
@@ -139,10 +139,11 @@ def compliance_per_length(young: float, shear_modulus: float, section: SectionVa
 
 
 def parallel_layers(compliances: Floats) -> Floats:
-    """How does a section of several layers give, if each by itself gives so (layer, 6, 6)? Each layer's part (layer, 6, 6), whose sum is the whole.
+    """Return each layer's part (layer, 6, 6) of the compliance of a layered section, from the layers' own compliances (layer, 6, 6).
 
-    The layers bend, twist and stretch as one: their stiffnesses add (transformed section). Exact in bending and stretch of layers about one
-    centroid and in the torsion of round ones. Part k is what the whole's give gains per share by which layer k is softer.
+    The parts add up to the compliance of the whole. The layers bend, twist and stretch together, so their stiffnesses add (transformed section).
+    Exact in bending and stretch of concentric layers and in torsion of round ones. Part k is the derivative of the whole compliance with respect to
+    the relative compliance of layer k.
     """
     stiff = np.linalg.inv(compliances)
     whole = np.linalg.inv(stiff.sum(axis=0))
@@ -151,9 +152,9 @@ def parallel_layers(compliances: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A piece of a beam, from `start` to `end` (m from the clamp): what its sections give (cause, 6, 6), and its mass per length (kg/m), at x.
+    """A piece of a beam from `start` to `end` (m from the clamp): compliance of its sections (cause, 6, 6) and mass per length (kg/m) at x.
 
-    `points` of Gauss's rule integrate it: two are exact where nothing changes along the piece.
+    `points` of Gauss's rule integrate it: two are exact for a uniform segment.
     """
 
     start: float
@@ -163,11 +164,11 @@ class Segment:
     points: int = 2
 
     def quadrature(self, low: float, high: float) -> tuple[Floats, Floats]:
-        """Give Gauss's points and weights (m) between low and high, as far as they lie in the piece."""
+        """Return Gauss's points and weights (m) between low and high, within the segment."""
         low, high = max(low, self.start), min(high, self.end)
         if high <= low:
             return np.zeros(0), np.zeros(0)
-        few = max(2, self.points // 2)  # is as exact on a fifth of a piece as all points are on the whole
+        few = max(2, self.points // 2)  # as accurate on a fifth of a segment as all points on the whole
         at, weight = _gauss(few if high - low < (self.end - self.start) / 5 else self.points)
         return (low + high) / 2 + (high - low) / 2 * at, (high - low) / 2 * weight
 
@@ -179,32 +180,32 @@ def _gauss(points: int) -> tuple[Floats, Floats]:
 
 
 def uniform_segment(start: float, end: float, compliance: Floats, density: float) -> Segment:
-    """Which piece has the same section all along?"""
+    """Return a segment with the same section along its whole length."""
     return Segment(start, end, lambda _: compliance, lambda _: density)
 
 
 @dataclass(frozen=True, slots=True)
 class Beam:
-    """A straight beam, clamped at 0, as pieces one after the other.
+    """A straight beam, clamped at 0, as consecutive segments.
 
-    Whatever it gives is split by cause, the leading axis: what belongs to each of its materials. All of it is linear in the loads.
+    Compliances are split by cause, the leading axis: one for each material. Everything is linear in the loads.
     """
 
     segments: tuple[Segment, ...]
 
     @property
     def length(self) -> float:
-        """Give its length, m."""
+        """Return the length, m."""
         return self.segments[-1].end
 
     @property
     def mass(self) -> float:
-        """Give its mass, kg."""
+        """Return the mass, kg."""
         return float(sum(mass for _, mass in self._masses()))
 
     @property
     def mass_centre(self) -> float:
-        """Give how far its centre of mass lies from the clamp, m; half way where it weighs nothing."""
+        """Return the distance of the centre of mass from the clamp, m; half the length of a massless beam."""
         mass = self.mass
         return float(sum(x * m for x, m in self._masses())) / mass if mass else self.length / 2
 
@@ -212,11 +213,11 @@ class Beam:
         return [(x, w * piece.density(x)) for piece in self.segments for x, w in zip(*piece.quadrature(0, self.length), strict=True)]
 
     def compliance_at(self, place: float) -> Floats:
-        """How does the beam turn and move at a place under a wrench there? (cause, 6, 6), symmetric and positive."""
+        """Return the twist of the beam at a place per wrench there: (cause, 6, 6), symmetric and positive."""
         return self._compliances_at([place])[0]
 
     def _compliances_at(self, places: Sequence[float]) -> list[Floats]:
-        """Give the same at several places, each farther along than the one before."""
+        """Return the compliances at several places, in ascending order."""
         total, here, out = np.zeros((len(self.segments[0].compliance(0.0)), 6, 6)), 0.0, []
         for place in places:
             carry = carry_twist(place - here)
@@ -230,43 +231,43 @@ class Beam:
         return out
 
     def tip_under_own_mass(self) -> Floats:
-        """How does the tip turn and move under a wrench spread along the beam as its mass is? (cause, 6, 6) per whole wrench; evenly without mass."""
+        """Return the tip's twist per total wrench distributed as the beam's mass (uniformly without mass): (cause, 6, 6)."""
         return self._tip_under(self._masses()) if self.mass else self.tip_under_uniform_load(0.0, self.length)
 
     def tip_under_uniform_load(self, low: float, high: float) -> Floats:
-        """How does the tip turn and move under a wrench spread evenly between two places (cause, 6, 6), per whole wrench? At one place, a point."""
+        """Return the tip's twist per total wrench distributed uniformly between two places: (cause, 6, 6). Equal places: a point load."""
         if high - low <= 1e-12 * self.length:
             return self._tip_under([((low + high) / 2, 1.0)])
         return self._tip_under([(x, w) for piece in self.segments for x, w in zip(*piece.quadrature(low, high), strict=True)])
 
     def _tip_under(self, weights: Sequence[tuple[float, float]]) -> Floats:
-        """Give what the tip does under one wrench, shared out over places in these proportions."""
+        """Return the tip's twist per total wrench, distributed over places with these weights."""
         found = self._compliances_at([x for x, _ in weights])
         out = sum(w * (carry_twist(self.length - x) @ c) for (x, w), c in zip(weights, found, strict=True))
         return np.asarray(out / sum(w for _, w in weights))
 
 
 def carry_twist(lever: float) -> Floats:
-    """Which matrix (6, 6) gives the twist of the beam so far on (m) from a twist here? A turn here swings the rest of the beam."""
+    """Return the matrix (6, 6) from a twist here to the twist of the rigid rest of the beam `lever` (m) further along."""
     out = np.eye(6)
     out[4, 2], out[5, 1] = lever, -lever
     return out
 
 
 def prism(length: float, compliances: Sequence[Floats], density: float = 0.0) -> Beam:
-    """Which beam has one section all along? `compliances` (6, 6) by cause, mass per length in kg/m."""
+    """Return a prismatic beam: compliances (6, 6) per length by cause, mass per length in kg/m."""
     return Beam((uniform_segment(0.0, length, np.stack(compliances), density),))
 
 
 def beam_of_compliance(compliance: Floats, length: float) -> Beam:
-    """Which beam has this compliance (6, 6) at its tip? One whose give in bending runs evenly from end to end, all else the same all along.
+    """Return a beam with this compliance (6, 6) at its tip: its bending compliance varies linearly along it, all else is constant.
 
-    There is always one, and of a uniform beam it is that beam. Under loads on its tip it is exact; before the tip it stands for what the matrix does
-    not say: a cone that narrows to 0.8, 0.7, 0.5 sags 3, 7, 30 % less under its own weight than it should.
+    Such a beam always exists, and for the compliance of a uniform beam it is that beam. It is exact under loads on its tip. The matrix does not
+    determine the compliance along the beam: for a cone that narrows to 0.8, 0.7, 0.5 the computed sag under its own weight is 3, 7, 30 % too small.
     """
     lever = -skew(_ALONG)
     turns, mixed, moves = compliance[:3, :3], compliance[3:, :3], compliance[3:, 3:]
-    first = turns * (length / 2)  # the bending give times the distance from the tip, summed along the beam
+    first = turns * (length / 2)  # integral along the beam of the bending compliance times the distance from the tip
     first[1], first[2] = -mixed[2], mixed[1]
     first[0, 1:] = first[1:, 0]
     first[1, 2] = first[2, 1] = (first[1, 2] + first[2, 1]) / 2
@@ -283,8 +284,8 @@ def beam_of_compliance(compliance: Floats, length: float) -> Beam:
 
 
 def tip_compliance(length: float, young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """How does a cantilever's tip move under a wrench at the tip? Matrix (6, 6): twist = C wrench, in beam axes; rad, m per N m, N.
+    """Return the compliance matrix (6, 6) of a cantilever's tip: twist = C wrench, in beam axes; rad, m per N m, N.
 
-    l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J), l/(E A). Length 0 gives zero. Symmetric and positive (reciprocity).
+    l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J), l/(E A). Length 0 returns zero. Symmetric and positive (reciprocity).
     """
     return np.asarray(prism(length, [compliance_per_length(young, shear_modulus, section)]).compliance_at(length)[0])

@@ -1,11 +1,11 @@
-"""Line contact of two elastic cylinders: half-width, pressure, and how far they approach each other under load.
+"""Line contact of two elastic cylinders: half-width, pressure and approach under load; bending of pins and lobes.
 
-Width and pressure are Hertz's and exact for a/Req << 1. The approach of a line contact is no property of the contact alone: it grows with the depth
-to which the bodies are counted, so it goes by named laws, which differ by about +-15 % of one another for steel lobes and rollers of usual loads.
-Dry, smooth, elastic, both bodies wide against the contact's half-width.
+Width and pressure are Hertz's, exact for a/Req << 1. The approach of a line contact is not a property of the contact alone: it grows with the depth
+to which the bodies are counted. Two named laws are in use, which differ by about +-15 % for steel lobes and rollers under usual loads. Dry, smooth,
+elastic; both bodies wide compared with the contact's half-width.
 
-Source: K. Johnson, Contact Mechanics, 1985, sections 4.2 and 5.6; A. Palmgren, Grundlagen der Wälzlagertechnik, 1957, as in T. Harris,
-Rolling Bearing Analysis, 4th ed., eq. (6.54).
+Source: K. Johnson, Contact Mechanics, 1985, sections 4.2 and 5.6; A. Palmgren, Grundlagen der Wälzlagertechnik, 1957, as in T. Harris, Rolling
+Bearing Analysis, 4th ed., eq. (6.54).
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 PALMGREN_EXPONENT: Final = 0.9
 # 3.84e-5 mm per N^0.9 mm^-0.8, in metres and newtons
 _PALMGREN: Final = 3.84e-5 * 1e-3 * 1e3**-0.8
-# Beyond ln(B/F) = 2 the contact is as wide as 0.89 Req and Johnson's law bends back: it says nothing there.
+# At ln(B/F) = 2 the contact's half-width is 0.89 Req; beyond, Johnson's approach falls as the force grows and is not valid.
 LEAST_LOGARITHM: Final = 2.0
 
 
 def equivalent_modulus(young: float, nu: float, other_young: float, other_nu: float) -> float:
-    """Which modulus E* (Pa) do two bodies have together? 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, plane strain; an infinite E is a rigid body.
+    """Return the equivalent modulus E* (Pa) of two bodies: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, plane strain; infinite E: rigid.
 
     Raises ValueError where both are rigid or a value is impossible.
     """
@@ -39,12 +39,12 @@ def equivalent_modulus(young: float, nu: float, other_young: float, other_nu: fl
 
 
 def half_width(load: Floats, radius: Floats, modulus: float) -> Floats:
-    """How wide is half the contact, a (m), under a load per width p (N/m)? a = sqrt(4 p Req/(pi E*)); zero without load. Johnson (4.43)."""
+    """Return the half-width a (m) of the contact under a load per width p (N/m): sqrt(4 p Req/(pi E*)); zero without load. Johnson (4.43)."""
     return np.asarray(np.sqrt(4 * np.asarray(load) * radius / (math.pi * modulus)))
 
 
 def peak_pressure(load: Floats, radius: Floats, modulus: float) -> Floats:
-    """How large is the pressure p_H (Pa) in the middle of the contact? sqrt(p E*/(pi Req)), with p in N/m. Johnson (4.45)."""
+    """Return the pressure p_H (Pa) at the centre of the contact: sqrt(p E*/(pi Req)), with p in N/m. Johnson (4.45)."""
     return np.asarray(np.sqrt(np.asarray(load) * modulus / (math.pi * np.asarray(radius))))
 
 
@@ -65,10 +65,10 @@ def palmgren_factor(width: float) -> float:
 
 
 def round_bar_compliance(span: float, diameter: float, young: float, nu: float, ends: Literal["supported", "clamped"] = "supported") -> float:
-    """By how much (m/N) does a round pin give way in the middle of its span, on its average over a force spread along it?
+    """Return the mean deflection (m/N) of a round pin over its span under a force distributed uniformly along it.
 
-    Mean deflection under a uniform load, bending and shear: l^3/(120 E I) supported, l^3/(720 E I) clamped, and l/(12 k G A), k of Cowper. A pin in a
-    half-round seat over its whole length does not bend: leave it out there.
+    Bending and shear: l^3/(120 E I) supported, l^3/(720 E I) clamped, and l/(12 k G A) with Cowper's k. A pin in a half-round seat over its whole
+    length does not bend: leave it out there.
     """
     second, area = math.pi * diameter**4 / 64, math.pi * diameter**2 / 4
     shear = 6 * (1 + nu) / (7 + 6 * nu) * young / (2 + 2 * nu) * area
@@ -76,10 +76,10 @@ def round_bar_compliance(span: float, diameter: float, young: float, nu: float, 
 
 
 def lobe_compliance(height: float, root: float, width: float, young: float, nu: float) -> float:
-    """By how much (m/N) does a lobe of one piece with the ring give way across? A stubby rectangular cantilever: h^3/(3 E I) + h/(k G A).
+    """Return the deflection (m/N) of a lobe of one piece with the ring, as a short rectangular cantilever: h^3/(3 E I) + h/(k G A).
 
-    `height` (m) of the force above the root, `root` (m) thickness there, `width` (m) along the axis. The root's own give in the ring's rim is not
-    counted.
+    `height` (m) of the force above the root, `root` (m) thickness there, `width` (m) along the axis. The compliance of the ring's rim at the root is
+    not included.
     """
     shear = 10 * (1 + nu) / (12 + 11 * nu) * young / (2 + 2 * nu) * root * width
     return height**3 / (3 * young * width * root**3 / 12) + height / shear

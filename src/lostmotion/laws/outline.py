@@ -1,8 +1,8 @@
 """Cross-sections of any outline, by finite elements of the package sectionproperties (the extra `sections`).
 
-Area and second moments are the polygon's own; torsion, shear factors and shear centre come from Saint-Venant's problem on a mesh of six-node
-triangles. Source: W. Pilkey, Analysis and Design of Elastic Beams, 2002.
-The shear factor is the one of equal energy, which differs from Cowper's by some per cent, and more where the section is wide across the force.
+Area and second moments are the polygon's own; torsion, shear factors and shear centre are solutions of Saint-Venant's problem on a mesh of six-node
+triangles. Source: W. Pilkey, Analysis and Design of Elastic Beams, 2002. The shear factor is that of equal energy, which differs from Cowper's by
+some per cent, and more where the section is wide across the force.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from lostmotion.laws.beam import SectionValues
 Points: TypeAlias = tuple[tuple[float, float], ...]
 MISSING: Final = "the package sectionproperties, which is not installed"
 INSTALL: Final = 'pip install "lostmotion[sections]"'
-# Triangles per section: torsion is then within 0.1 %, with sharp inner corners too, after some seconds. Answers are kept.
+# Triangles per section: torsion is within 0.1 %, also with sharp inner corners, after some seconds. Results are cached.
 _TRIANGLES: Final = 1000
-_SIDE: Final = 100.0  # the mesher works on numbers of this size, whatever the section's
+_SIDE: Final = 100.0  # the mesher needs numbers of this size, whatever the section's dimensions
 
 
 def available() -> bool:
-    """Can sections be worked out from their outlines here?"""
+    """Return whether the package for sections of any outline is installed."""
     return importlib.util.find_spec("sectionproperties") is not None
 
 
 def outline_error(points: Points, holes: tuple[Points, ...]) -> str:
-    """What keeps an outline with holes from being a section? Empty where nothing does. Raises ImportError without the package."""
+    """Return why an outline with holes is not a valid section; empty for a valid one. Raises ImportError without the package."""
     import shapely
 
     shape = shapely.Polygon(points, holes)
@@ -39,7 +39,7 @@ def outline_error(points: Points, holes: tuple[Points, ...]) -> str:
 
 @functools.lru_cache(maxsize=256)
 def outline_section(points: Points, holes: tuple[Points, ...], nu: float) -> SectionValues:
-    """What does a section of this outline, (y, z) of its corners in m, give a beam along its centroid? Raises ImportError without the package."""
+    """Return the properties of a section of this outline, corners (y, z) in m, about its centroid. Raises ImportError without the package."""
     import numpy as np
     import shapely
     from sectionproperties.analysis import Section

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Kind = Literal["gearbox", "bearing", "material"]
 
 _UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN), "mass": ("kg", 1.0)}
-_MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<sure>\d\d))\]$")
+_MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<confidence>\d\d))\]$")
 _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
 
 
@@ -126,8 +126,8 @@ def _sourced(source: str) -> str:
     match = _MARK.search(source)
     if match is None:
         return source
-    sure = f"from memory, {match['sure']} % sure" if match["sure"] else "read there"
-    return f"{source[: match.start()]} [{match['mark']}: {sure}]"
+    confidence = f"from memory, {match['confidence']} % confidence" if match["confidence"] else "read there"
+    return f"{source[: match.start()]} [{match['mark']}: {confidence}]"
 
 
 def _table_sections() -> list[Section]:

@@ -1,25 +1,26 @@
-"""What the bodies of a cycloidal stage add to its wind-up: the disc on its hub and the ring in its housing, as springs at the output.
+"""Elastic bodies of a cycloidal stage: the disc on its hub and the ring in its housing, as springs at the output.
 
-`cycloid_contact` leans a rigid disc on its contacts. Its approach by Johnson's law counts each body down to the depth d = 2 Req exp((1 + nu')/2 - 1)
-under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is here, as a plane annulus
-(`annulus`) held rigidly at the hub or in the housing and loaded along the contacts' lines of action. What is assumed, and why:
+`cycloid.contact` lets a rigid disc rest on its contacts. The approach by Johnson's law counts each body down to the depth d = 2 Req exp((1 + nu')/2 -
+1) under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is modelled here as a plane
+annulus (`annulus`), fixed at the hub or in the housing and loaded along the contacts' lines of action. Assumptions, with their reasons:
 
-- A force may slide along its line of action. It enters the annulus where that line crosses the rim, so that its moment is exact.
-- A wavy rim (the disc; the ring's of envelope lobes or of the twin) is taken at its mean radius: the waves are low against their length. A force
-  is spread there as a half-ellipse over +-w, a quarter of a wave: it enters through its own tooth.
-- At a wavy rim nothing may be counted twice or left out. In a half-plane loaded at a point, the path from the depth d to a far depth D gives
-  p/(pi E') 2 ln(D/d). Half an ellipse of load that leans by the slant s from the normal moves, on its mean,
-  p/(pi E') [2 ln(2 D/w) + 1/2 - (1 + nu') cos^2 s] against the same point. The real flank stands square to its force, the annulus' rim does not,
-  and Flamant's stresses look only along the force: so both agree at w* = 4 Req exp(-3/4 + (1 + nu') sin^2(s)/2), and over another w the contact
-  lacks p/(pi E') 2 ln(w/w*), of either sign. So even a hollow flank is right where d is deeper than the body.
-- A lobe or pin that stands on the rim is a part of a round bar: a force through its middle presses it, down to the middle, by
-  p/(pi E') [2 ln(4 Rr/a) - 1] (Johnson, section 5.6). The contact's law has said Req instead of Rr, so 2 ln(Rr/Req) p/(pi E') is added. Its root
-  then loads the rim over its whole breadth, +-Rr, with the stress of a square inner corner at its ends (`CORNERED`). The force runs through the
-  middle of the root: no moment bends the lobe, and its shear is in the above. `contact.lobe_compliance` for the same lobe would count it twice:
-  leave `Flanks.bending` at zero beside `ring_body`.
-- Pins are taken to fill half-round seats as if they were of one piece with the body. A loose seat is a contact of its own, not counted.
+- A force may slide along its line of action. It acts on the annulus where that line crosses the rim, so its moment is exact.
+- A wavy rim (of the disc; of the ring with envelope lobes or planet pins) is replaced by a circle of its mean radius: the waves are low compared with
+  their length. A force is distributed there as a half-ellipse over +-w, a quarter of a wave: the width of one tooth.
+- At a wavy rim no part may be counted twice or omitted. In a half-plane under a point load, the path from the depth d to a far depth D contributes
+  p/(pi E') 2 ln(D/d). A half-ellipse of load inclined by the slant s from the normal has the mean displacement p/(pi E') [2 ln(2 D/w) + 1/2 - (1 +
+  nu') cos^2 s] relative to the same point. The real flank is normal to its force, the annulus' rim is not, and Flamant's stresses depend on the
+  direction of the force alone. So both agree at w* = 4 Req exp(-3/4 + (1 + nu') sin^2(s)/2), and over another w the correction is p/(pi E') 2
+  ln(w/w*), of either sign. The sum is therefore right even for a hollow flank where d exceeds the body.
+- A lobe or pin on the rim is part of a round bar: a force through its centre compresses it, down to the centre, by p/(pi E') [2 ln(4 Rr/a) - 1]
+  (Johnson, section 5.6). The contact's law uses Req instead of Rr, so 2 ln(Rr/Req) p/(pi E') is added. Its root then loads the rim over its whole
+  width, +-Rr, with the stress of a square inner corner at its ends (`CORNERED`). The force passes through the centre of the root, so no moment bends
+  the lobe, and its shear is included above. `contact.lobe_compliance` for the same lobe would count it twice: leave `Flanks.bending` at zero together
+  with `ring_body`.
+- Pins are treated as if they were of one piece with the body around their half-round seats. A loose seat is a further contact and not included.
 
-Against finite elements of a solid steel stage see the tests and docs/theory/cycloid.md. Holes of output pins are not counted: they soften the disc.
+For the comparison with finite elements of a solid steel stage see the tests and docs/theory/cycloid.md. Holes for output pins are not included: they
+make the disc softer.
 """
 
 from __future__ import annotations
@@ -40,12 +41,12 @@ if TYPE_CHECKING:
 def disc_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
     stage: Stage, hub_radius: float, width: float, young: float, nu: float, forces: Floats | None = None, crank: float = 0.0, plane: Plane = "strain"
 ) -> float:
-    """By which angle per torque (rad/(N m)) does the disc's (for the twin: the planet's) body let the output turn?
+    """Return the rotation of the output per torque on a disc (rad/(N m)) from the disc's body (with planet pins: the planet's).
 
-    `hub_radius` m: inside, the disc is rigid (bearing seat, or the circle of its output holes' inner edges). `width` m, `young` Pa, `nu`. `forces` N,
-    (N,), of the lobes at the crank angle `crank` (rad), such as `Loaded.forces[i, j, k]`; by default F_i = T l_i/sum(l^2), which on the average of a
-    turn is F_max l_i/(e z). Add it times the disc's torque to `Loaded.rotation`; use the same plane for the contacts' modulus. By virtual work
-    F' A F/T^2. Raises ValueError for a hub that leaves no body, or forces that do not fit or turn nothing.
+    `hub_radius` m: inside, the disc is rigid (bearing seat, or the circle of the inner edges of its output holes). `width` m, `young` Pa, `nu`.
+    `forces` N, (N,), on the lobes at the crank angle `crank` (rad), such as `LoadSharing.forces[i, j, k]`. The default F_i = T l_i/sum(l^2) is,
+    averaged over a turn, F_max l_i/(e z). Add the result times the disc's torque to `LoadSharing.rotation`; use the same plane for the contacts'
+    modulus. By virtual work F' A F/T^2. Raises ValueError for a hub that leaves no body, or forces that do not fit or have no moment.
     """
     return _turn_per_torque(stage, disc_flexibility(stage, hub_radius, width, young, nu, crank, plane), forces, crank)
 
@@ -60,34 +61,34 @@ def ring_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
     crank: float = 0.0,
     plane: Plane = "strain",
 ) -> float:
-    """By which angle per torque (rad/(N m)) do the ring's body and its lobes let the output turn?
+    """Return the rotation of the output per torque on a disc (rad/(N m)) from the ring's body and its lobes.
 
-    `outer_radius` m: there the housing holds the ring rigidly all round. The rest as `disc_body`; for more than one disc `width` is each disc's own
-    share of the ring.
+    `outer_radius` m: there the housing holds the ring rigidly all round. Other arguments as `disc_body`; with more than one disc `width` is each
+    disc's share of the ring.
     """
     return _turn_per_torque(stage, ring_flexibility(stage, outer_radius, width, young, nu, crank, plane), forces, crank)
 
 
 def disc_flexibility(stage: Stage, hub_radius: float, width: float, young: float, nu: float, crank: float = 0.0, plane: Plane = "strain") -> Floats:
-    """How far (m/N) does the disc's body give way along contact i under a unit force at contact j? (N, N), symmetric; the hub stands still.
+    """Return the displacements (m/N) of the disc's body along contact i under a unit force at contact j: (N, N), symmetric; fixed hub.
 
-    It is what each contact's approach by Johnson's law leaves out. Of a hollow flank that law counts too much: its diagonal can be below zero.
+    This is the part that each contact's approach by Johnson's law omits. For a hollow flank that law includes too much: the diagonal can be negative.
     """
     return _flexibility(stage, "planet", Annulus(_rim(stage, "planet"), _held_at(stage, "planet", hub_radius), width, young, nu, plane), crank)
 
 
 def ring_flexibility(stage: Stage, outer_radius: float, width: float, young: float, nu: float, crank: float = 0.0, plane: Plane = "strain") -> Floats:
-    """How far (m/N) do the ring's body and lobes give way along contact i under a unit force at contact j? (N, N), as `disc_flexibility`."""
+    """Return the displacements (m/N) of the ring's body and lobes along contact i under a unit force at contact j: (N, N), as `disc_flexibility`."""
     return _flexibility(stage, "ring", Annulus(_rim(stage, "ring"), _held_at(stage, "ring", outer_radius), width, young, nu, plane), crank)
 
 
 def _pinned(stage: Stage, part: Literal["planet", "ring"]) -> bool:
-    """Does this part carry the pins or round lobes? The other part's rim is wavy; so is the ring's that is an envelope."""
+    """Return whether this part carries the pins or round lobes. The other part's rim is wavy, and so is the ring's that is an envelope."""
     return stage.kind != "lobe envelope" and (part == "planet") == stage.twin
 
 
 def _rim(stage: Stage, part: Literal["planet", "ring"]) -> float:
-    """Give the radius (m) of the annulus' loaded edge: the pins' circle, or the mean of a wavy rim's tips and valleys."""
+    """Return the radius (m) of the annulus' loaded edge: the pin circle, or the mean of a wavy rim's tips and valleys."""
     if _pinned(stage, part):
         return stage.ring_radius
     if part == "ring" and not stage.twin:
@@ -99,12 +100,12 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
     pinned = _pinned(stage, part)
     theta = pin_angles(stage, np.array([crank]))[0]
     along = normals(stage, theta) @ np.array([1, 1j])
-    # the planet's centre is e along the line of centres, seen from the ring's; pins are counted about their own circle's centre
+    # the planet's centre is at e along the line of centres from the ring's; pin angles are about the pin circle's centre
     centre = (-stage.eccentricity if part == "ring" else 0.0) if stage.twin else (stage.eccentricity if part == "planet" else 0.0)
     pin = stage.ring_radius * np.exp(1j * theta) - centre
     foot = (pin * along.conj()).imag  # signed distance of the line of action from the part's centre
     if (np.abs(foot) >= body.loaded).any():
-        raise ValueError("a contact's line of action passes the rim by: this stage is too far from round for its bodies to be taken as annuli")
+        raise ValueError("a contact's line of action misses the rim: this stage is too far from round for its bodies to be modelled as annuli")
     place = along * (np.sqrt(body.loaded**2 - foot**2) + 1j * foot)
     slant = np.angle(along / place)
     reach = contact_radius(stage, theta)
@@ -120,10 +121,10 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
 
 
 def ring_reach(stage: Stage) -> float:
-    """Return how far out (m) the ring's teeth or the seats of its pins reach, from its centre: a ring's outer radius lies beyond.
+    """Return the outermost radius (m) of the ring's teeth or the seats of its pins: the ring's outer radius must be larger.
 
     Pins: R + Rr. Lobes of one piece with the ring have no seats: their roots lie where the disc's tips reach, at R - Rr + 2 e, and those with plain
-    arcs carry on the circle of their centres, R. Planet pins: R + Rr + e.
+    arcs extend to the circle of their centres, R. Planet pins: R + Rr + e.
     """
     rim = _rim(stage, "ring")
     if stage.kind == "ring pins":
@@ -133,15 +134,15 @@ def ring_reach(stage: Stage) -> float:
 
 
 def _held_at(stage: Stage, part: Literal["planet", "ring"], radius: float) -> float:
-    """Give the held edge's radius (m) back; refuse one that cuts the profile, or the seats of pins."""
+    """Return the fixed edge's radius (m); refuse one that cuts the profile or the seats of pins."""
     if part == "planet":
         end = _rim(stage, part) - (stage.pin_radius if stage.twin else stage.eccentricity)
         if radius >= end:
-            raise ValueError(f"the hub's radius is {radius * 1e3:g} mm, but teeth or seats reach in to {end * 1e3:g} mm: take a smaller hub")
+            raise ValueError(f"the hub's radius is {radius * 1e3:g} mm, but teeth or seats reach in to {end * 1e3:g} mm: choose a smaller hub")
     else:
         end = ring_reach(stage)
         if radius <= end:
-            raise ValueError(f"the ring's outer radius is {radius * 1e3:g} mm, but teeth or seats reach out to {end * 1e3:g} mm: take a larger one")
+            raise ValueError(f"the ring's outer radius is {radius * 1e3:g} mm, but teeth or seats reach out to {end * 1e3:g} mm: choose a larger one")
     return radius
 
 
@@ -151,8 +152,8 @@ def _turn_per_torque(stage: Stage, flexible: Floats, forces: Floats | None, cran
     if force.shape != arm.shape:
         raise ValueError(f"forces are needed for each of the {stage.pins} pins or lobes at one crank angle, not of shape {force.shape}")
     if not (np.isfinite(force).all() and (force >= 0).all()):
-        raise ValueError("forces must be finite, and zero or more: a contact pushes only")
+        raise ValueError("forces must be finite, and zero or more: a contact can only push")
     torque = float(force @ arm)
     if abs(torque) <= 1e-9 * float(force.sum()) * stage.planet_pitch_radius:  # rounding
-        raise ValueError("these forces turn nothing: their moment about the planet's centre is zero")
+        raise ValueError("these forces have no moment about the planet's centre")
     return float(force @ flexible @ force) / torque**2

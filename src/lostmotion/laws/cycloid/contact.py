@@ -1,13 +1,13 @@
-"""The cycloidal stage under load: which lobes carry, how hard, and by how much the output winds up.
+"""Load sharing of a cycloidal stage: the force on each lobe, and the wind-up of the output.
 
-A rigid disc leans on unilateral contacts (Hertz by a named law, in series with the bending of pin or lobe), on the eccentric's bearing and on the
-output: three unknowns, the disc's displacement along x and across y the line of centres and its rotation. For one disc; share the torque first
-(half each for two, 0.55 is customary). Frictionless, quasi-static. What a rigid disc leaves out: the bodies of disc and ring. Finite elements
-of a solid steel stage put 31 % (Palmgren) to 42 % (Johnson) of its wind-up there; the lobes' shares hardly change. `cycloid_bodies` adds them:
-beside Johnson's law the sum is 0.5 to 1.1 % above those finite elements.
+A rigid disc rests on unilateral contacts (Hertz by a named law, in series with the bending of pin or lobe), on the eccentric's bearing and on the
+output. The unknowns are the disc's displacement along x and across y the line of centres and its rotation. For one disc; divide the torque first
+(half each for two, 0.55 is customary). Frictionless, quasi-static. The model omits the bodies of disc and ring: finite elements of a solid steel
+stage put 31 % (Palmgren) to 42 % (Johnson) of its wind-up there, while the lobes' shares hardly change. `cycloid.bodies` adds them: together with
+Johnson's law the sum is 0.5 to 1.1 % above those finite elements.
 
 Source: M. Lehmann, TU München 1976; S. Malhotra, M. Parameswaran, Analysis of a cycloid speed reducer, Mech. Mach. Theory 18 (1983) 491 (closed
-forms); equilibrium with gaps as J. Blanche, D. Yang, J. Mech. Transm. Autom. Des. 111 (1989) 337 lay it out, here with the bearing's give.
+forms); equilibrium with gaps as in J. Blanche, D. Yang, J. Mech. Transm. Autom. Des. 111 (1989) 337, with the bearing's compliance added.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FlankLaw = Literal["johnson", "palmgren", "linear"]
 
 @dataclass(frozen=True, slots=True)
 class Flanks:
-    """How do disc and pins (or lobes) give way where they touch? Raises ValueError for impossible values.
+    """Stiffness of the contacts between disc and pins or lobes. Raises ValueError for impossible values.
 
     `width` m of the contact; `modulus` E* Pa; `law` of the approach; `bending` m/N of pin or lobe in series, zero for rigid ones; `stiffness` N/m of
     each contact, for the "linear" law alone.
@@ -48,22 +48,22 @@ class Flanks:
     stiffness: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
+        """Refuse impossible values."""
         if self.law not in get_args(FlankLaw):
-            raise ValueError(f"no law of approach is called {self.law!r}: take 'johnson', 'palmgren' or 'linear'")
+            raise ValueError(f"no law of approach is called {self.law!r}: choose 'johnson', 'palmgren' or 'linear'")
         if not (self.width > 0 and self.modulus > 0 and self.bending >= 0 and self.stiffness > 0):
             raise ValueError("the contact's width, modulus and stiffness must be positive, its bending zero or more")
         if (self.law == "linear") != math.isfinite(self.stiffness):
-            raise ValueError("the 'linear' law needs a finite contact stiffness, and no other law takes one")
+            raise ValueError("the 'linear' law needs a finite contact stiffness, and no other law uses one")
 
 
 @dataclass(frozen=True, slots=True)
 class Supports:
-    """What holds the disc besides the flanks? Infinite means rigid. Arrays (draw,) hold one value per drawn gearbox.
+    """Supports of the disc besides the flanks; infinite means rigid. Arrays (draw,) hold one value per simulated gearbox.
 
     `bearing` N/m of the eccentric (bearing, shaft and seats in series) in any direction across its axis; `output` N m/rad between disc and output;
-    `pin_circle` m, the radius Rw of output pins in holes, which push the disc along the line of centres by 4 T/(pi Rw); infinite for crankshafts
-    that carry the output themselves.
+    `pin_circle` m, the radius Rw of output pins in holes, which push the disc along the line of centres by 4 T/(pi Rw); infinite for crankshafts that
+    carry the output themselves.
     """
 
     bearing: float | Floats = math.inf
@@ -73,7 +73,7 @@ class Supports:
 
 @dataclass(frozen=True, slots=True)
 class Friction:
-    """Which Coulomb coefficients rub where? Zero leaves a place out.
+    """Coulomb friction coefficients by place; zero for none.
 
     `flank` between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers; `bearing` of the eccentric, about 0.002 at its
     `bearing_radius` (m) with rolling elements; `output` of pins on `pin_circle` (m) in their holes, with sleeves times bore over sleeve radius.
@@ -88,19 +88,19 @@ class Friction:
 
 @dataclass(frozen=True, slots=True)
 class LoadSharing:
-    """What came out, with axes (torque, crank, draw, ...). Cases that did not converge hold NaN and `converged` False: never a plausible number."""
+    """The equilibrium of one disc, with axes (torque, crank, draw, ...). Cases that did not converge are NaN, with `converged` False."""
 
-    rotation: Floats  # rad, of the output against its unloaded, gapless place, in the torque's direction
+    rotation: Floats  # rad, of the output from its unloaded position without gaps, in the torque's direction
     forces: Floats  # (..., N) N, per pin or lobe
     pressures: Floats  # (..., N) Pa, the peak in each contact
     bearing_force: Floats  # N, on the eccentric
-    stiffness: Floats  # N m/rad, the tangent to the wind-up curve; 0 where the disc is free in its play
-    lobes: Floats  # how many carry load
-    residual: Floats  # of the equilibrium: largest force left over, as a share of T/(e z)
+    stiffness: Floats  # N m/rad, the slope of the torque over the rotation; 0 where the disc is free in its play
+    lobes: Floats  # number of loaded lobes
+    residual: Floats  # of the equilibrium: largest unbalanced force, as a share of T/(e z)
     converged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
     def checked(self) -> LoadSharing:
-        """Is every case solved? Gives itself back, or raises DidNotConvergeError that says how many are not, and the first."""
+        """Return this result, or raise DidNotConvergeError with the number of unsolved cases and the first of them."""
         missed = np.argwhere(~self.converged)
         if len(missed):
             raise DidNotConvergeError(
@@ -120,12 +120,13 @@ def load_sharing(
     *,
     threads: int = 1,
 ) -> LoadSharing:
-    """Which lobes of one disc carry, and how far does it turn, at torques (torque,) x crank angles (crank,) x drawn gearboxes?
+    """Return the forces on the lobes of one disc and its rotation, at torques (torque,) x crank angles (crank,) x simulated gearboxes.
 
-    `torque` N m about the planet's centre, of either sign; at zero torque the disc lies anywhere in its play, and rotation 0 is given. `gaps` m along
-    the normals, negative for interference, any shape that broadcasts to (crank, draw, N). The residual is below 1e-9 of the torque, usually 1e-12, or
-    the case is marked: so is a torque that is less than a millionth of what interference presses with, where rounding hides it. The same bits for
-    any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that are not positive.
+    `torque` N m about the planet's centre, of either sign; at zero torque the disc lies anywhere in its play, and the rotation is reported as 0.
+    `gaps` m along the normals, negative for interference, any shape that broadcasts to (crank, draw, N). The residual is below 1e-9 of the torque,
+    usually 1e-12; otherwise the case is marked as not converged. That includes a torque below a millionth of the interference forces, where rounding
+    hides it. The result is identical for any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that
+    are not positive.
     """
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
@@ -162,7 +163,7 @@ def load_sharing(
 
 
 def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, Floats]:
-    """What does the kernel need of a law: its number, two coefficients and the largest force it holds for, per contact?"""
+    """Return what the kernel needs of a law: its number, two coefficients and the largest valid force, per contact."""
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     one = np.ones_like(radius)
@@ -195,16 +196,16 @@ def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: 
 
 
 def output_pin_stiffness(pin: float, radius: float, count: int) -> float:
-    """How stiff (N m/rad) are n_w output pins of k_w (N/m) on the radius Rw (m), half of them loaded? k_w Rw^2 n_w/4; largest force 4 T/(Rw n_w)."""
+    """Return the stiffness k_w Rw^2 n_w/4 (N m/rad) of n_w output pins of k_w (N/m) on the radius Rw (m), half of them loaded."""
     return pin * radius**2 * count / 4
 
 
 def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: LoadSharing, friction: Friction) -> Floats:
-    """How large (N m, (torque, crank, draw)) is one disc's Coulomb friction, felt at the output, at the crank angles of `answer`?
+    """Return one disc's Coulomb friction at the output (N m, (torque, crank, draw)), at the crank angles of `answer`.
 
-    Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (twin: + Rr); the eccentric's bearing turns, and the
-    output pins slide, N times (twin: z times) as far as without the crank's speed: F_b r_b N and F_pin e N. Loads are those without friction: an
-    estimate, good while the friction stays below about a fifth of the torque; seals, grease and preloaded bearings come on top.
+    Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (planet pins: + Rr). The eccentric's bearing turns and
+    the output pins slide at the crank's speed, N times (planet pins: z times) the output's: F_b r_b N and F_pin e N. The loads are those without
+    friction: an estimate, valid while the friction stays below about a fifth of the torque. Seals, grease and preloaded bearings add to it.
     """
     theta = pin_angles(stage, np.atleast_1d(np.asarray(crank, dtype=float)))
     reach = stage.ring_radius * pitch_distance(stage, theta) + (1 if stage.twin else -1) * stage.pin_radius
@@ -216,6 +217,6 @@ def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: LoadS
 
 
 def efficiency(torque: Floats, friction: Floats) -> Floats:
-    """Which share of the crank's power reaches the output, for torques and friction torques of shapes that broadcast? T/(T + M_f); 0 at no load."""
+    """Return the efficiency T/(T + M_f) for torques and friction torques of shapes that broadcast; 0 without load."""
     load = np.abs(np.asarray(torque, dtype=float))
     return np.asarray(np.where(load > 0, load, 0.0) / np.where(load + friction > 0, load + friction, 1.0))

@@ -1,8 +1,8 @@
-"""The loaded contact's kernel: one disc, many unilateral contacts, solved case by case. Compiled once by Numba and cached; no threads in here.
+"""Kernel of the load sharing: one disc, many unilateral contacts, solved case by case. Compiled once by Numba and cached; single-threaded.
 
-The normals' part across the line of centres is the arm over the planet's pitch radius r: n_y = l/r. So a contact feels only x and v = y + r theta,
-and the balance across gives the bearing's y at once. Two unknowns are left; the energy in them is convex, and a Newton step, cut back where the
-energy's slope has turned, cannot fail to lead down to its one minimum.
+The normals' component across the line of centres is the arm over the planet's pitch radius r: n_y = l/r. So a contact depends on x and v = y + r
+theta alone, and the balance across the line of centres yields the bearing's y directly. Two unknowns remain. The energy is convex in them, so
+Newton's method with a line search on the energy's slope converges to its only minimum.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from numba import njit
 from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
 
 LINEAR, LOGARITHMIC, POWER = range(3)
-# Columns of the answers per case.
+# Columns of the results per case.
 ROTATION, SOFTNESS, BEARING, RESIDUAL, LOADED = range(5)
 COLUMNS: Final = 5
 TOLERANCE: Final = 1e-9  # of the torque
 _GOAL: Final = 1e-12
-_STALLED: Final = 1e-10  # no better than the step before: rounding, and good enough
-_ROUNDING: Final = 2e-16  # of all forces together: no step can do better, even if it is much of a small torque
-_TOUCH: Final = 1e-9  # of T/r: a smaller force is what rounding leaves of none
-_SHORT: Final = 0.05  # arms below this share of the longest say nothing about where driving begins
-_ACROSS: Final = 1e-20  # of the stiffness along the line of centres: what rounding leaves of the arm of a contact on that line
+_STALLED: Final = 1e-10  # no improvement over the previous step: rounding, accurate enough
+_ROUNDING: Final = 2e-16  # of the sum of all forces: no step can do better, even where this is large compared with a small torque
+_TOUCH: Final = 1e-9  # of T/r: a smaller force is rounding
+_SHORT: Final = 0.05  # arms below this share of the longest do not determine where driving begins
+_ACROSS: Final = 1e-20  # of the stiffness along the line of centres: rounding of the arm of a contact on that line
 _STEPS: Final = 200
 _HALVINGS: Final = 30
 _LOWEST: Final = LEAST_LOGARITHM
@@ -35,14 +35,14 @@ _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, 
 
 @_jit
 def _push(law, delta, soft, scale):
-    """Force and stiffness of a contact approached by delta > 0: delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
+    """Return force and stiffness of a contact approached by delta > 0: delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
     if law == LINEAR:
         return delta / soft, 1.0 / soft
     if law == LOGARITHMIC:
         # u - ln u = ln(soft/delta) + scale, with u = scale - ln F
         height = np.log(soft / delta) + scale
         lowest = _LOWEST - np.log(_LOWEST)
-        if height <= lowest:  # beyond the law's range: straight on, and the answer is marked
+        if height <= lowest:  # beyond the law's range: continue linearly; the result is marked as not converged
             edge = np.exp(scale - _LOWEST)
             stiff = 1.0 / (soft * (_LOWEST - 1.0))
             return edge + (delta - soft * edge * _LOWEST) * stiff, stiff
@@ -50,7 +50,7 @@ def _push(law, delta, soft, scale):
         u = max(height + log_height * (1.0 + 1.0 / height), _LOWEST)
         for _ in range(6):
             new = max(u * (np.log(u) + height - 1.0) / (u - 1.0), 1.5)
-            done = abs(new - u) < 1e-8 * u  # the error left is the square of it
+            done = abs(new - u) < 1e-8 * u  # the remaining error is its square
             u = new
             if done:
                 break
@@ -58,7 +58,7 @@ def _push(law, delta, soft, scale):
     force = (delta / soft) ** (1.0 / _POWER)
     if scale > 0.0:
         force = 0.5 * min(force, delta / scale)
-        if force == 0.0:  # an approach so small that its power is none
+        if force == 0.0:  # an approach so small that its power underflows
             return 0.0, 0.0
         for _ in range(12):
             bent = soft * force**_POWER
@@ -90,7 +90,7 @@ def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):
 
 @_jit
 def _start(law, pull, x, side, across, arm, gap, soft, scale):
-    """Guess v: the driving gaps' average, but at least the first contact, and on top what the largest force of an even share approaches."""
+    """Return a start value of v: the driving gaps' average, but at least the first contact, plus the approach under an even share of the load."""
     first, weight, weighted, best, at = np.inf, 0.0, 0.0, 0.0, 0
     for i in range(arm.shape[0]):
         a = side * arm[i]
@@ -113,7 +113,7 @@ def _start(law, pull, x, side, across, arm, gap, soft, scale):
 
 @_jit
 def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
-    """Find x and v where the contacts balance the pull (T/r, positive) and the push along the line of centres; also the residual."""
+    """Return x and v where the contacts balance the pull (T/r, positive) and the push along the line of centres; also the residual."""
     x, v = 0.0, 0.0
     held = not np.isfinite(stiffness)
     spring = 0.0 if held else stiffness
@@ -140,7 +140,7 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
                 dx, dv = (kvv * rx - kxv * rv) / determinant, (kxx * rv - kxv * rx) / determinant
             else:
                 dx, dv = rx / kxx, 0.0
-        if kvv <= _ACROSS * kxx:  # nothing that drives touches: on to the first contact and a little into it
+        if kvv <= _ACROSS * kxx:  # no driving flank touches: move slightly beyond the first contact
             dx, dv = 0.0, max(_start(law, pull, x, side, across, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
         slope = rx * dx + rv * dv
         share = tried = 1.0
@@ -175,7 +175,7 @@ def solve_cases(
     out,  # out (case, COLUMNS)
     forces,  # out (case, N)
 ):
-    """Solve a range of cases; what does not converge is NaN."""
+    """Solve a range of cases; cases that do not converge are NaN."""
     cranks, draws = arm.shape[0], stiffness.shape[0]
     sums = np.empty(6)
     for case in range(first, last):

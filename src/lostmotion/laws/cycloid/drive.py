@@ -1,12 +1,11 @@
-"""A cycloidal stage with all that holds it, as a series of springs: by which angle does each member let the output turn?
+"""A cycloidal stage with its supports as springs in series: the wind-up of the output through each member.
 
-Members are those of the stage itself, seen at its output: the contacts of the lobes, the bending of pins or lobes, the bodies of disc and ring,
-bearing and shaft of the eccentric, the output pins. What stands before and behind the stage (a first stage, shafts, the frame) adds to the
-series outside.
+Members are those of the stage itself, at its output: the contacts of the lobes, the bending of pins or lobes, the bodies of disc and ring, bearing
+and shaft of the eccentric, the output pins. Members before and behind the stage (a first stage, shafts, the frame) are added outside.
 
-The eccentric's bearing hardens with its load and is taken at its secant. In a drive with several crankshafts that carry the output (RV) the same
-bearings hold the disc against shifting, as behind a single eccentric, and against turning, as output pins would.
-Static, first order in the gaps; discs share the torque alike here, what their differences do is in `cycloid_built`.
+The eccentric's bearing stiffens with its load and is represented by its secant stiffness. In a drive whose crankshafts carry the output (RV) the same
+bearings support the disc against translation, as a single eccentric does, and against rotation, as output pins would. Static, first order in the
+gaps. The discs share the torque equally here; `cycloid.tolerances` treats the effect of their differences.
 
 Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 after M. Lehmann, TU München 1976; the crankshafts by statics.
 """
@@ -26,24 +25,24 @@ from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radi
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# Enough crank angles within one pitch to average its ripple out.
+# Crank angles within one pitch over which the ripple is averaged.
 _RIPPLE: Final = 6
 # Of the largest arm. A flank nearer to the line of centres that interferes by a micrometre would stop a rigid disc on a rigid eccentric; a real one
-# gives way sideways.
+# is pushed aside.
 LEAST_ARM: Final = 0.1
-# Of a torque: as good as none.
+# Share of a torque that is practically none.
 _REST: Final = 0.01
-# Around the crankshafts' circle: their forces go round with the crank.
+# Crank angles over a turn, to average the crankshafts' forces.
 _ROUND: Final = 72
 
 
 @dataclass(frozen=True, slots=True)
 class Eccentric:
-    """How does the eccentric give? Per disc and crankshaft: its bearing, and the shaft with its seats behind it; infinite means rigid.
+    """Stiffness of the eccentric, per disc and crankshaft: its bearing, and the shaft with its seats behind it; infinite means rigid.
 
     A rolling bearing by its `elements` of `element_stiffness` K (N/m^n, `rolling.roller_stiffness`) and `exponent` n, without clearance; or, with no
-    elements, by `bearing` N/m. `shaft` N/m. `cranks` shafts on a circle of radius `circle` (m) carry the output (RV); one central eccentric carries
-    none: infinite. Raises ValueError for what cannot be.
+    elements, by `bearing` N/m. `shaft` N/m. `cranks` shafts on a circle of radius `circle` (m) carry the output (RV); one central eccentric does not:
+    infinite. Raises ValueError for impossible values.
     """
 
     bearing: float = math.inf
@@ -55,16 +54,16 @@ class Eccentric:
     circle: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse springs that are none, bearings that hold nothing, and one crankshaft off the middle."""
+        """Refuse stiffnesses of zero or less, bearings with too few elements, and a single crankshaft off the centre."""
         if not (self.bearing > 0 and self.element_stiffness > 0 and self.shaft > 0 and self.circle > 0):
             raise ValueError("stiffness and circle of an eccentric must be above zero; infinite means rigid")
-        if self.elements and (self.elements < 3 or math.isinf(self.element_stiffness)):  # noqa: PLR2004 - two hold one direction only
+        if self.elements and (self.elements < 3 or math.isinf(self.element_stiffness)):  # noqa: PLR2004 - two support one direction only
             raise ValueError("a rolling bearing needs three elements or more, and their stiffness")
         if self.cranks < 1 or (self.cranks == 1) != math.isinf(self.circle):
-            raise ValueError("one eccentric stands in the middle, two or more crankshafts on a circle")
+            raise ValueError("one eccentric must be at the centre, two or more crankshafts on a circle")
 
     def bearing_stiffness(self, force: float) -> float:
-        """How stiff (N/m, secant) is one bearing under this force (N)?"""
+        """Return the secant stiffness (N/m) of one bearing under this force (N)."""
         if not self.elements:
             return self.bearing
         if force <= 0:
@@ -73,7 +72,7 @@ class Eccentric:
         return force / float(shift)
 
     def stiffness(self, force: float) -> float:
-        """How stiff (N/m) are bearing and shaft of one crank together under this force (N)?"""
+        """Return the stiffness (N/m) of bearing and shaft of one crank in series under this force (N)."""
         bearing = self.bearing_stiffness(force)
         soft = (1 / bearing if bearing else math.inf) + 1 / self.shaft
         return 1 / soft if soft else math.inf
@@ -81,7 +80,7 @@ class Eccentric:
 
 @dataclass(frozen=True, slots=True)
 class OutputPins:
-    """Which pins take the torque from the discs? `count` on the radius `circle` (m), each of `stiffness` N/m at the discs."""
+    """Output pins that take the torque from the discs: `count` on the radius `circle` (m), each of `stiffness` N/m at the discs."""
 
     count: int
     circle: float
@@ -90,7 +89,7 @@ class OutputPins:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Which stage is it, and what holds it? `disc_body` and `ring_body` rad/(N m), per disc and its share of the torque; zero means rigid."""
+    """A stage with its supports. `disc_body` and `ring_body` rad/(N m), per disc and its share of the torque; zero means rigid."""
 
     stage: Stage
     flanks: Flanks
@@ -103,14 +102,14 @@ class Drive:
 
     @property
     def bodies(self) -> float:
-        """How much do disc and ring give together, rad per N m on one disc?"""
+        """Return the compliance of disc and ring bodies, rad per N m on one disc."""
         return self.disc_body + self.ring_body
 
 
 def crank_lever(drive: Drive) -> float:
-    """Which force (N) does each crank's bearing carry per N m on one disc, on average over a turn? 1/(e z) for one central eccentric.
+    """Return the force (N) on each crank's bearing per N m on one disc, averaged over a turn: 1/(e z) for one central eccentric.
 
-    On crankshafts the mesh's reaction 1/(e z), the same for all, adds to the torque's 1/Rc, which goes around the circle.
+    On crankshafts the mesh's reaction 1/(e z), equal for all, adds to the torque's 1/Rc, whose direction turns around the circle.
     """
     lever, circle = drive.stage.planet_pitch_radius, drive.eccentric.circle
     if math.isinf(circle):
@@ -120,17 +119,18 @@ def crank_lever(drive: Drive) -> float:
 
 
 def crank_play(drive: Drive) -> float:
-    """Which angle (rad) does a metre of diametral clearance in every crank bearing add, both directions together? 1/(e z) for one central eccentric.
+    """Return the rotation (rad) of the output per metre of diametral clearance in every crank bearing: 1/(e z) for one central eccentric.
 
-    By virtual work, every bearing gives half its clearance along its own force: for several crankshafts an upper bound, reached under load.
+    Both directions together. By virtual work: every bearing moves by half its clearance along its own force. For several crankshafts this is an upper
+    bound, reached under load.
     """
     return crank_lever(drive) * drive.eccentric.cranks
 
 
 def crank_force(drive: Drive, torque: float) -> float:
-    """Which force (N) does each crank's bearing carry under a torque (N m) on one disc as drawn, on average over a pitch?
+    """Return the force (N) on each crank's bearing under a torque (N m) on one disc of the nominal stage, averaged over a pitch.
 
-    Above `crank_lever` times the torque, for lobes press a little along the line of centres too.
+    Larger than `crank_lever` times the torque, because lobes also push a little along the line of centres.
     """
     force = abs(torque) * crank_lever(drive)
     crank = crank_angles_of_pitch(drive)
@@ -139,9 +139,9 @@ def crank_force(drive: Drive, torque: float) -> float:
 
 
 def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> LoadSharing:
-    """How does one disc lie under its torque (N m, not zero) at crank angles (crank,) with gaps (crank, draw, N)? With the bodies.
+    """Return the load sharing of one disc under its torque (N m, not zero) at crank angles (crank,) with gaps (crank, draw, N), with the bodies.
 
-    The eccentric's bearing is taken at the secant of the force that it carries in a stage as drawn. Raises DidNotConvergeError.
+    The eccentric's bearing has its secant stiffness under the force that it carries in the nominal stage. Raises DidNotConvergeError.
     """
     force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_lever(drive)
     supports = _supports(drive, force, rigid=rigid_eccentric)
@@ -149,10 +149,10 @@ def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigi
 
 
 def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
-    """Return the angle (crank, draw), rad, at which the flanks of a disc that interfere hold it without torque; NaN where they leave it play.
+    """Return the angle (crank, draw), rad, at which interfering flanks hold a disc without torque; NaN where they leave it play.
 
-    `gap` (crank, draw, N) m; `torque` N m, above zero: the mean of the angles under a hundredth of it either way. Raises DidNotConvergeError where
-    interference is beyond the contact law, or presses 10 000 times as hard as `torque`.
+    `gap` (crank, draw, N) m; `torque` N m, positive: the mean of the angles under +- a hundredth of it. Raises DidNotConvergeError where interference
+    is beyond the contact law, or its forces are 10 000 times those of `torque`.
     """
     stuck = interferes(drive, crank, gap)
     chosen = np.flatnonzero(stuck.any(axis=0))
@@ -165,7 +165,7 @@ def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid
 
 
 def interferes(drive: Drive, crank: Floats, gap: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Tell for which gaps (crank, draw, N) a disc's own flanks leave it no play (crank, draw)."""
+    """Return for which gaps (crank, draw, N) a disc's own flanks leave it no play: (crank, draw)."""
     theta = pin_angles(drive.stage, crank)[:, None]
     return first_contact_error(drive.stage, theta, gap, LEAST_ARM) + first_contact_error(drive.stage, -theta, gap, LEAST_ARM) < 0
 
@@ -183,20 +183,20 @@ def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
 
 
 def nominal_gaps(drive: Drive, crank: Floats) -> Floats:
-    """Which gaps (crank, 1, N) in m has the stage as drawn?"""
+    """Return the gaps (crank, 1, N) in m of the nominal stage."""
     return gaps(drive.stage, pin_angles(drive.stage, crank), drive.relief)[:, None]
 
 
 def crank_angles_of_pitch(drive: Drive) -> Floats:
-    """Which crank angles (rad) cover one pitch of pins evenly?"""
+    """Return crank angles (rad) that cover one pitch of pins uniformly."""
     return 2 * math.pi / drive.stage.pins * np.arange(_RIPPLE) / _RIPPLE
 
 
 def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
-    """By which angle (rad) does each member let the output turn under torques (torque,) above zero, N m of the whole drive, as drawn?
+    """Return the wind-up (rad) through each member under torques (torque,), positive, N m on the whole nominal drive.
 
-    Counted from where the first flank touches, so the play is not in it, and of flanks that interfere from where they rest; they add up to the
-    wind-up. A rigid member stands there with zeros. Raises DidNotConvergeError where the contact law holds no such load.
+    Measured from the first contact, so without the play, and for interfering flanks from their rest angle; the members add up to the whole wind-up. A
+    rigid member has zeros. Raises DidNotConvergeError where a load is beyond the contact law.
     """
     torque = np.asarray(torque, dtype=float)
     crank = crank_angles_of_pitch(drive)
@@ -227,7 +227,7 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     out["ring body"] = drive.ring_body * torque / drive.discs
     if drive.output is not None:
         stiffness = output_pin_stiffness(drive.output.stiffness, drive.output.circle, drive.output.count)
-        # One disc leans on the half of the pins that lies its way. A second one, half a turn on, takes the other half and keeps the first one's pins
-        # from yielding sideways; three or more hold every pin in both directions.
+        # One disc loads half of the pins. A second one, half a turn away, loads the other half and keeps the first one's pins from bending
+        # sideways; three or more support every pin in both directions.
         out["output pins"] = torque / (stiffness * {1: 1, 2: 2}.get(drive.discs, 4))
     return out

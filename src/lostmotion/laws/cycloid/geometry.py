@@ -1,11 +1,11 @@
 """Geometry of a cycloidal stage: profile, curvature, contact arms, gaps, play and the first-order effect of every error.
 
-Letters of the literature: R pin circle, Rr pin (or lobe) radius, e eccentricity, N pins, z = N - 1 lobes of the disc, K1 = e N/R. A pin is
-placed by the angle theta from the line of centres, counted about the centre of the pin circle. All wheels have exact centres here; what
-bends is in `cycloid_contact`.
+Letters of the literature: R pin circle, Rr pin (or lobe) radius, e eccentricity, N pins, z = N - 1 lobes of the disc, K1 = e N/R. The angle theta of
+a pin is measured from the line of centres about the centre of the pin circle. All wheels are rigid and centred here; `cycloid.contact` treats their
+deformation.
 
 Source: F. Litvin, P. Feng, Computerized design and generation of cycloidal gearings, Mech. Mach. Theory 31 (1996) 891; M. Lehmann, Berechnung und
-Messung der Kräfte in einem Zykloiden-Kurvenscheiben-Getriebe, TU München 1976 (arms, forces); modified profiles and play after the same arms.
+Messung der Kräfte in einem Zykloiden-Kurvenscheiben-Getriebe, TU München 1976 (arms, forces); modified profiles and play from the same arms.
 """
 
 from __future__ import annotations
@@ -23,17 +23,16 @@ Kind = Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"]
 _KINDS: Final = get_args(Kind)
 _FEWEST: Final = 3
 
-# Of the longest: flanks with a shorter arm wedge the planet aside rather than stop it.
+# Of the longest arm: flanks with a shorter one push the planet aside rather than stop it.
 _SHORT_ARM: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Which cycloidal stage is it? Lengths in m; raises ValueError with every reason why such a stage cannot exist, and the nearest that can.
+    """A cycloidal stage. Lengths in m; raises ValueError with every reason why such a stage cannot exist, and the nearest possible value.
 
     `kind`: "ring pins" (pins or rollers in the ring, z = N - 1 lobes on the disc), "lobe arcs" and "lobe envelope" (no rolling bodies: the ring's
-    lobes are plain arcs, or the envelope of the moving disc), "planet pins" (the hypocycloid twin: N pins on the planet and z = N + 1 lobes in the
-    ring).
+    lobes are plain arcs, or the envelope of the moving disc), "planet pins" (hypocycloidal: N pins on the planet and z = N + 1 lobes in the ring).
     """
 
     ring_radius: float
@@ -43,52 +42,52 @@ class Stage:
     kind: Kind = "ring pins"
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be built, all reasons at once."""
+        """Refuse an impossible stage, with all reasons at once."""
         wrong = list(_not_numbers(self)) or list(_impossible(self))
         if wrong:
             raise ValueError("this cycloidal stage cannot exist: " + "; ".join(wrong))
 
     @property
     def twin(self) -> bool:
-        """Are the pins on the planet?"""
+        """Return whether the pins are on the planet (hypocycloidal stage)."""
         return self.kind == "planet pins"
 
     @property
     def lobes(self) -> int:
-        """How many lobes has the toothed wheel: the disc, or the ring of the twin?"""
+        """Return the number of lobes of the toothed wheel: the disc, with planet pins the ring."""
         return self.pins + 1 if self.twin else self.pins - 1
 
     @property
     def shortening(self) -> float:
-        """What is K1 = e N/R, the shortening of the trochoid?"""
+        """Return K1 = e N/R, the shortening ratio of the trochoid."""
         return self.eccentricity * self.pins / self.ring_radius
 
     @property
     def planet_pitch_radius(self) -> float:
-        """How far (m) from the planet's centre is the pitch point: e z, with planet pins e N? It is also the largest contact arm."""
+        """Return the distance (m) of the pitch point from the planet's centre: e z, with planet pins e N. It is also the largest contact arm."""
         return self.eccentricity * (self.pins if self.twin else self.lobes)
 
     @property
     def ring_pitch_radius(self) -> float:
-        """How far (m) from the ring's centre, towards the planet's centre and beyond, is the pitch point: e N, with planet pins e z?"""
+        """Return the distance (m) of the pitch point from the ring's centre, beyond the planet's centre: e N, with planet pins e z."""
         return self.planet_pitch_radius + self.eccentricity
 
     @property
     def tip_radius(self) -> float:
-        """What is the outer radius (m) of the planet: R - Rr + e for a disc, R + Rr for the pins of the twin?"""
+        """Return the outer radius (m) of the planet: R - Rr + e for a disc, R + Rr for planet pins."""
         return self.ring_radius + self.pin_radius if self.twin else self.ring_radius - self.pin_radius + self.eccentricity
 
     @property
     def _m(self) -> int:
-        # the locus is R exp(it) -+ e exp(imt); the twin's formulas are those of the disc with -N for N
+        # the locus is R exp(it) -+ e exp(imt); formulas for planet pins are those of the disc with -N for N
         return -self.pins if self.twin else self.pins
 
 
 @dataclass(frozen=True, slots=True)
 class Modification:
-    """How much material is ground off the toothed wheel? `roller` dRr and `circle` dR in m, `turn` dpsi in rad to either side; each >= 0 removes.
+    """Profile modification of the toothed wheel: `roller` dRr and `circle` dR in m, `turn` dpsi in rad to either side; each >= 0 removes material.
 
-    dRr: a larger generating roller; dR: a smaller generating pin circle (for the twin a larger one), below zero the other way; dpsi: the flanks
+    dRr: a larger generating roller; dR: a smaller generating pin circle (with planet pins a larger one), negative for the opposite; dpsi: the flanks
     turned about the wheel's centre towards the tooth's middle.
     """
 
@@ -111,7 +110,7 @@ def _not_numbers(stage: Stage) -> list[str]:
 
 
 def _mm(length: float, digits: int = 4) -> str:
-    """Say a limit in mm, rounded down so that it is still possible."""
+    """Return a limit in mm, rounded down so that it is still possible."""
     return f"{math.floor(length * 1e3 * 10**digits) / 10**digits:.{digits}f} mm"
 
 
@@ -134,9 +133,9 @@ def _impossible(stage: Stage) -> list[str]:
 
 
 def undercut_limit(ring_radius: float, eccentricity: float, pins: int, *, twin: bool = False) -> float:
-    """Below which pin radius (m) is the flank free of undercut? The smallest radius of the locus on the side that the offset narrows.
+    """Return the largest pin radius (m) without undercut: the smallest radius of the locus on the side that the offset narrows.
 
-    For K1 < 1. Closed form: with K1 > (N-2)/(2N-1) it is R sqrt(27 (1-K1^2)(N-1))/(N+1)^1.5, else R (1+K1)^2/(N K1 + 1); the twin has -N for N.
+    For K1 < 1. Closed form: with K1 > (N-2)/(2N-1) it is R sqrt(27 (1-K1^2)(N-1))/(N+1)^1.5, else R (1+K1)^2/(N K1 + 1); planet pins with -N for N.
     """
     k1, m = eccentricity * pins / ring_radius, -pins if twin else pins
     a, b, c = 1 + m * k1**2, (m + 1) * k1, 1 + k1**2
@@ -148,42 +147,42 @@ def undercut_limit(ring_radius: float, eccentricity: float, pins: int, *, twin: 
 
 
 def smallest_convex_radius(stage: Stage) -> float:
-    """What is the smallest convex radius (m) of the toothed wheel's flank itself: the locus's less Rr? Positive without undercut."""
+    """Return the smallest convex radius (m) of the toothed wheel's flank: the locus's less Rr. Positive without undercut."""
     return undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, twin=stage.twin) - stage.pin_radius
 
 
 def valley_radius(stage: Stage) -> float:
-    """What is the radius (m) of the locus in the valley? R (1-K1)^2/(N K1 - 1), for the twin R (1-K1)^2/(N K1 + 1); infinite if not hollow."""
+    """Return the radius (m) of the locus in the valley: R (1-K1)^2/(N K1 - 1), planet pins R (1-K1)^2/(N K1 + 1); infinite if not hollow."""
     k1 = stage.shortening
     bend = stage.pins * k1 + (1 if stage.twin else -1)
     return stage.ring_radius * (1 - k1) ** 2 / bend if bend > 0 else math.inf
 
 
 def pitch_distance(stage: Stage, theta: Floats) -> Floats:
-    """How far is the centre of the pin at theta from the pitch point, over R? D = sqrt(1 + K1^2 - 2 K1 cos theta)."""
+    """Return the distance of the centre of the pin at theta from the pitch point, over R: D = sqrt(1 + K1^2 - 2 K1 cos theta)."""
     k1 = stage.shortening
-    # written as a sum of squares, so that nothing is lost near theta = 0
+    # a sum of squares, so that no digits are lost near theta = 0
     return np.asarray(np.sqrt((1 - k1) ** 2 + 4 * k1 * np.sin(np.asarray(theta) / 2) ** 2))
 
 
 def curvature(stage: Stage, theta: Floats) -> Floats:
-    """How much does the locus of pin centres curve (1/m) where the pin at theta touches? Positive: its middle lies towards the wheel's centre."""
+    """Return the curvature (1/m) of the locus of pin centres at the pin at theta; positive: its centre of curvature is towards the wheel's."""
     k1, m = stage.shortening, stage._m  # noqa: SLF001 - this module's own class
     return np.asarray((1 + m * k1**2 - (m + 1) * k1 * np.cos(theta)) / (stage.ring_radius * pitch_distance(stage, theta) ** 3))
 
 
 def contact_radius(stage: Stage, theta: Floats) -> Floats:
-    """Which equivalent radius (m) has the contact of the pin at theta: 1/Req = 1/Rr +- 1/rho? Rr (1 - Rr kappa), for the twin Rr (1 + Rr kappa)."""
+    """Return the equivalent radius (m) of the contact at theta, 1/Req = 1/Rr +- 1/rho: Rr (1 - Rr kappa), planet pins Rr (1 + Rr kappa)."""
     sign = 1 if stage.twin else -1
     return np.asarray(stage.pin_radius * (1 + sign * stage.pin_radius * curvature(stage, theta)))
 
 
 def flank(stage: Stage, t: Floats, relief: Modification | None = None) -> tuple[Floats, Floats]:
-    """Where does the toothed wheel's flank run at parameters t (any shape, rad; once round is 2 pi), and which way does its normal point?
+    """Return points and unit normals of the toothed wheel's flank at parameters t (any shape, rad; once round is 2 pi).
 
-    Points (..., 2) in m and unit normals (..., 2) towards the touching pins' centres (of the flank before any `turn`), in the wheel's own frame;
-    a valley lies at t = 0. The offset curve of the trochoid, Litvin and Feng (1996). A `turn` moves the two flanks of a tooth towards each other:
-    they meet in front of the tip and leave a step at the valley's bottom.
+    Points (..., 2) in m and unit normals (..., 2) towards the touching pins' centres (of the flank before any `turn`), in the wheel's own frame; a
+    valley lies at t = 0. The offset curve of the trochoid, Litvin and Feng (1996). A `turn` moves the two flanks of a tooth towards each other: they
+    meet in front of the tip and leave a step at the valley's bottom.
     """
     relief = relief or Modification()
     t = np.asarray(t, dtype=float)
@@ -203,9 +202,9 @@ def _plane(values: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> Floa
 
 
 def pin_angles(stage: Stage, crank: Floats) -> Floats:
-    """At which angles theta (crank, N) from the line of centres, in -pi..pi, are the pins for crank angles (crank,) in rad?
+    """Return the angles theta (crank, N) of the pins from the line of centres, in -pi..pi, for crank angles (crank,) in rad.
 
-    Pins in the ring stay and the crank passes them: theta = 2 pi k/N - psi. On the planet they turn with it: theta = 2 pi k/N - psi (N + 1)/N.
+    Pins in the ring are fixed and the crank passes them: theta = 2 pi k/N - psi. Planet pins turn with the planet: theta = 2 pi k/N - psi (N + 1)/N.
     """
     sweep = np.asarray(crank, dtype=float) * (stage.lobes / stage.pins if stage.twin else 1.0)
     theta = 2 * math.pi / stage.pins * np.arange(stage.pins) - sweep[..., None]
@@ -213,16 +212,16 @@ def pin_angles(stage: Stage, crank: Floats) -> Floats:
 
 
 def planet_pose(stage: Stage, crank: Floats) -> tuple[Floats, Floats]:
-    """Where is the planet's centre (..., 2) in m, and how far has it turned (...,) in rad, with the ring fixed and the crank at psi?
+    """Return the planet's centre (..., 2) in m and its rotation (...,) in rad, with the ring fixed and the crank at psi.
 
-    e (cos psi, sin psi) and -psi over its own count of teeth: -psi/z, with planet pins -psi/N.
+    e (cos psi, sin psi) and -psi over its own number of teeth: -psi/z, with planet pins -psi/N.
     """
     crank = np.asarray(crank, dtype=float)
     return _plane(stage.eccentricity * np.exp(1j * crank)), -crank / (stage.pins if stage.twin else stage.lobes)
 
 
 def normals(stage: Stage, theta: Floats) -> Floats:
-    """Which way (..., 2), along and across the line of centres, does the planet press on the pin (or the pin on the ring) at theta?
+    """Return the direction (..., 2), along and across the line of centres, in which the planet pushes the pin (or the pin the ring) at theta.
 
     (cos theta - K1, sin theta)/D: all of these lines pass through the pitch point.
     """
@@ -231,12 +230,12 @@ def normals(stage: Stage, theta: Floats) -> Floats:
 
 
 def arms(stage: Stage, theta: Floats) -> Floats:
-    """With which arm (m) about the planet's centre does the contact at theta work? l = e z sin(theta)/D; its largest, e z, at cos theta = K1."""
+    """Return the arm (m) of the contact at theta about the planet's centre: l = e z sin(theta)/D; its maximum, e z, is at cos theta = K1."""
     return np.asarray(stage.planet_pitch_radius * np.sin(theta) / pitch_distance(stage, theta))
 
 
 def pressure_angles(stage: Stage, theta: Floats) -> Floats:
-    """Which angle (rad), 0..pi/2, lies between the contact's normal and the way in which the pin centre would turn about the planet's centre?
+    """Return the angle (rad), 0..pi/2, between the contact's normal and the velocity of the pin's centre about the planet's centre.
 
     cos alpha = |l|/(distance of the pin's centre from the planet's centre).
     """
@@ -246,25 +245,25 @@ def pressure_angles(stage: Stage, theta: Floats) -> Floats:
 
 
 def gaps(stage: Stage, theta: Floats, relief: Modification) -> Floats:
-    """How wide (m) is the gap along the normal at the pin at theta? g = dRr + dR (1 - K1 cos theta)/D + dpsi |l|, to first order in the modification.
+    """Return the gap (m) along the normal at the pin at theta: g = dRr + dR (1 - K1 cos theta)/D + dpsi |l|, first order in the modification.
 
-    The arm of dpsi is that about the toothed wheel's centre: for the twin (N + 1)/N of the planet's. Where the flank is hollow with a radius of
-    0.1 mm, a shift of 10 um is no longer small.
+    The arm of dpsi is about the toothed wheel's centre: with planet pins (N + 1)/N of the planet's. Where the flank is hollow with a radius of 0.1
+    mm, a shift of 10 um is not small.
     """
     along = (1 - stage.shortening * np.cos(theta)) / pitch_distance(stage, theta)
     return np.asarray(relief.roller + relief.circle * along + relief.turn * _wheel_share(stage) * np.abs(arms(stage, theta)))
 
 
 def _wheel_share(stage: Stage) -> float:
-    """How much longer are arms about the toothed wheel's centre than about the planet's?"""
+    """Return the ratio of arms about the toothed wheel's centre to arms about the planet's."""
     return stage.lobes / stage.pins if stage.twin else 1.0
 
 
 def gaps_from_pins(stage: Stage, theta: Floats, radius: Floats, radial: Floats, tangential: Floats) -> Floats:
-    """How much (m) do errors of the pins widen the gaps? Arrays that broadcast against theta (..., N).
+    """Return the change of the gaps (m) from errors of the pins. Arrays that broadcast against theta (..., N).
 
-    `radius` m, larger pin: narrower; `radial` m, pin farther out; `tangential` m, pin moved towards larger theta:
-    g = -d_radius + [d_radial (1 - K1 cos theta) + d_tangential K1 sin theta]/D, with both shifts the other way round for pins on the planet.
+    `radius` m, a larger pin narrows the gap; `radial` m, pin farther out; `tangential` m, pin moved towards larger theta: g = -d_radius + [d_radial
+    (1 - K1 cos theta) + d_tangential K1 sin theta]/D, with the opposite sign of both shifts for planet pins.
     """
     k1, root = stage.shortening, pitch_distance(stage, theta)
     shift = (radial * (1 - k1 * np.cos(theta)) + tangential * k1 * np.sin(theta)) / root
@@ -272,11 +271,11 @@ def gaps_from_pins(stage: Stage, theta: Floats, radius: Floats, radial: Floats, 
 
 
 def play(stage: Stage, relief: Modification) -> float:
-    """Return how far (rad) the planet can turn from one end to the other; below zero its flanks interfere.
+    """Return the free rotation (rad) of the planet between its two ends; negative where its flanks interfere.
 
-    2 [dRr + dR sqrt(1-K1^2)]/(e z) + 2 dpsi to first order, where no part is put on. With a larger generating pin circle, dR < 0, flanks touch
-    elsewhere: then twice the smallest g/l of all pin angles with an arm above a tenth of the longest. The smallest over a crank turn; between pin
-    positions the true play is 0 to 3.5 % larger at N 14 to 16, less with more pins.
+    2 [dRr + dR sqrt(1-K1^2)]/(e z) + 2 dpsi to first order, where no term adds material. With a larger generating pin circle, dR < 0, the flanks
+    touch elsewhere: then twice the smallest g/l of all pin angles with an arm above a tenth of the longest. It is the minimum over a crank turn;
+    between pin positions the true play is 0 to 3.5 % larger at N 14 to 16, less with more pins.
     """
     if relief.circle < 0:
         theta = np.linspace(0.0, math.pi, 20_001)[1:-1]
@@ -288,9 +287,9 @@ def play(stage: Stage, relief: Modification) -> float:
 
 
 def first_contact_error(stage: Stage, theta: Floats, gap: Floats, least: float = 1e-9) -> Floats:
-    """By which angle (rad) does the planet turn, its centre held, until a flank with l > 0 touches? min(g/l): unloaded, the extreme decides.
+    """Return the rotation (rad) of the planet, its centre fixed, until the first flank with l > 0 touches: min(g/l), unloaded.
 
-    Flanks with arms below `least` of the largest are not looked at: where they interfere they wedge the planet aside rather than stop it.
+    Flanks with arms below `least` of the largest are ignored: where they interfere they push the planet aside rather than stop it.
     """
     arm = arms(stage, theta)
     driving = arm > least * stage.planet_pitch_radius
@@ -298,6 +297,6 @@ def first_contact_error(stage: Stage, theta: Floats, gap: Floats, least: float =
 
 
 def ratio(stage: Stage, fixed: Literal["ring", "carrier"] = "ring") -> int:
-    """How many turns of the crank make one of the output? Ring fixed: -z; carrier fixed, ring out: +N. Planet pins: -N and N + 1."""
+    """Return the turns of the crank per turn of the output. Ring fixed: -z; carrier fixed, ring as output: +N. Planet pins: -N and N + 1."""
     planet, ring = (stage.pins, stage.lobes) if stage.twin else (stage.lobes, stage.pins)
     return -planet if fixed == "ring" else ring

@@ -1,4 +1,4 @@
-"""Closed outlines of the wheels of a cycloidal stage, for drawings: how fine, and how far a chord stands off the true profile."""
+"""Closed outlines of the wheels of a cycloidal stage for drawings, with a bound on the distance of the chords from the true profile."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid.geometry import Modification, Stage
     from lostmotion.spatial import Floats
 
-# Points of half a pitch that the true profile is looked at; more, until their own chords stand off by a tenth of the tolerance at most.
+# Points of half a pitch at which the true profile is evaluated; doubled until their own chords are within a tenth of the tolerance.
 _LOOKED: Final = 257
 _MOST: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A closed polygon (point, 2), m, about the wheel's own centre, its corners on the true profile; `chord_error` m between corners at most."""
+    """A closed polygon (point, 2), m, about the wheel's own centre, corners on the true profile; `chord_error` m, its largest distance from it."""
 
     points: Floats
     chord_error: float
 
 
 def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outline:
-    """How does the toothed wheel (the disc; with planet pins the ring) run, with what is ground off it? A valley lies at angle 0; `tolerance` m.
+    """Return the outline of the toothed wheel (the disc; with planet pins the ring) with its modification. A valley is at angle 0; `tolerance` m.
 
-    Raises ValueError for flanks that are turned: their two halves do not meet.
+    Raises ValueError for turned flanks: their two halves do not meet.
     """
     if relief.turn:
-        raise ValueError("turned flanks leave a step in the valley: they make no closed outline")
+        raise ValueError("turned flanks leave a step in the valley and have no closed outline")
 
     def pitch(points: int) -> Floats:
         return flank(stage, np.linspace(-math.pi, math.pi, points) / stage.lobes, relief)[0]
@@ -45,9 +45,9 @@ def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outli
 
 
 def ring_outline(stage: Stage, tolerance: float) -> Outline:
-    """How does a ring with lobes of one piece run, "lobe arcs" or "lobe envelope"? A crest lies at angle 0; `tolerance` m.
+    """Return the outline of a ring with integral lobes, "lobe arcs" or "lobe envelope". A crest is at angle 0; `tolerance` m.
 
-    Raises ValueError for stages with pins, whose ring or planet is made of circles.
+    Raises ValueError for stages with pins, whose ring or planet consists of circles.
     """
     if stage.kind not in {"lobe arcs", "lobe envelope"}:
         raise ValueError(f"a stage with {stage.kind} has no ring with lobes")
@@ -55,7 +55,7 @@ def ring_outline(stage: Stage, tolerance: float) -> Outline:
 
 
 def chord_error(polygon: Floats, true: Floats) -> float:
-    """How far (m) do points (m, 2) of the true curve lie from an open polygon (n, 2) at most? From the two chords at the nearest corner of each."""
+    """Return the largest distance (m) of points (m, 2) of the true curve from an open polygon (n, 2), by the two chords at each nearest corner."""
     from scipy.spatial import KDTree
 
     near = KDTree(polygon).query(true)[1]
@@ -65,7 +65,7 @@ def chord_error(polygon: Floats, true: Floats) -> float:
 
 
 def _off(points: Floats, start: Floats, end: Floats) -> Floats:
-    """How far (m) are points (m, 2) from straight lines between two ends, (2,) or (m, 2)?"""
+    """Return the distance (m) of points (m, 2) from straight lines between two ends, (2,) or (m, 2)."""
     away, way = points - start, end - start
     square = np.maximum((way**2).sum(axis=-1), np.finfo(float).tiny)
     share = np.clip((away * way).sum(axis=-1) / square, 0.0, 1.0)
@@ -73,11 +73,11 @@ def _off(points: Floats, start: Floats, end: Floats) -> Floats:
 
 
 def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> Outline:
-    """Keep of a densely seen pitch what the tolerance asks for; raises ValueError where that cannot be held."""
+    """Return an outline with as few points as the tolerance allows; raises ValueError where the tolerance cannot be met."""
     points = _LOOKED
     while points < _MOST:
         half, finer = (_half(pitch(2 * count + 1)) for count in (points, 2 * points))
-        own = 2 * chord_error(half, finer)  # the farthest point of an arc may lie between those looked at
+        own = 2 * chord_error(half, finer)  # the farthest point of an arc may lie between those evaluated
         if own <= 0.1 * tolerance:
             chosen, error = _kept(half, 0.9 * tolerance)
             kept = half[chosen]
@@ -87,12 +87,12 @@ def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> Ou
 
 
 def _half(pitch: Floats) -> Floats:
-    """Give the half of a pitch from its middle on, which the other half mirrors."""
+    """Return the half of a pitch from its middle on; the other half mirrors it."""
     return pitch[len(pitch) // 2 :]
 
 
 def _kept(line: Floats, tolerance: float) -> tuple[list[int], float]:
-    """Which points of a line, in order, does a coarser one need to stay within the tolerance, and how far off are the others at most?
+    """Return the points of a line, in order, that a coarser line needs to stay within the tolerance, and the largest distance of the others.
 
     D. Douglas, T. Peucker, Cartographica 10 (1973) 112.
     """
@@ -100,7 +100,7 @@ def _kept(line: Floats, tolerance: float) -> tuple[list[int], float]:
     spans = [(0, len(line) - 1)]
     while spans:
         first, last = spans.pop()
-        if last - first < 2:  # noqa: PLR2004 - nothing lies between neighbours
+        if last - first < 2:  # noqa: PLR2004 - no point between neighbours
             continue
         off = _off(line[first + 1 : last], line[first], line[last])
         if off.max() > tolerance:

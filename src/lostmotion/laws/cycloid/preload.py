@@ -1,10 +1,10 @@
-"""Discs that press on each other without torque: the angle at which they rest, and the wind-up counted from there.
+"""Discs that push against each other without torque: the angle at which they rest, and the wind-up from there.
 
-Each disc held at an angle carries a torque T_d of either sign, which never falls as the angle grows. The output stands where the sum over the discs
-is the torque on it. At rest that sum is zero: one disc pushes ahead, another behind. Wind-up is the angle under torque less the angle at rest, so it
-is never negative and grows with the torque.
+Each disc held at an angle carries a torque T_d of either sign, which never falls as the angle grows. The output is at the angle where the sum over
+the discs is the torque on it. At rest that sum is zero: one disc pushes forwards, another backwards. Wind-up is the angle under torque less the angle
+at rest, so it is never negative and grows with the torque.
 
-Source: equilibrium of springs in parallel, each a contact problem of its own (`cycloid_contact`). Checked against one minimisation of the energy of
+Source: equilibrium of springs in parallel, each a contact problem of its own (`cycloid.contact`). Checked against one minimisation of the energy of
 both discs over all their displacements.
 """
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid.drive import Drive
     from lostmotion.spatial import Floats
 
-# Torques of one disc at which its angle is solved: each so much larger than the one before, from this share of the smallest torque on.
+# Torques of one disc at which its angle is solved: a geometric series with this ratio, from this share of the smallest torque.
 _STEP: Final = 1.25
 _LEAST: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Branches:
-    """How clearances and misplaced output pins shift the discs' angles, rad.
+    """Effect of clearances and misplaced output pins on the discs' angles, rad.
 
-    `low`, `high` (disc, crank, gearbox): ends of the way on which a disc carries nothing. `shift` (way, crank, gearbox): added to the angle of a
-    loaded disc ahead, and behind in the other direction.
+    `low`, `high` (disc, crank, gearbox): ends of the range in which a disc carries no torque. `shift` (direction, crank, gearbox): added to the angle
+    of a disc loaded forwards, and backwards.
     """
 
     low: Floats
@@ -41,10 +41,10 @@ class Branches:
 
 
 def preloaded_discs(drive: Drive, torque: Floats, crank: Floats, gap: Floats, branches: Branches, *, threads: int = 1) -> tuple[Floats, Floats]:
-    """Return where the output rests (end, crank, gearbox), rad, and where it stands under each torque (torque, crank, gearbox), rad.
+    """Return the rest angles (end, crank, gearbox), rad, and the angle under each torque (torque, crank, gearbox), rad.
 
     `torque` (torque,) N m of either sign, not empty, none of them zero; `gap` (disc, crank, gearbox, N) m. The two ends, behind and ahead, differ
-    where clearances leave play. Discs' angles are interpolated on straight lines between torques 25 % apart: to some 0.1 % of the angle. Raises
+    where clearances leave play. Discs' angles are interpolated linearly between torques 25 % apart: to about 0.1 % of the angle. Raises
     DidNotConvergeError where the preload or a torque is beyond the contact law.
     """
     wanted = np.array([0.0, 0.0, *torque])
@@ -65,15 +65,15 @@ def preloaded_discs(drive: Drive, torque: Floats, crank: Floats, gap: Floats, br
         loads = np.concatenate([loads, more])
     points = angles.reshape(-1, *angles.shape[2:])
     sums = np.stack([sum(carried_torque(each, torques, point) for each in angles) for point in points])
-    # of the two angles at rest the first is where the sum is no longer below zero, the second where it begins to be above
+    # of the two rest angles the first is where the sum stops being negative, the second where it becomes positive
     found = [_crossing(points, sums, sums <= 0 if k == 1 else sums < whole, whole) for k, whole in enumerate(wanted)]
     rest, turned = np.sort(found[:2], axis=0), np.array(found[2:])
-    # where clearances leave no play the two ends differ by rounding alone, which must not look like a turn against the torque
+    # where clearances leave no play the two ends differ by rounding, which must not appear as a rotation against the torque
     return rest, np.where(torque[:, None, None] > 0, np.maximum(turned, rest[1]), np.minimum(turned, rest[0]))
 
 
 def _crossing(points: Floats, sums: Floats, below: np.ndarray, whole: float) -> Floats:
-    """Return the angle (crank, gearbox) at which a sum on straight lines between points (point, crank, gearbox) reaches the whole."""
+    """Return the angle (crank, gearbox) at which a piecewise linear sum over points (point, crank, gearbox) reaches the whole."""
     last, first = (np.where(chosen, points, bound) for chosen, bound in ((below, -np.inf), (~below, np.inf)))
     at = last.argmax(axis=0)[None], first.argmin(axis=0)[None]
     (start, end), (low, high) = ([np.take_along_axis(each, k, axis=0)[0] for k in at] for each in (points, sums))
@@ -82,7 +82,7 @@ def _crossing(points: Floats, sums: Floats, below: np.ndarray, whole: float) -> 
 
 
 def carried_torque(alone: Floats, loads: Floats, angle: Floats) -> Floats:
-    """Return the load of one disc at an angle, on straight lines between its own (load, crank, gearbox); that of the nearer end beyond them."""
+    """Return the load of one disc at an angle, linear between its own (load, crank, gearbox); beyond them that of the nearer end."""
     at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
     below, above = (np.take_along_axis(alone, k[None], axis=0)[0] for k in (at - 1, at))
     share = np.maximum(angle - below, 0.0) / np.maximum(above - below, np.finfo(float).tiny)
@@ -102,12 +102,12 @@ def _table(drive: Drive, loads: Floats, crank: Floats, gap: Floats, branches: Br
 
 
 def _joined(tables: list[Floats], branches: Branches) -> Floats:
-    """Return the discs' angles (disc, load, crank, gearbox) from the most negative load over no load, twice, to the largest."""
+    """Return the discs' angles (disc, load, crank, gearbox) from the most negative load through no load, twice, to the largest."""
     ahead, behind = np.concatenate(tables, axis=2)
     high, low = np.minimum(branches.high, ahead[:, 0]), np.maximum(branches.low, behind[:, 0])
     middle = (high + low) / 2
     high, low = np.maximum(high, middle), np.minimum(low, middle)
-    # bearings are taken at the secant of each load by itself: where two loads lie close, that must not turn their order
+    # each load has its own secant stiffness of the bearings, which must not reverse the order of two close loads
     ahead = np.maximum.accumulate(np.concatenate([high[:, None], ahead], axis=1), axis=1)
     behind = np.minimum.accumulate(np.concatenate([low[:, None], behind], axis=1), axis=1)
     return np.concatenate([behind[:, ::-1], ahead], axis=1)

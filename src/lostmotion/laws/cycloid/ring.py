@@ -1,7 +1,6 @@
-"""Profiles of rings without rolling bodies, and of the epicycloid-hypocycloid pair.
+"""Profiles of rings with integral lobes.
 
-Source: F. Litvin, P. Feng, Mech. Mach. Theory 31 (1996) 891 (envelope with two branches); F. Litvin, A. Fuentes, Gear Geometry and
-Applied Theory, 2nd ed., ch. 13 (cycloidal pairs).
+Source: F. Litvin, P. Feng, Mech. Mach. Theory 31 (1996) 891 (envelope with two branches).
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ if TYPE_CHECKING:
 
 
 def ring_root_radius(stage: Stage) -> float:
-    """How far out (m) from the ring's centre does the moving disc reach: R - Rr + 2 e?"""
+    """Return the largest distance (m) from the ring's centre that the moving disc reaches: R - Rr + 2 e."""
     return stage.ring_radius - stage.pin_radius + 2 * stage.eccentricity
 
 
 def ring_pitch(stage: Stage, points: int = 401, clearance: float = 0.0) -> Floats:
-    """How does one pitch of the ring run, from -pi/N to pi/N about the crest at angle 0? Points (points or a few more, 2) in m.
+    """Return one pitch of the ring's profile, from -pi/N to pi/N with the crest at angle 0: points (points or a few more, 2) in m.
 
-    "lobe envelope": the boundary of all that the moving disc sweeps: the pin's arc near the crest, then the branch that the disc's tips cut.
-    "lobe arcs" (and "ring pins", as if they were one piece with the ring): arcs of Rr down to a root circle, `clearance` m beyond the tips' reach,
-    with radial walls where the root lies behind the arc's middle. For "planet pins" the ring is the toothed wheel: its `flank` once round / z.
+    "lobe envelope": the boundary of the area swept by the moving disc: the pin's arc near the crest, then the branch that the disc's tips cut. "lobe
+    arcs" (and "ring pins", as if they were one piece with the ring): arcs of Rr down to a root circle, `clearance` m beyond the tips' reach, with
+    radial walls where the root lies behind the arc's middle. For "planet pins" the ring is the toothed wheel: its `flank` once round / z.
     """
     half = points // 2 + 1
     if stage.twin:
@@ -39,7 +38,7 @@ def ring_pitch(stage: Stage, points: int = 401, clearance: float = 0.0) -> Float
 
 
 def repeat_pitch(pitch: Floats, times: int) -> Floats:
-    """What closed outline (times x (n - 1), 2) do `times` copies of one pitch (n, 2) make?"""
+    """Return the closed outline (times x (n - 1), 2) of `times` copies of one pitch (n, 2)."""
     one = pitch[:-1, 0] + 1j * pitch[:-1, 1]
     whole = (np.exp(2j * math.pi / times * np.arange(times))[:, None] * one).ravel()
     return np.stack([whole.real, whole.imag], axis=-1)
@@ -48,7 +47,7 @@ def repeat_pitch(pitch: Floats, times: int) -> Floats:
 def _arc_side(stage: Stage, points: int, root: float) -> Floats:
     r, rr = stage.ring_radius, stage.pin_radius
     behind = math.sqrt(r**2 - rr**2)
-    # the arc ends where it meets the root circle, or, with a deep root, where a ray from the centre grazes it
+    # the arc ends where it meets the root circle, or, with a deep root, where a ray from the centre is tangent to it
     meets = math.acos((r**2 + rr**2 - root**2) / (2 * r * rr) if root < behind else rr / r)
     turn = np.linspace(0, meets, points // 2)
     arc = np.stack([r - rr * np.cos(turn), rr * np.sin(turn)], axis=-1)
@@ -58,7 +57,7 @@ def _arc_side(stage: Stage, points: int, root: float) -> Floats:
 
 
 def _second_branch(stage: Stage, t: Floats) -> Floats:
-    """Where in the ring, as points (t, 2), does the disc's flank at t touch again: where its normal passes the pitch circle a second time?"""
+    """Return the ring's points (t, 2) where the disc's flank at t touches again: where its normal meets the pitch circle a second time."""
     e, z, n = stage.eccentricity, stage.lobes, stage.pins
     points, normal = flank(stage, t)
     place, towards = points[:, 0] + 1j * points[:, 1], normal[:, 0] + 1j * normal[:, 1]
@@ -72,7 +71,7 @@ def _second_branch(stage: Stage, t: Floats) -> Floats:
 
 
 def _junction(stage: Stage) -> float:
-    """At which t does the second branch leave the pin's arc? Where the normal grazes the pitch circle: cos(z t) = K1, with the longest arm."""
+    """Return the t where the second branch leaves the pin's arc: the normal is tangent to the pitch circle, cos(z t) = K1, at the longest arm."""
     return math.acos(stage.shortening) / stage.lobes
 
 

@@ -1,14 +1,14 @@
-"""What cycloidal stages do as they are built: play, lost motion, wind-up and transmission error, gearbox by gearbox.
+"""Simulated cycloidal stages with manufacturing tolerances: play, lost motion, wind-up and transmission error of each gearbox.
 
-Every dimension is drawn within its tolerance and turned into gaps at the contacts; then the discs, which lie in opposite phases of the same
-crank, carry the torque side by side: at each crank angle they share it so that both turn the output alike. Without load the first contact decides
-on either side, and an error of one flank counts in full; under load flanks average.
+Every dimension is drawn within its tolerance and turned into gaps at the contacts. The discs, which are in opposite phases of the same crank, share
+the torque: at each crank angle they share it so that both turn the output by the same angle. Without load the first contact on either side decides,
+and an error of one flank counts in full; under load the errors of the flanks average.
 
-Where the flanks of a disc, or of one disc against the other, interfere, the discs press on each other without any torque: `cycloid_preload` finds
-where they come to rest, and wind-up counts from there.
+Where the flanks of a disc, or of one disc against the other, interfere, the discs push against each other without any torque. `cycloid.preload` finds
+their rest angle, and wind-up counts from there.
 
-Pins belong to the ring and are met by all discs; flanks belong to one disc. Each gearbox is drawn by name and number: a tolerance added, or more
-gearboxes, leaves the others' draws alone.
+Pins belong to the ring and are shared by all discs; flanks belong to one disc. Each dimension of each gearbox has its own random numbers, by name and
+number: another tolerance, or more gearboxes, leave the other draws unchanged.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _NONE: Final = Toleranced(0.0)
-# Halvings of the bracket in which the discs' common angle is sought: to the last bits.
+# Bisections for the discs' common angle: to rounding.
 _HALVINGS: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """By how much do the dimensions of gearboxes differ? All in m; nominal values belong to clearances alone.
+    """Tolerances of a stage's dimensions. All in m; only clearances have a nominal value.
 
-    The same all over one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material taken off (`roller`, `circle`), and the
-    diametral clearances of the crank bearings and of the output pins in their holes, with their ±. Each pin or lobe for itself, as ± of a normal
-    law: its place (`pin_position`, radially and tangentially), its radius (`pin_size`), the disc's flank along its normal (`flank_form`); each
-    output pin against its hole (`output_position`), and each bore of a disc for its crank against the flank and the other shafts
-    (`crank_position`), in both directions.
+    Shared within one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material removed (`roller`, `circle`), and the diametral
+    clearances of the crank bearings and of the output pins in their holes, with their ±. Independent for each pin or lobe, as ± of a normal law: its
+    position (`pin_position`, radial and tangential), its radius (`pin_size`), the disc's flank along its normal (`flank_form`); for each output pin
+    against its hole (`output_position`), and for each bore of a disc for its crank against the flank and the other shafts (`crank_position`), in both
+    directions.
     """
 
     ring_radius: Toleranced = _NONE
@@ -63,12 +63,12 @@ class Scatter:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedGearboxes:
-    """What came out; leading axes as said, the last one is the gearbox built.
+    """Results of simulated gearboxes; the last axis is the gearbox.
 
-    `ahead` and `behind` (crank, gearbox) rad: how far the output turns freely either way from its gapless place, clearances of crank and output pins
-    counted in; their sum, the play, is zero where discs press on each other, and one of them is then below zero. `torque` (torque,) N m, of either
-    sign; `rotation` (torque, crank, gearbox) rad under it, with its sign, clearances counted in likewise: never short of the end of the free way.
-    `jammed` (gearbox,): flanks interfere at every crank angle, by more than all clearances make up for.
+    `ahead` and `behind` (crank, gearbox) rad: free rotation of the output in either direction from its position without gaps, clearances of crank and
+    output pins included; their sum, the play, is zero where discs push against each other, and one of them is then negative. `torque` (torque,) N m,
+    of either sign; `rotation` (torque, crank, gearbox) rad under it, with its sign, clearances included: never short of the end of the free rotation.
+    `jammed` (gearbox,): flanks interfere at every crank angle by more than all clearances allow.
     """
 
     ahead: Floats
@@ -79,49 +79,49 @@ class SimulatedGearboxes:
 
     @property
     def ends(self) -> tuple[Floats, Floats]:
-        """Return the ends of the free way ahead and behind (crank, gearbox), rad; where discs press on each other, where they rest, twice."""
+        """Return the ends of the free rotation ahead and behind (crank, gearbox), rad; where discs push against each other, the rest angle twice."""
         return self.ahead, -self.behind
 
     @property
     def play(self) -> Floats:
-        """Return the free play (gearbox,), rad, on average over the crank's turn; none where discs press on each other."""
+        """Return the free play (gearbox,), rad, averaged over the crank's turn; zero where discs push against each other."""
         return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
 
 
 def sample(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -> Floats:
-    """Which values (gearbox, ...) does a stream of this name give within ± size? Each gearbox has a row of its own, whatever their number."""
+    """Return values (gearbox, ...) within ± size from a random stream of this name. Each gearbox has its own row, whatever their number."""
     if not size:
         return np.zeros(shape)
     stream = np.random.Generator(np.random.PCG64([seed, zlib.crc32(name.encode())]))
-    # open at both ends, as the laws want it
+    # open at both ends, as the quantiles require
     uniforms = (stream.integers(0, 2**53, size=shape) + 0.5) / 2**53
     return law.quantile(uniforms) * (size / law.bound)
 
 
 def sample_dimension(dimension: Toleranced, name: str, seed: int, count: int) -> Floats:
-    """Which values (gearbox,) does a toleranced dimension take?"""
+    """Return the values (gearbox,) of a toleranced dimension."""
     return dimension.nominal + sample(dimension.tolerance, of_tolerance(dimension.law), name, seed, (count,))
 
 
 def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
-    """How wide (disc, crank, gearbox, N; m) are the gaps at crank angles (crank,) in so many gearboxes? Below zero: interference."""
+    """Return the gaps (disc, crank, gearbox, N; m) at crank angles (crank,) in simulated gearboxes; negative: interference."""
     stage, pins, normal = drive.stage, drive.stage.pins, Normal()
 
-    def alike(name: str) -> Floats:
+    def shared(name: str) -> Floats:
         dimension = getattr(scatter, name)
         return sample(dimension.tolerance, of_tolerance(dimension.law), name, seed, (gearboxes,))[:, None]
 
     def each(name: str, stream: str) -> Floats:
         return sample(getattr(scatter, name), normal, stream, seed, (gearboxes, pins))
 
-    radius = alike("pin_radius") + each("pin_size", "pin_size")
-    radial = alike("ring_radius") + each("pin_position", "pin_position radial")
+    radius = shared("pin_radius") + each("pin_size", "pin_size")
+    radial = shared("ring_radius") + each("pin_position", "pin_position radial")
     tangential = each("pin_position", "pin_position tangential")
-    off, roller, circle = alike("eccentricity"), alike("roller"), alike("circle")
+    off, roller, circle = shared("eccentricity"), shared("roller"), shared("circle")
     out = np.empty((drive.discs, len(crank), gearboxes, pins))
     for disc in range(drive.discs):
         theta = pin_angles(stage, crank + 2 * math.pi * disc / drive.discs)[:, None]
-        # dR takes off (1 - K1 cos theta)/D of itself, as a pin that stands farther out does; the twin's pins move the other way
+        # dR removes (1 - K1 cos theta)/D of itself, as a pin farther out does; planet pins move the opposite way
         taken = roller + np.abs(gaps_from_pins(stage, theta, np.zeros(1), np.ones(1), np.zeros(1))) * circle
         moved, turned, _ = _bores(drive, scatter, disc, gearboxes, seed)
         across, along = _in_line_of_centres(moved, crank + 2 * math.pi * disc / drive.discs)
@@ -133,16 +133,16 @@ def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, s
 
 
 def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearboxes: int, seed: int, *, threads: int = 1) -> SimulatedGearboxes:
-    """What do so many gearboxes do at crank angles (crank,) under torques (torque,) of either sign, N m of the whole drive, none of them zero?
+    """Return play and rotation of simulated gearboxes at crank angles (crank,) under torques (torque,) of either sign, not zero, N m on the drive.
 
-    Rotations hold what disc, flanks and eccentric give (see `cycloid_drive`), not the output pins. Raises DidNotConvergeError where a load is
-    beyond the contact law, ValueError for a torque of zero. Discs share the torque on straight lines between the loads solved: to some
-    2 % of the angle where their gaps differ much. Without any torque, discs that press on each other are put in the middle of their overlap. The
-    same bits for any `threads`; more gearboxes keep the first.
+    Rotations include the deflection of disc, flanks and eccentric (see `cycloid.drive`), not of the output pins. Raises DidNotConvergeError where a
+    load is beyond the contact law, ValueError for a torque of zero. The sharing between discs is interpolated linearly between the solved loads:
+    accurate to about 2 % of the angle where their gaps differ much. Without any torque, discs that push against each other are placed in the middle
+    of their overlap. The result is identical for any `threads`; with more gearboxes the first ones stay the same.
     """
     torque, crank = np.asarray(torque, dtype=float), np.asarray(crank, dtype=float)
     if not torque.all():
-        raise ValueError("under no torque the output lies anywhere in its play: see `ahead` and `behind`")
+        raise ValueError("without torque the output lies anywhere in its play: see `ahead` and `behind`")
     gap = sample_gaps(drive, scatter, crank, gearboxes, seed)
     angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
     ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
@@ -150,7 +150,7 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
     alone = ahead.copy(), behind.copy()
     stuck = ahead + behind < 0
     for disc in np.flatnonzero(stuck.any(axis=(1, 2))):
-        # its own flanks hold the disc in one place, from where only the clearances let the output move
+        # its own flanks hold the disc in one position, from which only the clearances let the output move
         rest = (ahead[disc] - behind[disc]) / 2
         if len(torque):
             turned = crank + 2 * math.pi * disc / drive.discs
@@ -159,7 +159,7 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
     early = early - _room_lost(drive, scatter, gearboxes, seed)[:, None]
-    # the clearances may still let a disc out of its own interference, so only what they do not make up for jams
+    # the clearances may resolve a disc's own interference, so a gearbox jams only where the interference exceeds them
     jammed = (((alone[0] + early[0]).min(axis=0) + (alone[1] + early[1]).min(axis=0) + 2 * free) < 0).all(axis=0)
     first, last = ahead + early[0] + free, behind + early[1] + free
     ends = np.stack([first.min(axis=0), last.min(axis=0)])
@@ -168,7 +168,7 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
         chosen = np.flatnonzero(np.sign(torque) == sign)
         if len(chosen):
             found = _side_by_side(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way]
-            # errors of the output pins are averaged under load, where the first one to touch ends the free way
+            # errors of the output pins average under load, while the first one to touch ends the free rotation
             rotation[chosen] = sign * np.maximum(found, ends[way])
     pressed = ends.sum(axis=0) < 0
     middle = (ends[0] - ends[1]) / 2
@@ -184,7 +184,7 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
 
 
 def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
-    """Which play (gearbox,; rad) do the clearances of crank bearings and output pins make: G times `crank_play`, and Gw/Rw?"""
+    """Return the play (gearbox,; rad) from the clearances of crank bearings, G times `crank_play`, and output pins, Gw/Rw."""
     out = crank_play(drive) * sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
     if drive.output is not None:
         out = out + sample_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
@@ -192,9 +192,9 @@ def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -
 
 
 def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int) -> tuple[Floats, Floats, Floats]:
-    """How do misplaced bores make a disc sit on its cranks: moved (gearbox, 2) m, turned (gearbox,) rad, each still off by (gearbox, crank, 2) m?
+    """Return the effect of misplaced bores on a disc: shift (gearbox, 2) m, rotation (gearbox,) rad, remaining misfits (gearbox, crank, 2) m.
 
-    By least squares, as bearings alike that all carry place it; in the axes of the output.
+    Least squares, as for equal bearings that all carry load; in the axes of the output.
     """
     count, circle = drive.eccentric.cranks, drive.eccentric.circle
     off = np.stack([sample(scatter.crank_position, Normal(), f"crank_position {way} disc {disc}", seed, (gearboxes, count)) for way in "xy"], axis=-1)
@@ -208,13 +208,13 @@ def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int)
 
 
 def _in_line_of_centres(shift: Floats, crank: Floats) -> tuple[Floats, Floats]:
-    """Give shifts (gearbox, 2) in the output's axes across and along the line of centres, both (crank, gearbox)."""
+    """Return shifts (gearbox, 2) in the output's axes as components across and along the line of centres, both (crank, gearbox)."""
     cosine, sine = np.cos(crank)[:, None], np.sin(crank)[:, None]
     return shift[:, 1] * cosine - shift[:, 0] * sine, shift[:, 0] * cosine + shift[:, 1] * sine
 
 
 def _room_lost(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
-    """By how much (disc, gearbox; rad) do bores that do not fit the cranks shorten the free way, either way?
+    """Return by how much (disc, gearbox; rad) bores that do not fit the cranks shorten the free rotation in each direction.
 
     A bearing off by r within its half clearance g moves as freely as one of sqrt(g^2 - r^2), and not at all from r = g on; the worst one counts.
     """
@@ -224,10 +224,10 @@ def _room_lost(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Flo
 
 
 def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> tuple[Floats, Floats]:
-    """Give what misplaced output pins add, rad, to the free way (way, disc, crank, gearbox) and, loaded, to the turn (way, crank, gearbox).
+    """Return the effect of misplaced output pins, rad: on the free rotation (way, disc, crank, gearbox), and under load (way, crank, gearbox).
 
-    A pin at phi from the line of centres, misplaced along it by d, meets its hole at (Gw/2 + d)/(Rw sin phi): the first to do so ends the free way,
-    and under load they turn the output by sum(sin phi d)/(Rw sum(sin phi^2)), on average over the discs.
+    A pin at phi from the line of centres, misplaced along it by d, meets its hole at (Gw/2 + d)/(Rw sin phi): the first to do so ends the free
+    rotation. Under load they turn the output by sum(sin phi d)/(Rw sum(sin phi^2)), averaged over the discs.
     """
     shape = (2, drive.discs, len(crank), gearboxes)
     pins = drive.output
@@ -253,9 +253,9 @@ def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, 
 
 
 def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, start: Floats, threads: int) -> Floats:
-    """Give the common angle (torque, crank, gearbox), above zero, at which the discs carry torques of one sign together; `start` is first contact."""
+    """Return the common angle (torque, crank, gearbox), positive, at which the discs share torques of one sign; `start` is first contact."""
     sign = float(np.sign(torque[0]))
-    # Each disc alone, from its first contact to all of the torque: it may have to carry nearly that.
+    # Each disc alone, from its first contact to the whole torque, of which it may carry nearly all.
     wanted = np.abs(torque)
     loads = np.unique(np.concatenate([[0.0], wanted / drive.discs, [wanted.max()]]))
     alone = np.empty((drive.discs, len(loads), *gap.shape[1:3]))
@@ -263,7 +263,7 @@ def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, star
         turned = crank + 2 * math.pi * disc / drive.discs
         for k, each in enumerate(loads[1:], 1):
             alone[disc, k] = sign * loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads).rotation[0]
-        # flanks that interfere push each other apart before any torque does
+        # flanks that interfere push each other apart without torque
         alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
     out = np.empty((len(torque), *gap.shape[1:3]))
     for k, whole in enumerate(wanted):

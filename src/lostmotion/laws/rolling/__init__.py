@@ -1,1 +1,1 @@
-"""Rolling bearings: contact laws and the equilibrium of the shaft."""
+"""Rolling bearings: contacts, load distribution, equilibrium and stiffness."""

@@ -1,14 +1,14 @@
-"""Where a shaft on rolling bearings settles under any load: shift across, shift along and tilt, five degrees of freedom.
+"""Equilibrium of a shaft on rolling bearings under any load: radial and axial shift and tilt, five degrees of freedom.
 
-Every contact only pushes, Q = K delta^n. How far a contact closes is a convex function of where the shaft stands (the length of a straight line for
-balls, a plane for rollers), so the stored energy is convex too: there is one balance, and Newton's method with a search along its line finds it.
-Rings and shaft are rigid, speeds low, friction none; cages and ribs carry nothing.
+Every contact can only push, Q = K delta^n. The closure of a contact is a convex function of the shaft's displacement (a distance for balls, linear
+for rollers), so the stored energy is convex too: there is one equilibrium, found by Newton's method with a line search. Rings and shaft are rigid,
+speeds low, no friction; cages and ribs carry no load.
 
-Frame: z along the shaft, right-handed. A stand is (x, y, z, about x, about y) of the shaft against the housing, m and rad; a load
-(Fx, Fy, Fz, Mx, My) what the shaft puts on the bearings, N and N m, both about the frame's origin.
+Frame: z along the shaft, right-handed. A displacement is (x, y, z, about x, about y) of the shaft relative to the housing, m and rad; a load (Fx, Fy,
+Fz, Mx, My) is what the shaft exerts on the bearings, N and N m, both about the frame's origin.
 
-Source: ISO/TS 16281:2008, 4.2 and 4.3; T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7. In the energy's own form the moment of a ball acts
-at the centres of the inner groove, where ISO/TS 16281 takes half the pitch diameter.
+Source: ISO/TS 16281:2008, 4.2 and 4.3; T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7. In the energy's own form the moment of a ball acts at
+the centres of the inner groove, where ISO/TS 16281 uses half the pitch diameter.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ShaftEquilibrium:
-    """Where the shaft settles.
+    """The equilibrium of a shaft.
 
-    stand      (case, 5) m, rad; NaN where no balance was found
-    loads      one (case, element) per row, N
-    residual   (case,) what is left unbalanced, as share of the load (moments over half the largest pitch diameter): 1e-11, or what rounding leaves
-               where preload or stiffness is many times the load
-    converged  (case,) false where nothing holds the load
-    stiffness  (case, 5, 5) the slope of the load at the stand, N/m, N/rad, N m/rad
+    displacement  (case, 5) m, rad; NaN where no equilibrium was found
+    loads         one (case, element) per row, N
+    residual      (case,) unbalanced share of the load (moments over half the largest pitch diameter): 1e-11, or rounding
+                  where preload or stiffness is many times the load
+    converged     (case,) false where the bearings cannot support the load
+    stiffness     (case, 5, 5) the derivative of the load at the displacement, N/m, N/rad, N m/rad
     """
 
     displacement: Floats
@@ -49,20 +49,19 @@ class ShaftEquilibrium:
 
 
 def shaft_equilibrium(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0) -> ShaftEquilibrium:
-    """Where does a shaft on these rows settle under loads (case, 5), and what does each element carry?
+    """Return the displacement of a shaft on these rows under loads (case, 5), and the load on each element.
 
-    `clearance` (case,) or one for all: radial internal clearance of every row, m, diametral; below zero preload. Where loads leave a direction
-    free (no load and no stiffness along it) the shaft stays there in the middle. A case without any balance is marked and NaN.
-    Raises ValueError for loads of another shape or not finite.
+    `clearance` (case,) or one for all: radial internal clearance of every row, m, diametral; negative for preload. In directions with no load and no
+    stiffness the shaft stays at the centre. A case without equilibrium is marked and NaN. Raises ValueError for loads of another shape or not finite.
     """
     from lostmotion.laws.rolling.equilibrium_kernel import solve_cases
 
     loads = np.asarray(load, dtype=float)
     if loads.ndim != 2 or loads.shape[1] != 5 or not np.isfinite(loads).all():  # noqa: PLR2004 - case by five
-        raise ValueError(f"loads of the shape (case, 5), all finite, are needed, not {loads.shape}")
+        raise ValueError(f"loads must be finite and of shape (case, 5), not {loads.shape}")
     cases = len(loads)
     play = np.array(np.broadcast_to(np.asarray(clearance, dtype=float), cases))
-    # Tilts as metres at half the largest pitch, so that all five count alike.
+    # Tilts as metres at half the largest pitch diameter, so that all five have the same unit.
     reach = max(seat.row.pitch_diameter for seat in seats) / 2
     scale = np.array([1, 1, 1, 1 / reach, 1 / reach])
     wanted = loads * scale

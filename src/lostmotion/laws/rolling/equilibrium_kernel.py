@@ -1,7 +1,7 @@
-"""The balance's kernel: one shaft, many contacts that only push, settled case by case. Compiled once by Numba and cached; no threads in here.
+"""Kernel of the shaft's equilibrium: many contacts that can only push, solved case by case. Compiled once by Numba and cached; single-threaded.
 
-The stored energy is convex in the stand, so Newton's step leads down to its one minimum, cut back where the energy rises again along it. Stands are
-in metres throughout: tilts times the `reach` at which they count.
+The stored energy is convex in the displacement, so Newton's method with a line search on the energy converges to its only minimum. Displacements are
+in metres throughout: tilts are multiplied by `reach`.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-_STEPS: Final = 2000  # hundreds where a load far too light for its play feels its way from contact to contact
+_STEPS: Final = 2000  # hundreds where a very small load in a large play closes one contact after another
 _TRIES: Final = 40  # per step
 _FIRST: Final = 1e-6  # m, the first step
 _CONVERGED: Final = 1e-11
 _ROUNDING: Final = 5e-16
-# Directions softer than this share of the stiffest count as free: no load, no motion.
+# Directions below this share of the largest stiffness count as free: without load they do not move.
 _SOFTEST: Final = 1e-12
-_POINT: Final = 1.5  # the power of a point contact, which a square root gives sooner
+_POINT: Final = 1.5  # exponent of a point contact, computed faster by a square root
 
 _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
 
 
 @_jit
 def _closed(contact, clearance, displacement):
-    """How far is a contact closed here, what is that a difference of, and along which way (parts of across and along) does it close?"""
+    """Return a contact's closure, the size of the terms of that difference, and its direction (components of across and along)."""
     radial, axial = contact.radial - contact.share * clearance, contact.axial
     start = radial
     for k in range(5):
@@ -41,13 +41,13 @@ def _closed(contact, clearance, displacement):
 
 @_jit
 def _push(contact, approach):
-    """Give the force of a contact closed by so much, N."""
+    """Return the force (N) of a contact closed by `approach`."""
     return contact.stiffness * (approach * np.sqrt(approach) if contact.exponent == _POINT else approach**contact.exponent)
 
 
 @_jit
 def _hold(contacts, clearance, displacement, held, slope, way, bow):
-    """Add up the load held at a stand into `held` (5,), its slope into `slope` (5, 5; lower half). Give what rounding may leave of the sums, N."""
+    """Add the load supported at a displacement to `held` (5,), its derivative to `slope` (5, 5; lower half). Return the rounding of the sums, N."""
     noise = 0.0
     for k in range(5):
         held[k] = 0.0
@@ -59,7 +59,7 @@ def _hold(contacts, clearance, displacement, held, slope, way, bow):
         if approach > 0.0:
             force = _push(contact, approach)
             stiff = contact.exponent * force / approach
-            # A ball's line also turns; one at the bottom of its groove, and a straight contact, keeps its direction.
+            # A ball's line of action also rotates; at the bottom of its groove, and for a straight contact, the direction is fixed.
             turns = force / size if contact.apart > 0.0 and (contact.shoulders or sine > 0.0) else 0.0
             noise += force + stiff * size
             for k in range(5):
@@ -82,7 +82,7 @@ def _dot(one, other):
 
 @_jit
 def _step(slope, lack, root, step):
-    """Solve slope step = lack by Cholesky's factor `root`, nearly without a step along directions that nothing holds and nothing loads."""
+    """Solve slope step = lack by Cholesky's factor `root`, with almost no step along directions without stiffness and load."""
     largest = 1.0
     for k in range(5):
         largest = max(largest, slope[k, k])
@@ -108,10 +108,10 @@ def _step(slope, lack, root, step):
 
 @_jit
 def _balance(contacts, clearance, wanted, reach, displacement, held, slope, trial, lack, step, root, way, bow):
-    """Find the stand where the contacts hold what is wanted. Give the residual (N) and how far it stands above its allowance: above 1, no balance.
+    """Find the displacement where the contacts support the load. Return the residual (N) and its ratio to the tolerance: above 1, no equilibrium.
 
-    Where nothing touches the step goes straight along the load, doubled until contacts hold half of it; all others are Newton's. Each is cut until
-    the energy's slope along it has fallen to half or less, either way.
+    Where no contact is closed, the step follows the load and is doubled until contacts support half of it; all others are Newton steps. Each is
+    shortened until the energy's slope along it has fallen to half or less in magnitude.
     """
     size = np.sqrt(_dot(wanted, wanted))
     for k in range(5):
@@ -137,14 +137,14 @@ def _balance(contacts, clearance, wanted, reach, displacement, held, slope, tria
                 low, at_low = share, now
             if high == np.inf:
                 share *= 2.0
-            else:  # halve, and by turns go where a straight line falls to nothing
+            else:  # bisection, alternating with the zero of a straight line
                 share = low + (high - low) * (min(max(at_low / (at_low - at_high), 0.1), 0.9) if tries % 2 else 0.5)
             continue
         for k in range(5):
             displacement[k] = trial[k]
         left = np.sqrt(_dot(lack, lack))
         ratio = 0.0 if left == 0.0 else left / (_CONVERGED * size + noise)
-        # Whatever has left the bearing altogether is held by nothing.
+        # A shaft that has left the bearing is not supported.
         if not (ratio > 1.0 and steps < _STEPS and far < reach):
             return left, ratio
         free = noise == 0.0
@@ -153,7 +153,7 @@ def _balance(contacts, clearance, wanted, reach, displacement, held, slope, tria
                 step[k] = wanted[k] * (_FIRST / size)
         else:
             _step(slope, lack, root, step)
-            # No step longer than the way so far and the play: directions that nothing holds yet must not run off.
+            # No step beyond the distance so far plus the play: directions without support yet must not diverge.
             cut = min(1.0, (far + abs(clearance) + _FIRST) / np.sqrt(_dot(step, step)))
             for k in range(5):
                 step[k] *= cut
@@ -165,7 +165,7 @@ def _balance(contacts, clearance, wanted, reach, displacement, held, slope, tria
 
 @_jit
 def solve_cases(
-    contacts,  # (contact,) as `rolling_rows.CONTACT`, by the stand in metres
+    contacts,  # (contact,) as `rolling.rows.CONTACT`, per displacement in metres
     clearance,  # (case,) m
     wanted,  # (case, 5) N
     reach,  # m
@@ -175,7 +175,7 @@ def solve_cases(
     residual,  # out (case,) N
     converged,  # out (case,)
 ):
-    """Settle all cases; where no balance is found all but the residual is NaN."""
+    """Solve all cases; where no equilibrium is found all but the residual is NaN."""
     held, trial, lack, step, way, bow = np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5)
     half, root = np.zeros((5, 5)), np.zeros((5, 5))
     for case in range(wanted.shape[0]):

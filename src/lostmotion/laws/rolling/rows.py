@@ -1,8 +1,8 @@
-"""Rows of rolling elements, each described by its contacts: which way they close, from where, and how hard they push.
+"""Rows of rolling elements, described by their contacts: direction, position and stiffness.
 
-A contact is one of two. A straight one (roller, slice of a roller) closes by radial + across . stand. A ball between two grooves closes by as much
-as the line between the grooves' centres is longer than without load: hypot(radial + across . stand, axial + along . stand) - apart. Both are convex
-in the stand (x, y, z, about x, about y; m and rad) of the inner ring. Either loses its share of the row's clearance from `radial`.
+There are two kinds of contacts. A straight one (roller, slice of a roller) closes by radial + across . displacement. A ball between two grooves
+closes by the change of distance between the grooves' centres: hypot(radial + across . displacement, axial + along . displacement) - apart. Both are
+convex in the displacement (x, y, z, about x, about y; m and rad) of the inner ring. Each loses its share of the row's clearance from `radial`.
 
 Source: ISO/TS 16281:2008, 4.2 and 4.3 (balls and sliced rollers); T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7.
 """
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 CONTACT: Final = np.dtype(
     [
-        ("element", np.int64),  # its number in the row
-        ("stiffness", float),  # K and n of its force K closing^n, N
+        ("element", np.int64),  # index in the row
+        ("stiffness", float),  # K and n of the force K closing^n, N
         ("exponent", float),
-        ("share", float),  # of the radial clearance by which the contact stands off
-        ("radial", float),  # m, at rest without clearance
+        ("share", float),  # share of the radial clearance in the contact's gap
+        ("radial", float),  # m, without displacement and clearance
         ("axial", float),
         ("apart", float),  # m, between the grooves' centres without load; 0: a straight contact
-        ("shoulders", bool),  # whether a ball is held either way along the axis, or towards +axial only
-        ("across", float, 5),  # how `radial` and `axial` change with the stand
+        ("shoulders", bool),  # whether a ball is supported in both axial directions, or towards +axial only
+        ("across", float, 5),  # change of `radial` and `axial` per displacement
         ("along", float, 5),
     ],
     align=True,
@@ -50,17 +50,17 @@ class Row(ABC):
     @property
     @abstractmethod
     def spring(self) -> tuple[float, float]:
-        """Give K and n of one contact."""
+        """Return K and n of one contact."""
 
     @property
     @abstractmethod
     def pitch_diameter(self) -> float:
-        """Give the pitch diameter, m."""
+        """Return the pitch diameter, m."""
 
     @property
     @abstractmethod
     def contacts(self) -> Contacts:
-        """Give its contacts (contact,) of the type CONTACT."""
+        """Return the contacts (contact,) of the type CONTACT."""
 
     def _contacts(self, element: Any, **fields: Any) -> Contacts:  # noqa: ANN401 - whatever broadcasts
         out = np.zeros(len(element), CONTACT)
@@ -77,7 +77,7 @@ class BallRow(Row):
 
     ball, pitch   diameters, m
     grooves       radius of the inner and outer groove over the ball's diameter
-    contact_angle rad; an angular-contact row stands, unloaded, where its balls just touch at this angle
+    contact_angle rad; without load the balls of an angular-contact row just touch at this angle
     first         angle of the first ball from x, rad
     """
 
@@ -91,17 +91,17 @@ class BallRow(Row):
 
     @property
     def spring(self) -> tuple[float, float]:
-        """Hertz's point contacts at both races in series."""
+        """Return K and n of Hertz's point contacts at both races in series."""
         return ball_stiffness(self.ball, self.pitch, *self.grooves, self.contact_angle, self.material), BALL_EXPONENT
 
     @property
     def pitch_diameter(self) -> float:
-        """Give the circle of the balls' centres."""
+        """Return the diameter of the circle of the balls' centres, m."""
         return self.pitch
 
     @property
     def contacts(self) -> Contacts:
-        """One per ball, along the line between the centres of the two grooves."""
+        """Return one contact per ball, along the line between the centres of the two grooves."""
         apart = (sum(self.grooves) - 1) * self.ball
         radius = self.pitch / 2 + (self.grooves[0] - 0.5) * self.ball * math.cos(self.contact_angle)
         across, along = _directions(element_angles(self.count, self.first), radius)
@@ -119,7 +119,7 @@ class BallRow(Row):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerRow(Row):
-    """A row of cylindrical rollers, cut into slices so that a tilt loads their ends; they carry nothing along the axis.
+    """A row of cylindrical rollers, divided into slices so that a tilt loads their ends; they carry no axial load.
 
     length, roller, pitch  effective length, diameter, pitch diameter, m
     crowned       rollers with the profile of ISO/TS 16281, 0.35 µm per mm of diameter x ln(1/(1 - (2x/l)^2)), at each race
@@ -135,17 +135,17 @@ class RollerRow(Row):
 
     @property
     def spring(self) -> tuple[float, float]:
-        """Palmgren's line contact, its stiffness shared by the slices."""
+        """Return K and n of Palmgren's line contact, with the stiffness divided among the slices."""
         return roller_stiffness(self.length) / self.slices, ROLLER_EXPONENT
 
     @property
     def pitch_diameter(self) -> float:
-        """Give the circle of the rollers' centres."""
+        """Return the diameter of the circle of the rollers' centres, m."""
         return self.pitch
 
     @property
     def contacts(self) -> Contacts:
-        """One per slice: closed by the ring's shift there, less half the clearance and the profile at both races."""
+        """Return one contact per slice: closed by the ring's shift there, less half the clearance and the profile at both races."""
         angles = np.repeat(element_angles(self.count, self.first), self.slices)
         place = np.tile(((np.arange(self.slices) + 0.5) / self.slices - 0.5) * self.length, self.count)
         profile = -0.00035 * self.roller * np.log1p(-((2 * place / self.length) ** 2)) if self.crowned else np.zeros_like(place)
@@ -156,10 +156,11 @@ class RollerRow(Row):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CrossedRow(Row):
-    """One row of rollers that stand crosswise: every other one leans the other way, so that one pair of rings carries every load.
+    """One row of crossed rollers, alternately inclined, so that one pair of rings carries every load.
 
     lean          angle of the contacts from the plane of the bearing, rad
-    A clearance below zero is preload, the usual state of these bearings.
+
+    A negative clearance is preload, the usual state of these bearings.
     """
 
     count: int
@@ -169,30 +170,30 @@ class CrossedRow(Row):
     first: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse an odd number: two neighbours would lean the same way."""
+        """Refuse an odd number, with which two neighbours would have the same inclination."""
         if self.count % 2:
             raise ValueError("crossed rollers come in pairs: an even count is needed")
 
     @property
     def spring(self) -> tuple[float, float]:
-        """Palmgren's line contact."""
+        """Return K and n of Palmgren's line contact."""
         return roller_stiffness(self.length), ROLLER_EXPONENT
 
     @property
     def pitch_diameter(self) -> float:
-        """Give the circle of the rollers' centres."""
+        """Return the diameter of the circle of the rollers' centres, m."""
         return self.pitch
 
     @property
     def contacts(self) -> Contacts:
-        """One per roller, along the line on which it leans."""
+        """Return one contact per roller, along its line of action."""
         across, along = _directions(element_angles(self.count, self.first), self.pitch / 2)
         leaning = np.where(np.arange(self.count) % 2, -1.0, 1.0)[:, None] * math.sin(self.lean)
         return self._contacts(np.arange(self.count), share=math.cos(self.lean) / 2, across=math.cos(self.lean) * across + leaning * along)
 
 
 def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Give the radial and the axial motion of the inner race at each element, per unit stand (element, 5)."""
+    """Return the radial and the axial motion of the inner race at each element, per unit displacement (element, 5)."""
     cosine, sine, zero = np.cos(angles), np.sin(angles), np.zeros_like(angles)
     across = np.stack([cosine, sine, zero, zero, zero], axis=-1)
     along = np.stack([zero, zero, zero + 1, radius * sine, -radius * cosine], axis=-1)
@@ -201,9 +202,9 @@ def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """A row on the shaft: at the height `at` (m) along z; `mirrored`: its shoulder faces -z; `preload_shift` (m): along its own +z before any load.
+    """A row on the shaft at the height `at` (m) along z. `mirrored`: its shoulder faces -z. `preload_shift` (m): along its own +z before any load.
 
-    Two mirrored angular-contact rows, each pressed by the same amount, are a preloaded pair.
+    Two mirrored angular-contact rows with the same `preload_shift` are a preloaded pair.
     """
 
     row: Row
@@ -213,7 +214,7 @@ class Seat:
 
     @property
     def view(self) -> Floats:
-        """Give the matrix (5, 5) from the shaft's stand to the row's own."""
+        """Return the matrix (5, 5) from the shaft's displacement to the row's own."""
         view = np.eye(5)
         view[0, 4], view[1, 3] = self.at, -self.at
         if self.mirrored:
@@ -222,7 +223,7 @@ class Seat:
 
     @property
     def contacts(self) -> Contacts:
-        """Give the row's contacts by the shaft's stand."""
+        """Return the row's contacts in terms of the shaft's displacement."""
         out = self.row.contacts
         out["radial"] += out["across"][:, 2] * self.preload_shift
         out["axial"] += out["along"][:, 2] * self.preload_shift

@@ -1,11 +1,11 @@
-"""Where a shaft on two rows of rolling elements settles, read from a table instead of solved for: microseconds per load instead of a Newton solve.
+"""Displacement of a shaft on two rows of rolling elements, read from a table: microseconds per load instead of a Newton solution.
 
-A row whose tilt within itself matters little feels two things: its own radial reaction, which statics alone gives, and its part of the axial force.
-So the shaft's stand follows from three numbers, the two reactions' sizes and the axial force, whichever way the reactions point; `shaft_equilibrium`
-fills the table over them. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean) apart.
+A row whose own tilt matters little depends on two quantities: its radial reaction, which follows from statics, and its part of the axial force. So
+the shaft's displacement follows from three numbers, the magnitudes of the two reactions and the axial force, whatever the reactions' directions;
+`shaft_equilibrium` fills the table. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean) apart.
 
-Exact where rows carry no moment of their own and elements are many; what few balls and rows of some width make of it is measured by the tests
-(tests/laws/test_rolling_table.py). Where the elements stand at the moment is averaged out. The pair must look the same from both its ends.
+Exact where rows carry no moment of their own and the elements are many. The tests measure the error for few balls and wide rows
+(tests/laws/test_rolling_table.py). The angular position of the elements is averaged. The pair must be symmetric about its centre.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ if TYPE_CHECKING:
 
 # Nodes over the size of the load, its split between the rows, and its part along the axis.
 _NODES: Final = (17, 11, 13)
-# A row with one shoulder leaves the other row alone with the load within a few degrees.
+# With one shoulder per row, the load passes from one row to the other within a few degrees.
 _NODES_ANGULAR: Final = (17, 15, 17)
-# Crossed rollers go from one family to the other within a few degrees; their contacts are quicker to solve for.
+# With crossed rollers the load passes from one family to the other within a few degrees; their contacts are faster to solve.
 _NODES_CROSSED: Final = (17, 21, 21)
 _DENSER: Final = 1.5
-# Elements a quarter of their distance on: there the shifts are what they are on average over the turn.
+# Rotation by a quarter of the elements' spacing, where the shifts equal their average over a turn.
 _BETWEEN: Final = 0.25
-# The lowest node as share of the top: so small that nothing gives, yet any play is closed.
+# The lowest node as share of the top: a load that closes any play with negligible deformation.
 _BOTTOM: Final = 1e-8
-# How close to a row without any load the table goes, rad: there the row would hang free in its play.
+# Distance of the table's edge from a row without load, rad: there the row would be free in its play.
 _RIM: Final = 2e-3
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two rows, or one of crossed rollers, and the distance `span` (m) at which their forces meet the axis; `axial`: whether they hold along it."""
+    """Two rows, or one of crossed rollers. `span` (m) between the points where their forces meet the axis; `axial`: whether they carry axial load."""
 
     seats: tuple[Seat, ...]
     span: float
@@ -51,21 +51,23 @@ class Pair:
 
     @property
     def exponent(self) -> float:
-        """Give n of the contacts, Q = K delta^n."""
+        """Return n of the contacts, Q = K delta^n."""
         return self.seats[0].row.spring[1]
 
     def turned(self, share: float) -> Pair:
-        """Give the same pair with its elements this share of their distance further round."""
+        """Return the same pair with its elements rotated by this share of their spacing."""
         return replace(self, seats=tuple(replace(seat, row=_turned(seat.row, share)) for seat in self.seats))
 
     def solve(self, behind: Floats, ahead: Floats, along: Floats, clearance: float) -> tuple[Floats, Floats, Floats]:
-        """Solve for the radial shift of the rows behind and ahead and the axial one (m), under reactions in one plane (N). Errors as `ShiftTable`."""
+        """Return the radial shift of the rows behind and ahead and the axial one (m), under reactions in one plane (N). Errors as `ShiftTable`."""
         zero = np.zeros_like(behind)
         loads = np.stack([behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1)
         found = shaft_equilibrium(self.seats, loads, clearance)
         if not found.converged.all():
-            said = f"a shaft on its bearings was not balanced in {np.count_nonzero(~found.converged)} of {len(loads)} cases"
-            raise DidNotConvergeError(f"{said}, the largest load among them {np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  are they meant?")
+            failed = f"no equilibrium of a shaft on its bearings in {np.count_nonzero(~found.converged)} of {len(loads)} cases"
+            raise DidNotConvergeError(
+                f"{failed}, the largest load among them {np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  check these loads"
+            )
         x, z, tilt = found.displacement[:, 0], found.displacement[:, 2], found.displacement[:, 4]
         return x - tilt * self.span / 2, x + tilt * self.span / 2, z
 
@@ -83,26 +85,26 @@ def _nodes(row: object) -> tuple[int, int, int]:
 
 
 class ShiftTable:
-    """Shifts of a pair over its loads up to `top` (N, all reactions together) at one clearance (m); beyond the top each load is solved for."""
+    """Shifts of a pair over its loads up to `top` (N, all reactions together) at one clearance (m); above it each load is solved."""
 
     def __init__(self, pair: Pair, clearance: float, top: float) -> None:
-        """Fill the table. Raises DidNotConvergeError where `shaft_equilibrium` finds no balance, ValueError for a top that is not above zero."""
+        """Fill the table. Raises DidNotConvergeError where `shaft_equilibrium` finds none, ValueError for a top that is not positive."""
         from scipy.interpolate import NdBSpline, make_interp_spline
 
         if not (math.isfinite(top) and top > 0):
-            raise ValueError(f"a table needs a load above zero at its top, not {top}")
+            raise ValueError(f"the largest load of a table must be positive and finite, not {top}")
         self.pair, self.clearance, self.top = pair, clearance, top
         nodes = _nodes(pair.seats[0].row)
         axes = [np.linspace(0, 1, nodes[0]), np.linspace(_RIM, math.pi / 2 - _RIM, nodes[1])]
         if pair.axial:
-            # Denser towards a load without axial part, about which the shaft moves along its axis most.
+            # Denser near zero axial load, where the axial shift changes fastest.
             axes.append((math.pi / 2 - _RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
         grid = np.meshgrid(*axes, indexing="ij")
         behind, ahead, along = self._loads(grid[0].ravel(), grid[1].ravel(), grid[2].ravel() if pair.axial else np.zeros(grid[0].size))
         values = np.stack(pair.turned(_BETWEEN).solve(behind, ahead, along, clearance), axis=-1)
         coefficients = values.reshape(*grid[0].shape, 3) / self._growth(grid[0])[..., None]
         if pair.axial:
-            # The pair seen from its other end: rows and axial direction change places.
+            # The mirrored pair: rows and axial direction exchanged.
             mirrored = coefficients[:, ::-1, :0:-1][..., [1, 0, 2]] * [1, 1, -1]
             coefficients = np.concatenate([mirrored, coefficients], axis=2)
             axes[2] = np.concatenate([-axes[2][:0:-1], axes[2]])
@@ -114,9 +116,9 @@ class ShiftTable:
         self._spline: NdBSpline = NdBSpline(tuple(knots), coefficients, 3)
 
     def shifts(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
-        """How far do the rows behind and ahead shift along their reactions, and the shaft along its axis (load, 3; m)?
+        """Return the shifts of the rows behind and ahead along their reactions, and of the shaft along its axis (load, 3; m).
 
-        `behind`, `ahead` (load,): sizes of the radial reactions, N, zero or more; `along` (load,): axial force, signed.
+        `behind`, `ahead` (load,): magnitudes of the radial reactions, N, zero or more; `along` (load,): axial force, signed.
         """
         size, split, lean = self._coordinates(behind, ahead, along)
         out = self._at(np.minimum(size, 1.0), split, lean)
@@ -126,12 +128,12 @@ class ShiftTable:
         return out
 
     def edges(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
-        """Where do loads of these directions hold the shaft before anything gives (load, 3; m), on the edge of its play? Zero where there is none."""
+        """Return the shifts (load, 3; m) at the edge of the play in the direction of these loads, before any deformation; zero without play."""
         _, split, lean = self._coordinates(behind, ahead, along)
         if self.clearance <= 0:
             return np.zeros((len(split), 3))
         found = self._at(np.zeros_like(split), split, lean)
-        # Where the edge has a corner the table overshoots it a little; the shaft never moves against its load.
+        # The table overshoots slightly at corners of the edge; the shaft never moves against its load.
         found[:, :2] = np.maximum(found[:, :2], 0.0)
         return found
 
@@ -143,9 +145,9 @@ class ShiftTable:
         return np.asarray(self._spline(np.stack(points, axis=-1)) * self._growth(size)[:, None])
 
     def _growth(self, size: Floats) -> Floats:
-        """Give what shifts grow by with the load from its smallest on; the table holds them over it, so that light loads keep their digits.
+        """Return the growth of the shifts with the load, by which the table's values are divided, so that light loads keep their digits.
 
-        Out of the play's edge they do not begin at zero; just closed contacts give by their own power, preloaded ones in proportion to the load.
+        With play the shifts do not start at zero; just closed contacts deform by their own power, preloaded ones in proportion to the load.
         """
         if self.clearance > 0:
             return np.ones_like(size)
@@ -153,14 +155,14 @@ class ShiftTable:
         return np.asarray(grown**self.pair.exponent) if self.clearance < 0 or any(seat.preload_shift for seat in self.pair.seats) else grown
 
     def _coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
-        """Give loads by size and direction, each component to the power at which contacts give: over them shifts are nearly straight."""
+        """Return loads by magnitude and direction, each component to the contacts' power: over them shifts are nearly linear."""
         power = 1 / self.pair.exponent
         one, two, axial = behind**power, ahead**power, np.sign(along) * np.abs(along) ** power
         whole = np.sqrt(one**2 + two**2 + axial**2)
         return np.sqrt(whole / self.top**power), np.arctan2(two, one), np.arctan2(axial, np.hypot(one, two))
 
     def _loads(self, size: Floats, split: Floats, lean: Floats) -> tuple[Floats, Floats, Floats]:
-        """Undo `_coordinates` at the nodes."""
+        """Return the loads at the nodes, the inverse of `_coordinates`."""
         power = self.pair.exponent
         whole = np.maximum(size**2, _BOTTOM ** (1 / power)) * self.top ** (1 / power)
         one, two = whole * np.cos(lean) * np.cos(split), whole * np.cos(lean) * np.sin(split)
@@ -170,5 +172,5 @@ class ShiftTable:
 
 @functools.lru_cache(maxsize=64)
 def shift_table(pair: Pair, clearance: float, top: float) -> ShiftTable:
-    """Which table belongs to this pair? Made once for all joints that have the same bearings."""
+    """Return the table of this pair, computed once for all joints with the same bearings."""
     return ShiftTable(pair, clearance, top)
