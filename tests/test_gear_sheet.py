@@ -69,7 +69,7 @@ def looked_at(name):
 def plain(**more):
     """Look at a steel gearbox of one disc without tolerances, with these fields besides."""
     part = CycloidalGearbox.model_validate({**PLAIN, **more}, context={"text": True})
-    return lostmotion.Gear("plain", (), gear(part, gearboxes=2))
+    return lostmotion.Gear(**vars(gear(part, gearboxes=2)), name="plain")
 
 
 def stated(tmp_path, name):
@@ -93,7 +93,7 @@ def ran(*words, cwd):
 @pytest.mark.parametrize("name", NAMES)
 def test_forces_of_the_lobes_hold_the_torque(name):
     """Lobe forces times their arms about the disc's centre add up to the disc's share of the torque, for each share that is printed."""
-    found = looked_at(name).study
+    found = looked_at(name)
     assert [case.share for case in found.drawn.lobes] == ([0.5, 0.55] if found.gearbox.discs == 2 else [1.0])
     for case in found.drawn.lobes:
         moment = float(case.force @ geometry.arms(found.gearbox.stage, case.theta))
@@ -143,7 +143,7 @@ def test_play_without_tolerances_is_that_of_the_relief():
 @pytest.mark.parametrize("name", NAMES)
 def test_gearboxes_built_are_those_that_the_arm_sees(name):
     """Other gearboxes of the same drawing: means of play and lost motion agree with those of its behaviour to three standard errors."""
-    found = looked_at(name).study
+    found = looked_at(name)
     for here, there in ((found.drawn.play, found.gearbox.behaviour.play), (found.drawn.lost_motion, found.gearbox.behaviour.lost_motion)):
         error = math.hypot(here.std() / math.sqrt(len(here)), there.std() / math.sqrt(len(there)))
         assert abs(here.mean() - there.mean()) < 3 * error
@@ -159,7 +159,7 @@ def test_more_gearboxes_keep_the_first():
 @pytest.mark.parametrize("name", NAMES)
 def test_members_add_up_to_the_end_of_the_loop(name):
     """What each member gives adds up to the wind-up; the loop ends half the play beyond the wind-up under the torque that friction leaves."""
-    found = looked_at(name).study
+    found = looked_at(name)
     whole = sum(found.drawn.members.values())
     assert whole == pytest.approx(found.wind_up, rel=1e-12)
     assert list(found.drawn.members.values()) == sorted(found.drawn.members.values(), reverse=True)
@@ -171,7 +171,7 @@ def test_members_add_up_to_the_end_of_the_loop(name):
 @pytest.mark.parametrize("found", [*NAMES, "catalogue", "worm", "belt"])
 def test_the_loop_closes_steps_by_the_play_and_shows_the_lost_motion(found, tmp_path):
     """It is odd, closed, never inside out; it steps by the play where friction is overcome, and its middles at ±3 % span the lost motion."""
-    study = looked_at(found).study if found in NAMES else stated(tmp_path, found).study
+    study = looked_at(found) if found in NAMES else stated(tmp_path, found)
     loop = study.loop
     np.testing.assert_allclose(loop.rising, -loop.falling[::-1], rtol=0, atol=1e-12 * loop.rising.max())
     assert loop.rising[-1] == pytest.approx(loop.falling[-1])
@@ -236,7 +236,7 @@ def test_pins_alike_pass_forty_times_a_turn_of_the_crank():
 
 def test_two_stages_bring_two_families_of_waves():
     """Waves come at multiples of the last stage's 23 per turn; the first stage adds to those at 253, once per turn of its own crank."""
-    found = looked_at("two-stage-lobes").study
+    found = looked_at("two-stage-lobes")
     cycles = found.drawn.transmission.cycles
     np.testing.assert_allclose(cycles % 23, 0, atol=1e-9)
     assert len(set(cycles)) == len(cycles)
@@ -269,7 +269,7 @@ def test_another_torque_moves_what_depends_on_it():
     """Half the torque: smaller forces and wind-up; play stays."""
     part = looked_at("rv-like").gearbox
     half = gear(part, 206.0, 400)
-    whole = looked_at("rv-like").study
+    whole = looked_at("rv-like")
     assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
     assert 0.4 * whole.wind_up < half.wind_up < 0.65 * whole.wind_up
     np.testing.assert_array_equal(half.drawn.play, whole.drawn.play)
@@ -287,7 +287,7 @@ def test_every_sheet_and_plot_is_whole(name, tmp_path):
             assert len(row.figures) == len(section.columns)
             assert all(each.words or (each.unit and each.samples and math.isfinite(each.value)) for each in row.figures), row.label
     keys = {section.key for section in sheet.sections}
-    for plot in gearbox_plots(found.study):
+    for plot in gearbox_plots(found):
         assert plot.section in keys
         layout = plot.figure.to_plotly_json()["layout"]
         titles = [axis["title"].get("text", "") for key, axis in layout.items() if "axis" in key and "ticktext" not in axis]
@@ -437,7 +437,7 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
     part = CycloidalGearbox.model_validate({**PLAIN, **stated}, context={"text": True})
     wound = []
     for torque in (10.0, 23.5, 200.0, 784.0):
-        found = lostmotion.Gear("preloaded", (), gear(part, torque, gearboxes=24))
+        found = lostmotion.Gear(**vars(gear(part, torque, gearboxes=24)), name="preloaded")
         tables = [
             figure(found, "loop", f"wind-up at {torque:.4g} N m"),
             figure(found, "members", "all together"),
