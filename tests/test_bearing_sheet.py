@@ -199,7 +199,7 @@ def test_a_single_209_by_itself(tmp_path):
     sheet = bearing_sheet("209", part, one.load, one)
     assert find_row(sheet.sections, "elements", "balls: largest").figures[1].value == pytest.approx(4336, rel=0.02)
     assert "terms" not in [section.key for section in sheet.sections]
-    assert any("holds next to no moment" in note for note in sheet.notes)
+    assert any("carries almost no moment" in note for note in sheet.notes)
     # as stiff across as each of two
     two = examine(BallPair(**OF_209), BearingLoad(2 * 8900.0), 10)
     assert 2 * one.stiffness[0] == pytest.approx(two.stiffness[0], rel=1e-6)

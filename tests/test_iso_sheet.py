@@ -245,7 +245,7 @@ def test_mistakes_are_one_message(tmp_path, words, said):
         ((Z_ARM, "--path", "P1 P9"), "two different ones of P1"),
         ((Z_ARM, "--cube", "400 mm"), '--cube, --centre\n(.|\n)*--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"\n'),
         ((Z_ARM, "--load", "10 %"), '--measured "visits.csv" --load "10 %"\n'),
-        ((), "ARM, --measured\n(.|\n)*example   --measured visits.csv"),
+        ((), 'ARM, --measured\n(.|\n)*example   --measured "visits.csv"'),
         ((Z_ARM,), "--force"),
     ],
 )

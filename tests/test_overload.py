@@ -107,5 +107,5 @@ def test_the_iso_sheet_and_a_sweep_warn(tmp_path):
     file.write_text(text + '\n[sweep]\n"payload.mass" = ["5 kg", "20 kg", "25 kg"]\n', encoding="utf-8")
     warnings = lostmotion.sweep(file, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet.warnings
     (of_shoulder,) = (warning for warning in warnings if "joint A is overloaded" in warning)
-    assert of_shoulder.startswith("in 2 designs of 3, the worst of them")
+    assert of_shoulder.startswith("in 2 designs of 3, the worst mass 25 kg")
     assert "25 kg" in of_shoulder

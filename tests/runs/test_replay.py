@@ -81,7 +81,7 @@ def test_the_terms_fit_a_terminal(run):
     moves = next(section for section in each.sheet.sections if section.key == "moves")
     assert moves.columns == ("X", "Y", "Z")
     for k in range(3):
-        assert sum(row.figures[k].value for row in moves.rows) == pytest.approx(1e6 * each.found.error[k], rel=0.02, abs=1)
+        assert sum(row.figures[k].value for row in moves.rows) == pytest.approx(1e6 * each.error[k], rel=0.02, abs=1)
 
 
 def test_the_command_prints_it(run):
