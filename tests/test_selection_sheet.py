@@ -15,7 +15,7 @@ import lostmotion
 from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
 from lostmotion.analyses.sizing.candidates import Objective
 from lostmotion.analyses.sizing.plots.selection import selection_plots
-from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.request import read_request
 from lostmotion.analyses.sizing.result import Selection
 from lostmotion.analyses.sizing.selection_options import parse_objective
 from lostmotion.analyses.sizing.target_study import StudySize, select_parts
@@ -69,7 +69,7 @@ def asked(tmp_path, text, arm=None, own=(), **options):
     """Read a sizing file."""
     path = tmp_path / "by.toml"
     path.write_text(text, encoding="utf-8")
-    return read_asked(path, options, arm or lostmotion.read(Z_ARM), own)
+    return read_request(path, options, arm or lostmotion.read(Z_ARM), own)
 
 
 def found_for(said, arm, target, counts=SMALL, poses=64):

@@ -15,7 +15,7 @@ import lostmotion
 from lostmotion.analyses.sizing import request
 from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
 from lostmotion.analyses.sizing.plots.sizing import sizing_plots
-from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.request import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.sheet import find_row
 
@@ -38,8 +38,8 @@ def asked(tmp_path, text, arm=None, **options):
     """Read a sizing file for the paper's arm."""
     path = tmp_path / "by.toml"
     path.write_text(text, encoding="utf-8")
-    asked = read_asked(path, options, arm or lostmotion.read(Z_ARM))
-    return asked.plan, asked.wanted
+    asked = read_request(path, options, arm or lostmotion.read(Z_ARM))
+    return asked.plan, asked.link_options
 
 
 def test_the_sheet_agrees_with_the_sized_arm(size):
@@ -228,7 +228,7 @@ def test_one_mistake_gives_one_message(tmp_path, tube):
 def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
     """From Python a number is SI, in limits, families, lists and links; numbers that are none are refused under their name."""
     seen = []
-    monkeypatch.setattr(request, "read_asked", lambda *said: seen.append(read_asked(*said)) or seen[-1])
+    monkeypatch.setattr(request, "read_request", lambda *said: seen.append(read_request(*said)) or seen[-1])
     monkeypatch.setattr("lostmotion.analyses.sizing.sizing.size_links", lambda *_said, **_more: SimpleNamespace())
     monkeypatch.setattr("lostmotion.analyses.sizing.result.Size", SimpleNamespace)
     arm = lostmotion.read(Z_ARM)
@@ -248,7 +248,7 @@ def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
     first, second = (found.plan for found in seen)
     assert [second.slope, second.tilt, second.step] == pytest.approx([first.slope, first.tilt, first.step])
     assert second.family == first.family
-    assert seen[0].wanted["A"] == seen[1].wanted["A"]
+    assert seen[0].link_options["A"] == seen[1].link_options["A"]
     for wrong in ({"slope": math.nan}, {"tilt": "10 mm"}, {"target": -1}, {"step": True}):
         with pytest.raises(lostmotion.InputError, match=next(iter(wrong))):
             lostmotion.size(arm, wrong)

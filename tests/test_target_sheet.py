@@ -67,7 +67,7 @@ def test_every_item_is_in_one_table(asked):
 def test_yield_has_its_interval(asked):
     """The share of robots on the sheet is that of `production_yield`, for the same arm and counts."""
     first = asked.yields[0]
-    other = lostmotion.production_yield(lostmotion.read(ARM), asked.target, judged=first.judged, **QUICK)
+    other = lostmotion.production_yield(lostmotion.read(ARM), asked.target, criterion=first.criterion, **QUICK)
     assert (other.within, other.interval) == (first.within, first.interval)
     rows = next(section for section in asked.sheet.sections if section.key == "yield").rows
     assert rows[0].figures[0].value == pytest.approx(100 * first.share)
@@ -98,9 +98,9 @@ def test_items_that_do_not_limit_a_target_are_named_so():
 def test_the_yield_of_a_study_is_that_of_its_robots():
     """The yield of a study counts its own robots; a target as text or in metres means the same."""
     study = lostmotion.study(lostmotion.read(ARM), 16, 60, 4, seed=3)
-    found = lostmotion.production_yield(study, "2.5 mm", judged="repeatability")
+    found = lostmotion.production_yield(study, "2.5 mm", criterion="repeatability")
     np.testing.assert_allclose(found.figures, np.sort(study.sampled.robot_means[:, :, 2].mean(axis=0)), rtol=1e-9)
-    assert found.within == lostmotion.production_yield(study, 2.5e-3, judged="repeatability").within
+    assert found.within == lostmotion.production_yield(study, 2.5e-3, criterion="repeatability").within
     assert "robots meet 2.5 mm (repeatability)" in repr(found)
 
 

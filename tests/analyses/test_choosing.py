@@ -10,7 +10,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot, link_slot, refined_candidates
-from lostmotion.analyses.sizing.error_cache import Ledger, error_at, mean_square, share_within
+from lostmotion.analyses.sizing.error_cache import ErrorCache, error_at, mean_square, share_within
 from lostmotion.analyses.sizing.evaluation import LEVEL, Constraints
 from lostmotion.analyses.sizing.lightest import Limits
 from lostmotion.analyses.sizing.search import Search
@@ -116,7 +116,7 @@ def q(arm):
 
 def test_sums_over_parts_are_those_of_the_study(arm, q):
     """Bias, covariance and mean square of the sums are those of the pose matrix."""
-    sums = Ledger(arm, q).of(arm)
+    sums = ErrorCache(arm, q).of(arm)
     matrix = screws(arm, q)
     drawn = matrix.tool[:, 3:, matrix.columns("robot", "visit", "robot x visit")]
     covariance = np.einsum("pit,pjt->pij", drawn, drawn)
@@ -127,7 +127,7 @@ def test_sums_over_parts_are_those_of_the_study(arm, q):
 
 def test_the_error_at_a_level_is_where_the_share_is(arm, q):
     """The 95 % error has 95 % of all errors below it, also for an arm without scatter, or without error."""
-    sums = Ledger(arm, q).of(arm)
+    sums = ErrorCache(arm, q).of(arm)
     assert share_within(sums, error_at(sums, LEVEL)) == pytest.approx(LEVEL, abs=1e-4)
     still = sums.copy()
     still[3:] = 0
@@ -144,7 +144,7 @@ def test_cached_sums_equal_new_ones(arm, q):
         search.evaluate(choice)
     for choice in every(slots)[::23]:
         made = with_parts(arm, slots, search.evaluator.parts(choice))
-        assert np.array_equal(search.evaluator.cache.of(search.evaluator.arm_with(choice)), Ledger(made, q).of(made))
+        assert np.array_equal(search.evaluator.cache.of(search.evaluator.arm_with(choice)), ErrorCache(made, q).of(made))
 
 
 def test_one_part_at_two_joints_adds_at_both():
@@ -154,7 +154,7 @@ def test_one_part_at_two_joints_adds_at_both():
     unloaded = Arm(name="unloaded", joints=[joint | {"name": "a", "link": {"length": 0.3}}, joint | {"name": "b", "link": {"length": 0.1}}])
     at = lostmotion.sample_poses(unloaded, 16).q
     assert unloaded.joints[0].encoder is unloaded.joints[1].encoder
-    assert math.sqrt(mean_square(Ledger(unloaded, at).of(unloaded))) == pytest.approx(rms_error(unloaded, at), rel=1e-12)
+    assert math.sqrt(mean_square(ErrorCache(unloaded, at).of(unloaded))) == pytest.approx(rms_error(unloaded, at), rel=1e-12)
 
 
 def test_a_gearbox_takes_the_place_of_the_present_one(arm):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from lostmotion.analyses.targets.yield_ import computed_blocks, exact_share, production_of, robot_figures, robots_needed
+from lostmotion.analyses.targets.yield_ import compute_yield, computed_blocks, exact_share, robot_figures, robots_needed
 from lostmotion.error_model.draws import robot_draws, visit_draws
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
@@ -128,10 +128,10 @@ def test_yield_rises_with_the_target_and_belongs_to_the_study():
     arm = read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 16)
     options = {"share": 0.95, "robots": 60, "visits": 5, "seed": 2}
-    shares = [production_of(arm, poses, target, judged="error", **options).share for target in (1e-4, 1e-3, 1.2e-3, 1.3e-3, 5e-3)]
+    shares = [compute_yield(arm, poses, target, criterion="error", **options).share for target in (1e-4, 1e-3, 1.2e-3, 1.3e-3, 5e-3)]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
-    found = production_of(arm, poses, 1.2e-3, judged="repeatability", **options)
+    found = compute_yield(arm, poses, 1.2e-3, criterion="repeatability", **options)
     study = run(arm, poses, 60, 5, 2)
     np.testing.assert_allclose(found.figures, np.sort(study.robot_means[:, :, 2].mean(axis=0)), rtol=1e-9)
     targets, share, ends = found.curve()
@@ -147,16 +147,16 @@ def test_yield_rises_with_the_target_and_belongs_to_the_study():
     ("options", "key"),
     [
         ({"target": 0.0}, "target"),
-        ({"judged": "speed"}, "judged"),
+        ({"criterion": "speed"}, "criterion"),
         ({"share": 0.2}, "share"),
         ({"robots": 100_000}, "robots"),
-        ({"visits": 1, "judged": "repeatability"}, "visits"),
+        ({"visits": 1, "criterion": "repeatability"}, "visits"),
     ],
 )
 def test_numbers_out_of_range_are_refused(options, key):
     """Each is one clear message."""
     arm = read(EXAMPLES / "z-arm.toml")
-    asked = {"target": 1e-3, "judged": "error", "share": 0.95, "robots": 20, "visits": 2, "seed": 1} | options
+    asked = {"target": 1e-3, "criterion": "error", "share": 0.95, "robots": 20, "visits": 2, "seed": 1} | options
     with pytest.raises(InputError) as caught:
-        production_of(arm, sample_poses(arm, 8), asked.pop("target"), **asked)
+        compute_yield(arm, sample_poses(arm, 8), asked.pop("target"), **asked)
     assert [problem.key for problem in caught.value.problems] == [key]

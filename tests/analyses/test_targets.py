@@ -13,7 +13,7 @@ import lostmotion
 from lostmotion.analyses.targets import metrics
 from lostmotion.analyses.targets.allocation import contributions, equal_effect, mean_square_form
 from lostmotion.analyses.targets.metrics import ErrorMetric, Excess
-from lostmotion.analyses.targets.parameters import alike, items
+from lostmotion.analyses.targets.parameters import items, shared_items
 from lostmotion.analyses.targets.targets import _ranges, targets
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.intervals import pooled_quantile, quantile
@@ -58,7 +58,7 @@ def test_every_term_belongs_to_one_item(name):
             for stream in (info.robot, info.visit):
                 if stream is not None:
                     assert of_stream.setdefault(stream.name, item.name) == item.name
-    assert all(len(item.columns) > 1 for item in alike(found))
+    assert all(len(item.columns) > 1 for item in shared_items(found))
 
 
 def test_items_know_their_sizes_as_the_file_states_them():

@@ -12,7 +12,7 @@ import tomlkit
 import typer.main
 
 import lostmotion
-from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.request import read_request
 from lostmotion.cli import app
 from lostmotion.io.sweep_designs import read_sweep
 from tests.docs.pages import PAGES, ROOT, TOUR, snippets
@@ -46,7 +46,7 @@ def test_every_toml_snippet_is_accepted(block, tmp_path):
     file = tmp_path / "snippet.toml"
     if "sizing" in tree:
         file.write_text(block.text, "utf-8")
-        assert read_asked(file, {}, lostmotion.read(EXAMPLES / "z-arm.toml")).plan is not None
+        assert read_request(file, {}, lostmotion.read(EXAMPLES / "z-arm.toml")).plan is not None
     elif isinstance(tree.get("joints"), dict):
         file.write_text(block.text, "utf-8")
         assert lostmotion.read(EXAMPLES / "ur5e.urdf", file).joints

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.request import read_request
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import quantile
 from lostmotion.io.part_file import read_gearbox
@@ -77,6 +77,6 @@ def test_every_gearbox_is_read_and_behaves(path):
 def test_every_choice_of_parts_fits_its_arm(path):
     """Each names gearboxes, bearings and sections that its arm can have, one of a kind to choose from at least."""
     arm = lostmotion.read(EXAMPLES / path.name.replace("-target", ""))
-    asked = read_asked(path, {}, arm)
+    asked = read_request(path, {}, arm)
     assert asked.plan.target is not None
     assert max(len(slot.candidates) for slot in asked.slots) > 1

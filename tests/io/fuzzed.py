@@ -22,7 +22,7 @@ import numpy as np
 
 from lostmotion import gear, read, screws, worst_case
 from lostmotion.analyses.iso9283.measured_file import read_measured
-from lostmotion.analyses.sizing.request import read_asked
+from lostmotion.analyses.sizing.request import read_request
 from lostmotion.error_model.pose_matrix import root_sum_square
 from lostmotion.errors import LostmotionError
 from lostmotion.io.compliance_csv import read_compliance
@@ -157,7 +157,7 @@ def formats(folder: Path) -> tuple[Format, ...]:
         Format("gearbox.toml", (*texts("gearbox/*.toml"), GEARBOX), look_at),
         Format("bearing.toml", texts("bearing/*.toml"), read_bearing),
         Format("sweep.toml", (SWEEP,), lambda path: read_sweep(sound, None, path)),
-        Format("sizing.toml", texts("sizing/z-*.toml"), lambda path: read_asked(path, {}, example)),
+        Format("sizing.toml", texts("sizing/z-*.toml"), lambda path: read_request(path, {}, example)),
         Format("reducers.toml", (REDUCERS,), read_reducers),
         Format("poses.csv", (POSES,), lambda path: finite(read_poses(path, arm))),
         Format("measured.csv", texts("measured/z-*.csv", lines=30), read_measured),

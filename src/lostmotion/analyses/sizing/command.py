@@ -91,7 +91,7 @@ def size(
     """Choose the lightest sections that keep an arm's links within slope and deflection, or the cheapest parts within a target on the tool.
 
     Corners of the joints' ranges are checked besides. The answer to a target is verified by a full study. An arm given by its path is written with
-    the chosen parts as sized.toml.
+    the selected parts as sized.toml.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def size(
 
     """
     asked = read_arguments(size, locals())
-    from lostmotion.analyses.sizing.request import read_asked
+    from lostmotion.analyses.sizing.request import read_request
     from lostmotion.analyses.sizing.result import Selection, Size
     from lostmotion.error_model.poses import sample_poses
     from lostmotion.error_model.provenance import refuse_undescribed
@@ -114,24 +114,24 @@ def size(
     if target is not None:
         refuse_undescribed(asked.arm)  # before what the links lack: without errors there is no target to meet
         refuse_large_errors(asked.arm)
-    request = read_asked(asked.by, stated, asked.arm, reducers_beside(arm, asked.reducers))
+    request = read_request(asked.by, stated, asked.arm, reducers_beside(arm, asked.reducers))
     asked.ready()
     source = Path(arm) if isinstance(arm, str | os.PathLike) else None
     if request.plan.target is None:
         from lostmotion.analyses.sizing.sizing import size_links
 
-        chosen = sample_poses(asked.arm, asked.poses or _LIMIT_POSES, seed=asked.seed)
+        sampled = sample_poses(asked.arm, asked.poses or _LIMIT_POSES, seed=asked.seed)
         given = None if also is None else asked.also.q
         plan = request.plan
-        sized = size_links(asked.arm, request.wanted, plan.limits, chosen, tilt=plan.tilt, step=plan.step, also=given, progress=progress)
+        sized = size_links(asked.arm, request.link_options, plan.limits, sampled, tilt=plan.tilt, step=plan.step, also=given, progress=progress)
         return Size(**vars(sized), source=source, sidecar=asked.sidecar)
     if also is not None:
-        raise refuse_argument("also", "poses given", "no poses beside a target, which is over the workspace")
+        raise refuse_argument("also", "poses given", "no poses with a target, which is over the workspace")
     from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 
     refuse_undescribed(asked.arm)
     refuse_large_errors(asked.arm)
-    found = select_parts(
+    selection = select_parts(
         asked.arm,
         request.slots,
         request.objective,
@@ -142,4 +142,4 @@ def size(
         study_size=StudySize(DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1),
         progress=progress,
     )
-    return Selection(**vars(found), notes=request.notes, source=source, sidecar=asked.sidecar)
+    return Selection(**vars(selection), notes=request.notes, source=source, sidecar=asked.sidecar)

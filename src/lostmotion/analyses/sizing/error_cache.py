@@ -1,7 +1,7 @@
-"""What does every part add to the tool's error? Mean and covariance at fixed poses, part by part: those of independent parts add.
+"""Mean and covariance of the tool's error at fixed poses, summed over independent parts, with a cache for arms that differ in some parts only.
 
-For arms that differ in some parts only: a part that was met before under the same load is not asked again, so an arm with one part exchanged costs
-a walk of the loads and a sum. Exact, nothing is fitted; a part whose load changes with the weight outboard of it is asked anew.
+A part under a load for which its contribution is cached is not evaluated again, so an arm with one part exchanged costs its loads and a sum. A part
+whose load changes with the mass outboard of it is evaluated again. The sums are exact.
 """
 
 from __future__ import annotations
@@ -23,49 +23,49 @@ if TYPE_CHECKING:
     from lostmotion.propagation.error_magnitude import Rays
     from lostmotion.spatial import Floats
 
-# Rows of what a part adds: the bias, and the covariance's xx, yy, zz, yz, xz, xy.
+# Rows of a part's contribution: the bias, and xx, yy, zz, yz, xz, xy of the covariance.
 BIAS, COVARIANCE = slice(3), slice(3, 9)
 ROWS: Final = 9
 _PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-# Parts under a load that are remembered: some 20 kB each at 256 poses.
-_MOST_KEPT: Final = 5000
+# Most cached contributions, of about 20 kB each at 256 poses.
+_MOST_CACHED: Final = 5000
 _CLOSE: Final = 1e-5
 _WIDER: Final = 1.03
 _FURTHEST: Final = 200
 
 
-class Ledger:
-    """The poses at which arms are compared that differ in their parts but not in their geometry, and what each part adds there."""
+class ErrorCache:
+    """Contributions of parts to the error of arms with one geometry at some poses."""
 
     def __init__(self, arm: Arm, q: Floats) -> None:
-        """Walk the arm out once: where every place is does not depend on the parts."""
+        """Compute the frames, which do not depend on the parts."""
         self.q = q
         self._at = frames(arm, q)
         self._tree = arm.tree
         self._known: OrderedDict[tuple[int, int, Friction | None, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
-        """Return the sums of the whole arm's error (ROWS, pose), m and m^2. `arm` has the places of the one that this was made for."""
+        """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the first one."""
         out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
         for part in arm.parts:
-            out += self._part(part, felt(part))
+            out += self._contribution(part, felt(part))
         return out
 
-    def _part(self, part: PlacedPart, felt: Condition) -> Floats:
-        # The source is kept with what it adds, so that no other one takes its number. One part may sit at several joints.
-        # Assumed friction follows from what the joint holds at other poses too, which the wrench here does not say.
+    def _contribution(self, part: PlacedPart, felt: Condition) -> Floats:
+        # The source is stored with its contribution, so that its id is not reused. One part may be at several joints.
+        # Assumed friction depends on the holding torques at other poses, which are not part of the wrench here.
         friction = part.source.play_friction(part.motion.holding)
         key = part.place, id(part.source), friction, felt.wrench.tobytes()
-        found = self._known.get(key)
-        if found is None:
-            found = self._known[key] = part.source, self._added(part, felt)
-            if len(self._known) > _MOST_KEPT:
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = part.source, self._computed(part, felt)
+            if len(self._known) > _MOST_CACHED:
                 self._known.popitem(last=False)
         else:
             self._known.move_to_end(key)
-        return found[1]
+        return known[1]
 
-    def _added(self, part: PlacedPart, felt: Condition) -> Floats:
+    def _computed(self, part: PlacedPart, felt: Condition) -> Floats:
         terms = part.source.terms(part.motion)
         out = np.zeros((ROWS, len(self.q)))
         if not terms:
@@ -81,25 +81,25 @@ class Ledger:
         out[BIAS] = groups.pop((None, None), 0.0)
         for drawn in groups.values():
             for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
-                # Draws have no mean, variance one, and no correlation.
+                # Draws have mean 0 and variance 1 and are independent.
                 out[row] += drawn[i] * drawn[j]
         return out
 
 
 def mean_square(sums: Floats) -> float:
-    """What is the mean square error over the poses, m^2? Exact."""
+    """Return the mean square error over the poses, m^2; exact."""
     return float((sums[BIAS] ** 2).sum(axis=0).mean() + sums[3:6].sum(axis=0).mean())
 
 
 def share_within(sums: Floats, limit: float) -> float:
-    """Return the share of all errors over the poses below a limit (m), for sums (ROWS, pose), of normal errors."""
+    """Return the share of normal errors below a limit (m) over the poses, for bias and covariance (ROWS, pose)."""
     return _share_below(_rays(sums), limit)
 
 
 def error_at(sums: Floats, level: float) -> float:
-    """Return the error (m) that this share of all errors over the poses stays below, for sums (ROWS, pose), of normal errors; infinite if none does.
+    """Return the quantile (m) of normal errors over the poses, for bias and covariance (ROWS, pose); infinite where there is none.
 
-    The root of `share_within`, to 1e-5 of it. A full study shows how far parts depart from the normal law, and what the choice of poses leaves open.
+    The root of `share_within`, with a relative tolerance of 1e-5.
     """
     from scipy.optimize import brentq
 

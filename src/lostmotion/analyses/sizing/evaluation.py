@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sizing.error_cache import Ledger, error_at, mean_square
+from lostmotion.analyses.sizing.error_cache import ErrorCache, error_at, mean_square
 from lostmotion.analyses.sizing.lightest import LinkTask
 from lostmotion.analyses.sizing.link_deflection import LinkLoads
 from lostmotion.analyses.sizing.sizing import corners
@@ -71,7 +71,7 @@ class Evaluator:
     ) -> None:
         """Begin without evaluations; `slots` may be extended by candidates later. `on_evaluation` is called at every new evaluation."""
         self.arm, self.slots, self.objective, self.constraints, self.on_evaluation = arm, slots, objective, constraints, on_evaluation
-        self.cache = Ledger(arm, q)
+        self.cache = ErrorCache(arm, q)
         self.load_q = np.vstack([q, corners(arm, _MOST_CORNERS)])
         self.evaluations: dict[Choice, Evaluation] = {}
         self._errors: dict[Choice, float] = {}

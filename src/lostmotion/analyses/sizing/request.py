@@ -112,14 +112,14 @@ _NUMBERS: Final = ("deflection", "price_per_kg")
 
 
 @dataclass(frozen=True)
-class Asked:
+class SizingRequest:
     """A request: limits or a target, options of the links to size by the name of their joint; with a target, all slots and the objective.
 
     notes   for the report
     """
 
     plan: Plan
-    wanted: dict[str, LinkOptions]
+    link_options: dict[str, LinkOptions]
     slots: tuple[Slot, ...] = ()
     objective: Objective = BY_MASS
     notes: tuple[str, ...] = ()
@@ -131,20 +131,20 @@ class Asked:
         return Constraints(self.plan.limits if limited else None, self.plan.tilt)
 
 
-def read_asked(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> Asked:
-    """Return what is asked of an arm by a file with `[sizing]`, or by the keys of that table, and by `options`, which are such keys as well.
+def read_request(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> SizingRequest:
+    """Return the request of a file with `[sizing]`, or of the keys of that table, and of `options`, which are such keys as well.
 
-    `own` are the arm file's rows of reducers. Raises InputError with every mistake in file and options, also links, gearboxes and bearings that the
-    arm has not, or that cannot be chosen.
+    `own` are the arm file's rows of reducers. Raises InputError with every mistake in file and options, also unknown links,
+    gearboxes and bearings, and those that cannot be selected.
     """
     file = "by" if isinstance(by, Mapping) else str(by or "")
     tree = {TABLE: {key: _worded(key, value) for key, value in by.items()}} if isinstance(by, Mapping) else {} if by is None else read_toml(by)
     options = {key: _worded(key, value) for key, value in options.items()}
-    said_nothing = by is not None and TABLE not in tree
+    is_empty = by is not None and TABLE not in tree
     stated = tree.pop(TABLE, {})
     in_file, mistakes = take_reducers(file, tree)
-    if said_nothing:
-        mistakes.append(Problem(file, TABLE, _MISSING, "a table of limits, and of what links may be made of", _EXAMPLE))
+    if is_empty:
+        mistakes.append(Problem(file, TABLE, _MISSING, "a table of limits and of options for links", _EXAMPLE))
     mistakes += [
         Problem(file, shown(key)[1:-1], f"an unknown key with {shown(value)}", f"one table [{TABLE}]", _EXAMPLE, nearest(key, [TABLE]))
         for key, value in list(tree.items())[:_MOST_LINKS]
@@ -175,15 +175,15 @@ def read_asked(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], 
     tables_ = _with_objective(merged, OptionTables(file, tables, arm, BY_MASS, own, in_file), key_of)
     parts = selection_slots(tables_)
     mistakes += tables_.mistakes
-    wanted: dict[str, LinkOptions] = {}
+    link_options: dict[str, LinkOptions] = {}
     if isinstance(plan, Plan) and not any(problem.key.startswith(f"{TABLE}.links") for problem in mistakes):
-        wanted = _wanted(plan, named, arm, file, mistakes, needed=not tables)
-        if wanted and tables_.objective.per_price and plan.price_per_kg is None:
-            expected = "what a kilogram of link costs, for prices are to be small; 0 where links cost nothing"
+        link_options = _link_options(plan, named, arm, file, mistakes, needed=not tables)
+        if link_options and tables_.objective.per_price and plan.price_per_kg is None:
+            expected = "the price per kg of link, because prices are minimised; 0 where links are free"
             mistakes.append(Problem(file, f"{TABLE}.price_per_kg", "nothing", expected, "price_per_kg = 12"))
     if mistakes or not isinstance(plan, Plan):
         refuse_all([_as_argument(each) if each.key in {*options, *_OPTIONS} else each for each in mistakes])
-    return Asked(plan, wanted) if plan.target is None else _with_target(plan, wanted, tables_, parts)
+    return SizingRequest(plan, link_options) if plan.target is None else _with_target(plan, link_options, tables_, parts)
 
 
 def _with_objective(merged: dict[str, Any], offers: OptionTables, key_of: Callable[[KeyPath], str]) -> OptionTables:
@@ -200,16 +200,16 @@ def _with_objective(merged: dict[str, Any], offers: OptionTables, key_of: Callab
     return offers
 
 
-def _with_target(plan: Plan, wanted: dict[str, LinkOptions], offers: OptionTables, parts: list[Slot]) -> Asked:
+def _with_target(plan: Plan, link_options: dict[str, LinkOptions], offers: OptionTables, parts: list[Slot]) -> SizingRequest:
     """Return the request for a target: sections of links and other parts in the order of the joints."""
     order = {joint.name: k for k, joint in enumerate(offers.arm.joints)}
     joints = {joint.name: joint for joint in offers.arm.joints}
-    sections = [link_slot(joints[name], want.choice, want.material, plan.step, plan.price_per_kg or 0.0) for name, want in wanted.items()]
+    sections = [link_slot(joints[name], each.choice, each.material, plan.step, plan.price_per_kg or 0.0) for name, each in link_options.items()]
     slots = sorted([*parts, *sections], key=lambda slot: order[slot.joint])
-    return Asked(plan, wanted, tuple(slots), offers.objective, tuple(offers.notes))
+    return SizingRequest(plan, link_options, tuple(slots), offers.objective, tuple(offers.notes))
 
 
-# Keys of a family that options of the command line are called after; its kind is --family's own word.
+# Keys of a family that are arguments of the question.
 _OPTIONS: Final = ("outer", "wall")
 # Keys of the table that are quantities with a unit.
 _UNITS: Final = {"slope": "rad", "tilt": "rad", "step": "m", "target": "m"}
@@ -217,7 +217,7 @@ _MISSING: Final = "nothing"
 
 
 def _one_for_one(mistakes: list[Problem], keys: Sequence[str]) -> list[Problem]:
-    """Leave out what is missing among these keys where another of them is wrong: whoever mistypes one size of two has made one mistake."""
+    """Return the mistakes without missing values of these keys where another of them is wrong: one wrong size of two is one mistake."""
     wrong = any(each.key in keys and each.found != _MISSING for each in mistakes)
     return [each for each in mistakes if not (wrong and each.key in keys and each.found == _MISSING)]
 
@@ -238,7 +238,10 @@ def _worded(name: str, value: Any) -> Any:  # noqa: ANN401 - values of a file's 
     if name == "stock" and isinstance(value, list | tuple):
         return [_worded("family", each) for each in value]
     if name == "links" and isinstance(value, dict):
-        return {joint: {key: _worded(key, each) for key, each in said.items()} if isinstance(said, dict) else said for joint, said in value.items()}
+        return {
+            joint: {key: _worded(key, each) for key, each in stated.items()} if isinstance(stated, dict) else stated
+            for joint, stated in value.items()
+        }
     return value
 
 
@@ -295,24 +298,24 @@ def _links(links: Any, file: str, mistakes: list[Problem]) -> dict[str, LinkChoi
     return out
 
 
-def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mistakes: list[Problem], *, needed: bool) -> dict[str, LinkOptions]:
+def _link_options(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mistakes: list[Problem], *, needed: bool) -> dict[str, LinkOptions]:
     """Return the options of each link to size; mistakes are named links that cannot be sized, and no link where one is needed."""
     before = len(mistakes)
     out: dict[str, LinkOptions] = {}
     for joint in arm.joints:
         own = named.get(joint.name)
-        asked = own if own is not None and (own.family or own.stock or own.keep) else plan
-        if asked.keep:
+        options = own if own is not None and (own.family or own.stock or own.keep) else plan
+        if options.keep:
             continue
         material = (own.material if own is not None else None) or plan.material
         section = joint.link.section
-        choice = asked.family or asked.stock
+        choice = options.family or options.stock
         if choice is None and isinstance(section, _SIZED):
             choice = family_around(section) if plan.target is None else family_around(section, *_NEAR_ITS_OWN)
-        lacks = _lacks(joint, has_choice=choice is not None, has_material=material is not None)
-        if lacks and own is not None:
-            mistakes.append(Problem(file, _key((TABLE, "links", joint.name)), lacks[0], lacks[1], lacks[2]))
-        elif not lacks and choice is not None:
+        missing = _missing(joint, has_choice=choice is not None, has_material=material is not None)
+        if missing and own is not None:
+            mistakes.append(Problem(file, _key((TABLE, "links", joint.name)), *missing))
+        elif not missing and choice is not None:
             out[joint.name] = LinkOptions(choice, material)
     if needed and not out and len(mistakes) == before:
         expected = "at least one link with a section and a material, or a family and a material for one without"
@@ -320,7 +323,7 @@ def _wanted(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str, mista
     return out
 
 
-def _lacks(joint: Joint, *, has_choice: bool, has_material: bool) -> tuple[str, str, str] | None:
+def _missing(joint: Joint, *, has_choice: bool, has_material: bool) -> tuple[str, str, str] | None:
     link = joint.link
     if not link.reach:
         return "a link without a length", "a link with a length", "keep = true"

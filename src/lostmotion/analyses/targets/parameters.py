@@ -1,7 +1,7 @@
-"""Which sizes of an arm's parts can a designer choose, and which terms of the error follow each of them?
+"""Sizes of an arm's parts that a target allocates, and the error terms that scale with each of them.
 
-An item is one cause in one part: the play of joint A's gearbox, the stiffness of link B, an encoder's zero. Its terms are proportional to its size,
-or to one over it where it is a stiffness; scatter that is stated as ± goes along in proportion. Terms that no rule names make an item of their own.
+An item is one cause in one part: the backlash of joint A's gearbox, the stiffness of link B, an encoder's zero. Its terms are proportional to its
+size, or to the inverse of a stiffness; a tolerance stated as ± scales with it. A term without a parameter is an item of its own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """A size as the file states it: value in SI, its unit, and whether the error goes with one over it (a stiffness); `zones` of a stiffness."""
+    """A size as the file states it: value in SI, its unit, whether the error is inversely proportional (a stiffness), and its number of zones."""
 
     value: float
     unit: str
@@ -29,7 +29,7 @@ class Size:
     zones: int = 1
 
     def at(self, factor: float) -> float:
-        """Give the size at which the error is `factor` times as large."""
+        """Return the size with which the error is `factor` times as large."""
         if not self.divides:
             return self.value * factor
         return self.value / factor if factor else float("inf")
@@ -37,10 +37,10 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One cause in one part, or in all parts of a kind; `columns` are its terms, `size` None where no one value states it.
+    """One cause in one part, or in all parts of a kind; `columns` are its terms, `size` is None where it is not stated by one value.
 
-    most   the factor on its errors at the largest usual size (`usual_sizes`)
-    stiff  whether it is a stiffness, to which the errors go in inverse proportion
+    most   factor on its errors at the largest usual size (`usual_sizes`)
+    stiff  whether it is a stiffness, to which the errors are inversely proportional
     """
 
     owner: str
@@ -53,17 +53,17 @@ class Item:
 
     @property
     def name(self) -> str:
-        """Give the part and the cause ("joints.A.gearbox play")."""
+        """Return the part and the cause ("joints.A.gearbox play")."""
         return self.owner if self.owner.endswith(self.cause) else f"{self.owner} {self.cause}"
 
 
 def items(arm: Arm, columns: Sequence[Column]) -> tuple[Item, ...]:
-    """Return the sizes that make these columns, in walking order; every column belongs to exactly one item."""
+    """Return the items of these columns, in the order of the chain; every column belongs to exactly one item."""
     reaches = {f"joints.{joint.name}.link": joint.link.reach for joint in arm.joints}
-    found: dict[tuple[str, str], list[int]] = {}
+    groups: dict[tuple[str, str], list[int]] = {}
     for k, column in enumerate(columns):
-        found.setdefault((column.owner, _parameter(column).key), []).append(k)
-    return tuple(_item([columns[k] for k in members], tuple(members), reaches.get(owner, 0.0)) for (owner, _), members in found.items())
+        groups.setdefault((column.owner, _parameter(column).key), []).append(k)
+    return tuple(_item([columns[k] for k in members], tuple(members), reaches.get(owner, 0.0)) for (owner, _), members in groups.items())
 
 
 def _parameter(column: Column) -> Parameter:
@@ -81,10 +81,10 @@ def _item(terms: Sequence[Column], members: tuple[int, ...], reach: float) -> It
     return Item(of.owner, of.kind, sized.key, members, size, most)
 
 
-def alike(each: Iterable[Item]) -> tuple[Item, ...]:
-    """Which items stand for the same cause in several parts of a kind? One item for all of them; its size where all have the same."""
+def shared_items(single: Iterable[Item]) -> tuple[Item, ...]:
+    """Return an item for each cause in several parts of a kind, with a size where all of them have the same."""
     groups: dict[tuple[str, str], list[Item]] = {}
-    for item in each:
+    for item in single:
         groups.setdefault((item.kind, item.cause), []).append(item)
     out = []
     for (kind, cause), members in groups.items():

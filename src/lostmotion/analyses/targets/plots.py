@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.targets.tables.items import ordered
 from lostmotion.analyses.targets.tables.sizes import size_at, stated_size
-from lostmotion.analyses.targets.tables.yield_ import JUDGED_BY
+from lostmotion.analyses.targets.tables.yield_ import CRITERION_LABELS
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def yield_curve(result: Targets) -> go.Figure:
     traces: list[Any] = []
     for one, colour in zip(result.yields, (BLUE, ORANGE), strict=True):
         targets, shares, ends = one.curve()
-        x, name = targets * 1e3, JUDGED_BY[one.judged].format(share=100 * one.share_of_positions)
+        x, name = targets * 1e3, CRITERION_LABELS[one.criterion].format(share=100 * one.share_of_positions)
         band = {"x": [*x, *x[::-1]], "y": [*(100 * ends[:, 1]), *(100 * ends[::-1, 0])]}
         traces.append(go.Scatter(**band, fill="toself", fillcolor=_BAND[colour], line={"width": 0}, mode="lines", hoverinfo="skip", showlegend=False))
         line = {"color": colour, "width": 2, "shape": "hv"}

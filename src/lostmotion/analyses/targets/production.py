@@ -8,7 +8,7 @@ from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.arguments import DEFAULT_ROBOTS, DEFAULT_VISITS, arm_of, chosen_poses, poses_of
 from lostmotion.analyses.quantities import amounts
 from lostmotion.analyses.targets.limits import LENGTH, SHARE
-from lostmotion.analyses.targets.yield_ import production_of
+from lostmotion.analyses.targets.yield_ import compute_yield
 from lostmotion.error_model.provenance import refuse_undescribed
 from lostmotion.propagation.first_order import refuse_large_errors
 
@@ -16,34 +16,34 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.analyses.quantities import Amount
-    from lostmotion.analyses.targets.yield_ import Judged, Yield
+    from lostmotion.analyses.targets.yield_ import Criterion, Yield
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 
-def production_yield(  # noqa: PLR0913 - a production is these numbers
+def production_yield(  # noqa: PLR0913 - arguments of a production
     subject: Arm | str | Path | Answer,
     target: Amount,
     *,
-    judged: Judged = "error",
+    criterion: Criterion = "error",
     share: Amount = 0.95,
     poses: int | str | Path | Floats | Poses = 1024,
     robots: int = DEFAULT_ROBOTS,
     visits: int = DEFAULT_VISITS,
     seed: int = 1,
 ) -> Yield:
-    """Return the share of manufactured robots that meet a target, with an exact interval that counts robots.
+    """Return the share of simulated robots that meet a target, with an exact interval that counts robots.
 
     Parameters
     ----------
     subject
-        An arm, its file, or a study of one: then the study's poses, robots, visits, seed and approach count, and none of those here.
+        An arm, its file, or a study of one: then the study's poses, robots, visits, seed and approach are used instead of these.
     target
         "0.5 mm", or a number in m.
-    judged
-        What each robot is judged by: "error", which `share` of its own positions do not exceed; "worst accuracy", its AP at its worst pose;
-        "repeatability", its RP averaged over the poses; "worst repeatability", its RP at its worst pose.
+    criterion
+        Figure of each robot that is compared with the target: "error", the quantile `share` of its position error; "worst accuracy", AP at its worst
+        pose; "repeatability", RP averaged over the poses; "worst repeatability", RP at its worst pose.
     share
         Share of a robot's positions.
     poses, robots, visits, seed
@@ -67,16 +67,16 @@ def production_yield(  # noqa: PLR0913 - a production is these numbers
         refuse_undescribed(arm)
         refuse_large_errors(arm)
         chosen = chosen_poses(arm, poses_of("poses", poses, {"arm": arm}), "sobol", seed)
-        return production_of(arm, chosen, value, judged=judged, share=of, robots=robots, visits=visits, seed=seed)
-    built = subject.sampled
-    return production_of(
+        return compute_yield(arm, chosen, value, criterion=criterion, share=of, robots=robots, visits=visits, seed=seed)
+    study = subject.sampled
+    return compute_yield(
         subject.arm,
         subject.poses,
         value,
-        judged=judged,
+        criterion=criterion,
         share=of,
-        robots=built.robots,
-        visits=built.visits,
+        robots=study.robots,
+        visits=study.visits,
         seed=subject.seed,
         approach=subject.approach,
     )

@@ -15,8 +15,8 @@ import numpy as np
 
 from lostmotion.analyses.targets.allocation import NOTHING, Allocation, contributions, equal_effect, equal_effect_within, mean_square_form, moving
 from lostmotion.analyses.targets.metrics import ErrorMetric, Metric, RepeatabilityMetric, by_montecarlo, root, root_interval
-from lostmotion.analyses.targets.parameters import Item, alike, items
-from lostmotion.analyses.targets.yield_ import MOST_ROBOTS, Judged, Yield, check_share, robot_figures, split_blocks, yield_of
+from lostmotion.analyses.targets.parameters import Item, items, shared_items
+from lostmotion.analyses.targets.yield_ import MOST_ROBOTS, Criterion, Yield, check_share, robot_figures, split_blocks, yield_of
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
@@ -110,7 +110,7 @@ class Targets:
     yields: tuple[Yield, ...]
 
 
-def targets(  # noqa: PLR0913 - a target is these numbers
+def targets(  # noqa: PLR0913 - arguments of a target
     arm: Arm,
     poses: Poses,
     kind: Kind,
@@ -178,7 +178,7 @@ class _Solver:
         plan, ones = self.plan, np.ones(len(self.matrix.infos))
         current_by_solver = self.metric.value(ones)
         self.current = current_by_solver.value
-        both = self._each((*self.items, *alike(self.items)))
+        both = self._each((*self.items, *shared_items(self.items)))
         return Targets(
             arm=plan.arm,
             poses=plan.poses,
@@ -251,8 +251,8 @@ class _Solver:
     def _yields(self, factors: Floats) -> tuple[Yield, ...]:
         """Return the yields with a factor on each term (term,), by the two criteria of the kind of target."""
         figures = robot_figures(self.plan, split_blocks(self.matrix.scaled(factors), self.plan.robots), self.share)
-        judged: tuple[Judged, Judged] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
-        return tuple(yield_of(figures, each, self.target) for each in judged)
+        criterion: tuple[Criterion, Criterion] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
+        return tuple(yield_of(figures, each, self.target) for each in criterion)
 
     def _of_terms(self, factors: Floats) -> Floats:
         """Return the factor on each term (term,) for factors on the items (item,); NaN leaves an item unchanged."""

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-Judged = Literal["error", "worst accuracy", "repeatability", "worst repeatability"]
-JUDGED: Final[tuple[Judged, ...]] = get_args(Judged)
+Criterion = Literal["error", "worst accuracy", "repeatability", "worst repeatability"]
+CRITERIA: Final[tuple[Criterion, ...]] = get_args(Criterion)
 # Each robot has a histogram of its own, of 74 kB.
 MOST_ROBOTS: Final = 4000
 _MOST_PAIRS: Final = 2_000_000
@@ -52,16 +52,16 @@ class RobotFigures:
     repeatability: Floats
     worst_repeatability: Floats
 
-    def judged_by(self, figure: Judged) -> Floats:
+    def judged_by(self, figure: Criterion) -> Floats:
         """Return the figure by which robots are judged (robot,)."""
         return np.asarray(getattr(self, figure.replace(" ", "_")))
 
 
 @dataclass(frozen=True, repr=False)
 class Yield:
-    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the kind `judged`, compared with `target`, m."""
+    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the `criterion`, compared with `target`, m."""
 
-    judged: Judged
+    criterion: Criterion
     share_of_positions: float
     target: float
     figures: Floats
@@ -107,7 +107,7 @@ class Yield:
     def __repr__(self) -> str:
         """Return the yield in one line."""
         low, high = self.interval
-        count = f"{self.within} of {self.robots} robots meet {self.target * 1e3:.4g} mm ({self.judged})"
+        count = f"{self.within} of {self.robots} robots meet {self.target * 1e3:.4g} mm ({self.criterion})"
         return f"<Yield {100 * self.share:.2f} % ({100 * low:.2f} … {100 * high:.2f} %): {count}>"
 
 
@@ -187,12 +187,12 @@ def computed_blocks(plan: Plan) -> Iterator[tuple[int, PoseMatrix]]:
         yield first, screws(plan.arm, plan.poses.q[first : first + step], approach=plan.approach)
 
 
-def production_of(  # noqa: PLR0913 - a production is these numbers
+def compute_yield(  # noqa: PLR0913 - arguments of a production
     arm: Arm,
     poses: Poses,
     target: float,
     *,
-    judged: Judged,
+    criterion: Criterion,
     share: float,
     robots: int,
     visits: int,
@@ -206,21 +206,21 @@ def production_of(  # noqa: PLR0913 - a production is these numbers
     """
     if not (math.isfinite(target) and target > 0):
         raise refuse_argument("target", target, "a length above zero, m", target=0.0005)
-    if judged not in JUDGED:
-        raise refuse_argument("judged", judged, "one of " + ", ".join(JUDGED), judged="error")
-    if judged != "error" and visits < 2:  # noqa: PLR2004 - a scatter needs two
+    if criterion not in CRITERIA:
+        raise refuse_argument("criterion", criterion, "one of " + ", ".join(CRITERIA), criterion="error")
+    if criterion != "error" and visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise refuse_argument("visits", visits, "at least 2 for AP and RP", visits=30)
     check_share(share)
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
-    return yield_of(robot_figures(plan, computed_blocks(plan), share), judged, target)
+    return yield_of(robot_figures(plan, computed_blocks(plan), share), criterion, target)
 
 
-def yield_of(found: RobotFigures, judged: Judged, target: float) -> Yield:
+def yield_of(found: RobotFigures, criterion: Criterion, target: float) -> Yield:
     """Return the yield of these figures for a target, m."""
-    return Yield(judged, found.share, target, np.sort(found.judged_by(judged)), found.poses, found.visits)
+    return Yield(criterion, found.share, target, np.sort(found.judged_by(criterion)), found.poses, found.visits)
 
 
 def check_share(share: float) -> None:
     """Raise InputError for a share of positions or robots out of range."""
-    if not 0.5 <= share <= 0.999:  # noqa: PLR2004 - a half, and what samples can tell
+    if not 0.5 <= share <= 0.999:  # noqa: PLR2004 - a half, and the least tail of the samples
         raise refuse_argument("share", share, "from 0.5 to 0.999", share=0.95)

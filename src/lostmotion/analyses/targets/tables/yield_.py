@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.targets.allocation import Allocation
     from lostmotion.analyses.targets.targets import Targets
-    from lostmotion.analyses.targets.yield_ import Judged, Yield
+    from lostmotion.analyses.targets.yield_ import Criterion, Yield
 
-# What a robot is judged by, as row labels.
-JUDGED_BY: Final[dict[Judged, str]] = {
+# What a robot is criterion by, as row labels.
+CRITERION_LABELS: Final[dict[Criterion, str]] = {
     "error": "{share:g} % of its positions within it",
     "worst accuracy": "AP within it at every pose",
     "repeatability": "RP, averaged over the poses, within it",
@@ -39,7 +39,7 @@ def allocated_section(result: Targets, target: Figure) -> list[Section]:
     rows = [row for name, allocation in allocated(result) for row in _rows(allocation.yields, f"{name.replace('_', ' ')}: ")]
     note = (
         "the same robots with the allocated sizes, items that are not limiting at their largest usual size. The yield may be below the share of all "
-        "positions, because each robot is judged by itself"
+        "positions, because each robot is criterion by itself"
     )
     return [Section("yield_allocated", f"Yield with the allocated sizes: robots that meet {target}", ("value",), tuple(rows), note)] if rows else []
 
@@ -59,13 +59,13 @@ def yield_figure(one: Yield) -> Figure:
 
 def yield_facts(yields: Iterable[Yield]) -> list[dict[str, Any]]:
     """Return yields as plain data."""
-    return [{"judged_by": one.judged, "within": one.within, "robots": one.robots, "interval": list(one.interval)} for one in yields]
+    return [{"judged_by": one.criterion, "within": one.within, "robots": one.robots, "interval": list(one.interval)} for one in yields]
 
 
 def _rows(yields: Iterable[Yield], prefix: str = "") -> list[Row]:
     return [
         Row(
-            prefix + JUDGED_BY[one.judged].format(share=100 * one.share_of_positions),
+            prefix + CRITERION_LABELS[one.criterion].format(share=100 * one.share_of_positions),
             (yield_figure(one),),
             f"{one.within} of {several(one.robots, 'robot')}",
         )
