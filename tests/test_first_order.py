@@ -38,7 +38,7 @@ def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
     sheet = lostmotion.study(lostmotion.read(arm_with(tmp_path, backlash)), 64, 40, 3, seed=1).sheet
     assert "First-order figures fail here: errors of" in sheet.verdict
     assert "Expect 95 %" not in sheet.verdict
-    assert "first order fails" in find_row(sheet.sections, "exact_check", "largest, of the 95 % error").note
+    assert "first order fails" in find_row(sheet.sections, "exact_check", "largest, share of the 95th percentile").note
     intervals = [figure.interval for section in sheet.sections if section.key in OF_ERRORS for row in section.rows for figure in row.figures]
     assert intervals
     assert not any(intervals)
@@ -49,8 +49,8 @@ def test_usual_errors_are_small_enough(tmp_path):
     """With play of an arcminute first order is enough, and every figure keeps its interval."""
     sheet = lostmotion.study(lostmotion.read(arm_with(tmp_path, "1 arcmin")), 64, 40, 3, seed=1).sheet
     assert "Expect 95 %" in sheet.verdict
-    assert find_row(sheet.sections, "exact_check", "largest, of the 95 % error").note == "first order is enough"
-    assert find_row(sheet.sections, "error", "95 % below").figures[0].interval
+    assert find_row(sheet.sections, "exact_check", "largest, share of the 95th percentile").note == "first order is enough"
+    assert find_row(sheet.sections, "error", "95th percentile").figures[0].interval
 
 
 def test_the_turn_of_the_sample_is_that_of_its_joints(tmp_path):

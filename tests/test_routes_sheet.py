@@ -23,7 +23,14 @@ def study():
 def test_every_figure_over_all_poses_is_compared(study):
     """Mean, 50, 95, 99 and 99.7 %, the standard deviation, and the two routes agree."""
     whole = next(section for section in study.sheet.sections if section.key == "routes_all")
-    assert [row.label for row in whole.rows] == ["mean", "50 % below", "95 % below", "99 % below", "99.7 % below", "standard deviation"]
+    assert [row.label for row in whole.rows] == [
+        "mean",
+        "50th percentile",
+        "95th percentile",
+        "99th percentile",
+        "99.7th percentile",
+        "standard deviation",
+    ]
     assert all(row.figures[1].value < 1 for row in whole.rows)
     assert all(row.note == "" for row in whole.rows)
 
@@ -41,7 +48,7 @@ def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
 def test_why_nothing_is_compared_is_said(study):
     """Too few robots for Monte Carlo's interval, no figure without sampling."""
     _, each = comparisons(study.analytic, study.pooled, study.sampled)
-    row = next(row for row in each.rows if row.label == "99 % below")
+    row = next(row for row in each.rows if row.label == "99th percentile")
     assert "no pose to compare" in row.note
     assert "too few robots" in row.note
     assert "over all poses alone" in each.note
@@ -81,10 +88,10 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
     """The sentence says between which ends, as its table does, and the tiles show the same figures."""
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
     sheet = alone.sheet
-    row = find_row(sheet.sections, "analytic", "95 % below").figures[0]
+    row = find_row(sheet.sections, "analytic", "95th percentile").figures[0]
     assert f"within {row} ({row.between})." in sheet.verdict
     assert "(poses, bound)" not in sheet.verdict
-    inside = find_row(sheet.sections, "zone_1_analytic", "95 % below").figures[0]
+    inside = find_row(sheet.sections, "zone_1_analytic", "95th percentile").figures[0]
     assert f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})." in sheet.verdict
     tiles = {card.title: (card.number, card.quiet) for card in sheet.cards}
     assert tiles["95 % of positions within"] == (str(row), f"interval {row.between}")

@@ -242,7 +242,7 @@ def deviation_rows() -> Rows:
     ordered = np.sort(printed), np.sort(corrected)
     for level in (0.5, 0.95, 0.99):
         both = (bracket(*paper.quantile_with_interval(values, level)) for values in ordered)
-        label = f"{100 * level:.0f} % below"
+        label = f"{100 * level:.0f}th percentile"
         rows.append((f"deviation, {label}", "no value", *both, figure(label)))
     least, most = smallest_and_largest(ours)
     at = [f" of {count(n)}" for n in (len(printed), len(corrected), STUDIES[-1][0] * STUDIES[-1][1])]

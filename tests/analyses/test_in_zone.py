@@ -165,7 +165,7 @@ def test_a_zone_stops_by_its_own_figures(arm, monkeypatch):
     last = found.stopping.stages[-1]
     assert found.stopping.reached
     assert len(found.poses) == last.poses > 16
-    assert last.figures["95 % below"].relative <= 0.02
+    assert last.figures["95th percentile"].relative <= 0.02
     assert found.budget.poses == last.poses
     monkeypatch.setattr(pose_selection, "MOST_TRIED", 4096)
     few = poses_in_zone(arm, 512, CORNER)
@@ -202,7 +202,7 @@ def test_a_study_says_what_was_found_in_its_zones(study):
         if label != "poses":
             assert row.figures[1].value == whole[label].value
     inside = pooled_quantile(by_ends.sampled.group_hist, by_ends.sampled.replicate_hist, 0.95)
-    figure = rows["95 % below"].figures[0]
+    figure = rows["95th percentile"].figures[0]
     assert (figure.value, figure.low, figure.high) == pytest.approx([1e3 * end for end in (inside.value, inside.low, inside.high)])
     assert f"In the zone z 0 … 2000 mm expect 95 % within {figure}" in study.sheet.verdict
     assert study.result()["zones"][1]["looked_at"] == 64

@@ -59,9 +59,9 @@ def test_four_standard_normal_inputs_have_the_published_interval(visits: int):
     """Four N(0, 1) add up to u = 2.0 and a 95 % interval of ±3.92 (JCGM 101:2008, 9.2.2); cut at three sigma they come to 1.3 % less."""
     whole, cut = (both(slides("xxxx", noise_law=law), robots=4000 if visits > 1 else 200_000, visits=visits) for law in (WITHOUT_LIMITS, "normal"))
     for section in ("error", "analytic"):
-        assert within(row(whole, section, "95 % below"), 3.92)
-        assert row(cut, section, "95 % below").value == pytest.approx(0.987 * 3.92, rel=6e-3)  # 4 000 robots leave 0.4 %
-        assert row(cut, section, "95 % below").value == pytest.approx(3.92 * 3 / Normal().bound, rel=0.006)
+        assert within(row(whole, section, "95th percentile"), 3.92)
+        assert row(cut, section, "95th percentile").value == pytest.approx(0.987 * 3.92, rel=6e-3)  # 4 000 robots leave 0.4 %
+        assert row(cut, section, "95th percentile").value == pytest.approx(3.92 * 3 / Normal().bound, rel=0.006)
     assert whole.sampled.per_pose[0, 2] ** 0.5 == pytest.approx(2.0e-3, rel=0.005)
     assert whole.analytic.mean_square[0] ** 0.5 == pytest.approx(2.0e-3, rel=1e-9)
 
@@ -72,7 +72,7 @@ def test_the_length_of_an_isotropic_normal_vector_is_maxwells():
     for section in ("error", "analytic"):
         assert within(row(study, section, "mean"), maxwell.mean())
         for level in (0.5, 0.95, 0.99):
-            assert within(row(study, section, f"{100 * level:.4g} % below"), maxwell.ppf(level))
+            assert within(row(study, section, f"{100 * level:.4g}th percentile"), maxwell.ppf(level))
         assert within(row(study, section, "standard deviation"), maxwell.std())
     assert maxwell.std() == pytest.approx(math.sqrt(3 - 8 / math.pi))
 
@@ -124,7 +124,7 @@ def test_errors_by_a_table_are_those_of_its_own_draws(axes: str):
     values, probabilities = np.array(LOPSIDED).T
     draws = 3 * np.interp(sobol(5, "truth", len(axes)).random_base2(20).T, probabilities, values)
     length = np.abs(draws.sum(axis=0)) if axes == "xxxx" else np.sqrt((draws**2).sum(axis=0))
-    truth = {"mean": length.mean(), **{f"{100 * level:.4g} % below": np.quantile(length, level) for level in (0.5, 0.95)}}
+    truth = {"mean": length.mean(), **{f"{100 * level:.4g}th percentile": np.quantile(length, level) for level in (0.5, 0.95)}}
     for label, value in truth.items():
         for section in ("error", "analytic"):
             assert within(row(study, section, label), value), (section, label)

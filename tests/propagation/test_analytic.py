@@ -255,7 +255,9 @@ def test_pooled_figures_are_monte_carlos(arm):
     poses = sample_poses(arm, 256)
     study = lostmotion.study(arm, poses, robots=2000, visits=5, method="both")
     rows = {row["label"]: row["figures"][0] for section in study.result()["sections"] if section["key"] == "error" for row in section["rows"]}
-    for label, own in zip(("mean", "50 % below", "95 % below", "99 % below"), (study.pooled.mean, *study.pooled.quantiles), strict=False):
+    for label, own in zip(
+        ("mean", "50th percentile", "95th percentile", "99th percentile"), (study.pooled.mean, *study.pooled.quantiles), strict=False
+    ):
         value = rows[label]["value"] * (1e-6 if rows[label]["unit"] == "µm" else 1e-3)
         assert own.value == pytest.approx(value, rel=0.01), label
         assert own.low < value < own.high, label

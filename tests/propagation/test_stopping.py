@@ -121,7 +121,7 @@ def test_a_study_that_says_when_to_stop_is_the_study_of_its_last_stage():
     assert f"Reached ±8 % after {last.robots} robots and {last.poses} poses." in found.sheet.verdict
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
     assert [row.label for row in rows] == list(last.figures)
-    assert rows[1].figures[-1].value == pytest.approx(100 * last.figures["95 % below"].relative)
+    assert rows[1].figures[-1].value == pytest.approx(100 * last.figures["95th percentile"].relative)
 
 
 def test_a_study_says_that_it_did_not_reach():
@@ -140,5 +140,5 @@ def test_what_so_few_robots_cannot_tell_is_said_in_words():
     found = lostmotion.study(arm_of(2), np.zeros((1, 2)), 24, 3, until="50 %", most_robots=24, threads=1)
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
     said = {row.label: str(row.figures[0]) for row in rows}
-    assert said["AP, 95 % of robots below"] == "not known"
+    assert said["AP, 95th percentile of robots"] == "not known"
     assert not any("nan" in text for text in said.values())

@@ -267,7 +267,7 @@ def test_the_front_door_keeps_its_promise(arm, capsys):
     study.summary()
     printed = capsys.readouterr().out
     assert "Position error over the workspace" in printed
-    assert "95 % below" in repr(study)
+    assert "95th percentile" in repr(study)
     assert study.arrays()["error_mean"].attrs["units"] == "m"
     keys = [section["key"] for section in study.result()["sections"]]
     by_level = ["budget_levels", "causes_levels"]

@@ -82,10 +82,10 @@ def test_stages_fall_and_intervals_hold_the_drop(found):
     """Nothing is off as built; compensation takes off most; what every robot still does is least; ends lie around their values."""
     by_name = {stage.name: stage for stage in found.stages}
     assert [stage.name for stage in found.stages] == list(STAGES)
-    assert by_name["as built"].off.value == 0
-    assert by_name["both"].q95.value < by_name["load compensated"].q95.value < by_name["as built"].q95.value
+    assert by_name["as manufactured"].off.value == 0
+    assert by_name["both"].q95.value < by_name["load compensated"].q95.value < by_name["as manufactured"].q95.value
     for stage in found.stages:
-        assert stage.off.value == pytest.approx(by_name["as built"].q95.value - stage.q95.value, rel=1e-3, abs=1e-9)
+        assert stage.off.value == pytest.approx(by_name["as manufactured"].q95.value - stage.q95.value, rel=1e-3, abs=1e-9)
         for told in (stage.mean, stage.q95, stage.off):
             assert told.low <= told.value <= told.high
 

@@ -187,7 +187,9 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
         table = study.sampled
         assert outcome.mean.value == pytest.approx(table.robot_means[:, :, 0].mean(), rel=1e-12)
         rows = {row.label: row for section in study.sheet.sections if section.key in {"error", "iso9283"} for row in section.rows}
-        of_study = {name: rows[name].figures[0] for name in ("mean", "95 % below", "AP, 95 % of robots below", "RP, 95 % of robots below")}
+        of_study = {
+            name: rows[name].figures[0] for name in ("mean", "95th percentile", "AP, 95th percentile of robots", "RP, 95th percentile of robots")
+        }
         found = (outcome.mean, outcome.quantiles[0.95], outcome.ap[1], outcome.rp[1])
         for figure, estimate in zip(of_study.values(), found, strict=True):
             factor = {"µm": 1e6, "mm": 1e3}[figure.unit]

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 DH_KEYS: Final = ("dh", "mdh")
 # What a row already says: where a joint sits, where its axis points, where its link leads.
-_SAID_BY_JOINT: Final = ("origin", "axis")
-_SAID_BY_LINK: Final = ("length", "direction", "tip")
+_STATED_BY_JOINT: Final = ("origin", "axis")
+_STATED_BY_LINK: Final = ("length", "direction", "tip")
 DH_EXAMPLES: Final = {key: f'{key} = {{ a = "0 mm", alpha = "90 deg", d = "162.5 mm", theta = "0 deg" }}' for key in DH_KEYS}
 
 
@@ -137,7 +137,7 @@ def _row(draft: Draft, index: int, stated: dict[str, Any]) -> Row:
 
 def _refuse_said_twice(draft: Draft, index: int, joint: dict[str, Any], convention: str) -> None:
     link = joint.get("link", {})
-    for holder, names, steps in ((joint, _SAID_BY_JOINT, ()), (link, _SAID_BY_LINK, ("link",))):
+    for holder, names, steps in ((joint, _STATED_BY_JOINT, ()), (link, _STATED_BY_LINK, ("link",))):
         for name in names:
             if isinstance(holder, dict) and name in holder:
                 expected = f"{convention} or {name}, not both; beside a row a link takes length_tolerance"

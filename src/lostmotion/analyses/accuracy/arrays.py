@@ -67,7 +67,7 @@ def dataset(answer: Answer) -> xarray.Dataset:
             ("RP", "pose repeatability RP", sampled.repeatability, 2),
         ):
             data[f"{name}_mean"] = ("pose", values[:, 0], {"units": "m", "long_name": f"{text}, mean over robots"})
-            data[f"{name}_95"] = ("pose", values[:, 1], {"units": "m", "long_name": f"{text}, 95 % of robots below"})
+            data[f"{name}_95"] = ("pose", values[:, 1], {"units": "m", "long_name": f"{text}, 95th percentile of robots"})
             data[f"{name}_95_low"] = ("pose", values[:, 2], {"units": "m", "long_name": f"low end of the 95 % interval of {name}_95"})
             data[f"{name}_95_high"] = ("pose", values[:, 3], {"units": "m", "long_name": f"high end of the 95 % interval of {name}_95"})
             data[f"robot_{name}"] = (

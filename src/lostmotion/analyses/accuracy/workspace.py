@@ -1,4 +1,4 @@
-"""Where can the tool get to? Reach, extent and volume of the workspace, from many poses."""
+"""Reach, extent and volume of the workspace, from many poses."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class Workspace:
 
 
 def workspace(arm: Arm, law: PoseLaw = "sobol", samples: int | None = None, seed: int = 1) -> Workspace:
-    """Which space can the tool point of this arm reach within its joint limits?
+    """Return the workspace of the tool point within the joint limits.
 
-    No obstacle, floor or self-collision is considered. `samples` left out: half a million, fewer with more than eight joints.
+    No obstacle, floor or self-collision is considered. `samples` by default half a million, fewer with more than eight joints.
     """
     count = samples or min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.moving)).bit_length() - 1)
     points = tool_points(arm, sample_poses(arm, count, law, seed).q)

@@ -134,8 +134,8 @@ def _built(found: Examined) -> Section:
     mean = float(working.mean())
     rows = (
         Row("mean working clearance", (Figure(mean * 1e6, "µm", (mean - half) * 1e6, (mean + half) * 1e6, counted),)),
-        Row("2.5 % below", (_micro(float(np.quantile(working, 0.025)), counted),)),
-        Row("97.5 % below", (_micro(float(np.quantile(working, 0.975)), counted),)),
+        Row("2.5th percentile", (_micro(float(np.quantile(working, 0.025)), counted),)),
+        Row("97.5th percentile", (_micro(float(np.quantile(working, 0.975)), counted),)),
         Row("work under preload", (Figure(100 * float((working < 0).mean()), "%", 100 * low, 100 * high, counted),)),
     )
     return Section("built", "Simulated bearings", ("value",), rows, "each dimension drawn from its own distribution")

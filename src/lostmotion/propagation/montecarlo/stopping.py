@@ -276,7 +276,7 @@ def watched(found: Sampled) -> dict[str, Watched]:
     """Which figures of a study are watched? The mean and the 95 % of all errors, AP and RP on the average and below which 95 % of robots stay."""
     out = {"mean": _watched(pooled_mean(found.robot_means[:, :, 0]), two_way(found.robot_means[:, :, 0]))}
     q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
-    out["95 % below"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))
+    out["95th percentile"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))
     if np.isfinite(found.robot_means[:, :, 1:]).all():
         for column, name in ((1, "AP"), (2, "RP")):
             means = found.robot_means[:, :, column]
@@ -285,7 +285,7 @@ def watched(found: Sampled) -> dict[str, Watched]:
             half = told.half
             variance = (half / 1.96) ** 2
             of_poses = quantile_spread(means)
-            out[f"{name}, 95 % of robots below"] = _watched(told, Spread(max(variance - of_poses, 0.0), of_poses, half))
+            out[f"{name}, 95th percentile of robots"] = _watched(told, Spread(max(variance - of_poses, 0.0), of_poses, half))
     return out
 
 

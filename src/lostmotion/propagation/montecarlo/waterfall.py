@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-STAGES: Final = ("as built", "calibrated", "load compensated", "both", "both, and each robot mapped")
+STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "both, and each robot mapped")
 LEVEL: Final = 0.95
 _POSES: Final = 512
 _ROBOTS: Final = 512
@@ -68,7 +68,7 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Waterfall:
-    """How far off is the tool as built, calibrated, load compensated, both, and with each robot mapped as well?
+    """Return the position error as manufactured, calibrated, load compensated, both, and with each robot mapped as well.
 
     By Monte Carlo on at most 512 of the poses, 512 robots and 4 visits, the same ones at every stage; intervals count robots and sets of poses.
     Arguments as `montecarlo.run`.

@@ -1,4 +1,4 @@
-"""The plot of bending by cause: whose weight bends each link."""
+"""The plot of the bending of links by cause."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def bending(answer: Answer) -> go.Figure:
-    """Whose weight bends each link where it bends the most? Stacked parts of its largest deflection (µm); what bends it back is drawn to the left."""
+    """Draw the largest deflection of each link (µm), stacked by cause; a cause that reduces the bending extends to the left."""
     import plotly.graph_objects as go
 
     links = answer.bending

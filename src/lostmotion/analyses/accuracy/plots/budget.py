@@ -1,4 +1,4 @@
-"""The plots of the budget: which part is to blame, and what is left of the r.m.s. error without what one level of chance makes."""
+"""The plots of the budget: which part is to blame, and the r.m.s. error without one level."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.error_model.budget import Budget, Cost
 
-LEVELS_SAID: Final = "Stacked bars of the r.m.s. error as built, with load and pose compensated, and each robot mapped as well."
-CAUSES_SAID: Final = "Stacked bars of each kind of error's share of the mean square, by level of chance."
+LEVELS_TEXT: Final = "Stacked bars of the r.m.s. error as manufactured, with load and pose compensated, and each robot mapped as well."
+CAUSES_TEXT: Final = "Stacked bars of each kind of error's share of the mean square, by level."
 _PARTS_SHOWN: Final = 15
 _LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
 def levels(found: Budget) -> go.Figure:
-    """What can be done about the error? Its r.m.s. as built, with load and pose compensated, and each robot mapped too, split by level."""
+    """Draw the r.m.s. error as manufactured, compensated, and with each robot mapped, split by level."""
     import plotly.graph_objects as go
 
     squares = found.rms**2 * np.maximum(found.levels, 0.0)
-    stages = ("as built", "load and pose<br>compensated", "and each robot<br>mapped")
+    stages = ("as manufactured", "load and pose<br>compensated", "and each robot<br>mapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     unit = length(math.sqrt(left[0])).unit
     size = np.sqrt(left) * PER_UNIT[unit]
-    figure = framed("What is left of the r.m.s. error", height=330)
+    figure = framed("Remaining r.m.s. error", height=330)
     for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
         share = np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)])
         bar = go.Bar(
@@ -58,7 +58,7 @@ def levels(found: Budget) -> go.Figure:
 
 
 def budget(answer: Answer) -> go.Figure:
-    """Which part is to blame? Shares of the mean-square error in %, the largest on top, adding to 100; a negative one cancels others."""
+    """Draw the error budget by part: shares of the mean-square error in %, largest on top; a negative one cancels others."""
     import plotly.graph_objects as go
 
     found = costs(answer.sampled.tally)
@@ -104,7 +104,7 @@ def budget(answer: Answer) -> go.Figure:
 
 
 def by_level(found: Sequence[Cost], title: str) -> go.Figure:
-    """Which is to blame, and where does its error come from? Shares of the mean square in %, stacked by level; below zero what cancels others."""
+    """Draw shares of the mean square in %, stacked by level; negative shares cancel others."""
     import plotly.graph_objects as go
 
     shown = [cost for cost in found if abs(cost.share) >= _LEAST_SHOWN][:_PARTS_SHOWN]
@@ -137,21 +137,21 @@ def by_level(found: Sequence[Cost], title: str) -> go.Figure:
 
 
 def of_budget(found: Budget, places: Sequence[Budget]) -> list[Plot]:
-    """Which plots show who is to blame, over all poses and at places, where nothing was sampled? None where nothing errs."""
+    """Return the plots of the error budgets without sampling. None where nothing errs."""
     if not found.parts:
         return []
     parts = by_level(found.parts, "Share of mean square by part")
     causes = by_level(found.causes, "Share of mean square by kind of error")
     return [
-        Plot("levels", "levels", levels(found), LEVELS_SAID),
-        Plot("budget", "budget_levels", parts, "Stacked bars of each part's share of the mean square, by level of chance."),
-        Plot("causes", "causes_levels", causes, CAUSES_SAID),
+        Plot("levels", "levels", levels(found), LEVELS_TEXT),
+        Plot("budget", "budget_levels", parts, "Stacked bars of each part's share of the mean square, by level."),
+        Plot("causes", "causes_levels", causes, CAUSES_TEXT),
         *at_places(places),
     ]
 
 
 def at_places(places: Sequence[Budget]) -> list[Plot]:
-    """Which plots show who is to blame at each pose and in each zone that was asked about?"""
+    """Return the plots of the error budgets at poses and in zones."""
     return [
         Plot(f"budget-at-{k}", f"budget_at_{k}", by_level(found.parts, "Share of mean square by part"), f"Stacked bars by part: {found.where}.")
         for k, found in enumerate(places, start=1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.accuracy.plots.bending import bending
-from lostmotion.analyses.accuracy.plots.budget import CAUSES_SAID, LEVELS_SAID, at_places, budget, by_level, levels
+from lostmotion.analyses.accuracy.plots.budget import CAUSES_TEXT, LEVELS_TEXT, at_places, budget, by_level, levels
 from lostmotion.analyses.accuracy.plots.waterfall import waterfall
 from lostmotion.analyses.accuracy.plots.zone import errors_in_zone
 from lostmotion.analyses.accuracy.tables.zone import seen_in
@@ -39,28 +39,28 @@ _MOST_IN_SPACE: Final = 1500
 
 
 def plots(answer: Answer) -> list[Plot]:
-    """Which plots does this study have? In reading order; AP and RP only where poses were visited twice, a budget only where parts err."""
+    """Return the plots of this study. In reading order; AP and RP only where poses were visited twice, a budget only where parts err."""
     drawn: list[tuple[str, str, Callable[[Answer], go.Figure], str]] = [
         ("error-map", "workspace", error_map, "Tool points in space, coloured by mean position error."),
         ("workspace-xoz", "workspace", workspace_xoz, "Workspace projected on the XOZ plane, visited poses coloured by mean position error."),
         ("workspace-xoy", "workspace", workspace_xoy, "Workspace projected on the XOY plane, visited poses coloured by mean position error."),
-        ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with the 50, 95 and 99 % lines."),
-        ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the line that 95 % of robots stay below."),
-        ("levels", "levels", lambda answer: levels(answer.budget), LEVELS_SAID),
+        ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with its 50th, 95th and 99th percentile."),
+        ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the 95th percentile."),
+        ("levels", "levels", lambda answer: levels(answer.budget), LEVELS_TEXT),
         (
             "waterfall",
             "waterfall",
             lambda answer: waterfall(answer.waterfall),
-            "Waterfall of the 95 % error: as built, less what calibration, load compensation and mapping take off.",
+            "Waterfall of the 95th percentile: as manufactured, less the effects of calibration, load compensation and mapping.",
         ),
         ("budget", "budget", budget, "Bars of each part's share of the mean-square error, the largest on top."),
         (
             "causes",
             "causes",
             lambda answer: by_level(answer.budget.causes, "Share of mean square by kind of error"),
-            CAUSES_SAID,
+            CAUSES_TEXT,
         ),
-        ("bending", "bending", bending, "Stacked bars of each link's largest deflection by whose weight it is."),
+        ("bending", "bending", bending, "Stacked bars of each link's largest deflection by cause."),
         ("torques", "torques", torques, "Bars of the largest holding torque of each joint, as the base stands and over all tilts of the base."),
     ]
     missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
@@ -77,17 +77,17 @@ def plots(answer: Answer) -> list[Plot]:
 
 
 def workspace_xoz(answer: Answer) -> go.Figure:
-    """Where does the tool reach, seen from the side, and where is it least accurate? Projection on XOZ, mm."""
+    """Draw the workspace from the side, coloured by error. Projection on XOZ, mm."""
     return _projection(answer, 0, 2)
 
 
 def workspace_xoy(answer: Answer) -> go.Figure:
-    """Where does the tool reach, seen from above, and where is it least accurate? Projection on XOY, mm."""
+    """Draw the workspace from above, coloured by error. Projection on XOY, mm."""
     return _projection(answer, 0, 1)
 
 
 def error_map(answer: Answer) -> go.Figure:
-    """Where in space is the tool least accurate? Visited tool points (mm) coloured by their mean position error."""
+    """Draw the visited tool points (mm) in space, coloured by their mean position error."""
     import plotly.graph_objects as go
 
     chosen = _thinned(len(answer.poses), _MOST_IN_SPACE)
@@ -126,7 +126,7 @@ def error_map(answer: Answer) -> go.Figure:
 
 
 def error_histogram(answer: Answer) -> go.Figure:
-    """How far off is the tool, how often? Every sample counted, with the errors that 50, 95 and 99 % stay below and their 95 % intervals shaded."""
+    """Draw the histogram of the position error with its 50th, 95th and 99th percentiles and their 95 % intervals."""
     sampled = answer.sampled
     edges, counts = linear_bins(sampled.replicate_hist.sum(axis=0))
     unit = length(float(edges[-1])).unit
@@ -135,7 +135,7 @@ def error_histogram(answer: Answer) -> go.Figure:
     bars = histogram(edges * factor, counts, BLUE, hover)
     figure = framed("Position error over the workspace", bars, height=400)
     for k, level in enumerate(kernel.QUANTILES):
-        mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{100 * level:.0f} % below", unit, row=k)
+        mark(figure, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{100 * level:.0f}th percentile", unit, row=k)
     figure.update_xaxes(title_text=f"position error [{unit}]", showgrid=False)
     figure.update_yaxes(title_text=f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [1]")
     figure.update_layout(margin_t=96, bargap=0)
@@ -143,7 +143,7 @@ def error_histogram(answer: Answer) -> go.Figure:
 
 
 def accuracy_over_robots(answer: Answer) -> go.Figure:
-    """How much do the robots built from these parts differ in AP and RP? Each robot's average over the poses, and what 95 % of robots stay below.
+    """Draw histograms of AP and RP over the robots: each robot's mean over the poses, with the 95th percentile.
 
     Raises ValueError for a study of a single visit, which has no RP.
     """
@@ -152,7 +152,7 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
-    figure = styled(make_subplots(rows=1, cols=2, horizontal_spacing=0.14), "AP and RP of the robots built", height=360)
+    figure = styled(make_subplots(rows=1, cols=2, horizontal_spacing=0.14), "AP and RP of simulated robots", height=360)
     for column, name in ((1, "AP"), (2, "RP")):
         values = sampled.robot_means[:, :, column].mean(axis=0)
         unit = length(float(values.max())).unit
@@ -163,13 +163,13 @@ def accuracy_over_robots(answer: Answer) -> go.Figure:
         figure.add_trace(bars, row=1, col=column)
         figure.update_xaxes(title_text=f"{name} [{unit}]", showgrid=False, nticks=6, row=1, col=column)
         figure.update_yaxes(title_text="robots [1]" if column == 1 else None, row=1, col=column)
-        mark(figure, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95 % below", unit, axes=str(column) if column > 1 else "")
+        mark(figure, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95th percentile", unit, axes=str(column) if column > 1 else "")
     figure.update_layout(margin_t=76, bargap=0)
     return figure
 
 
 def torques(answer: Answer) -> go.Figure:
-    """What must each drive hold still? The largest torque (N m, or force in N) of each joint as the base stands, and over every tilt of the base."""
+    """Draw the largest holding torque (N m, or force in N) of each joint as the base stands, and over every tilt of the base."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
@@ -238,7 +238,7 @@ def _projection(answer: Answer, across: int, up: int) -> go.Figure:
 
 
 def _coloured(answer: Answer, chosen: np.ndarray) -> tuple[Floats, dict[str, Any]]:
-    """Give the chosen poses' mean errors in the unit of all, and a marker that colours by them; all maps share one scale."""
+    """Return the chosen poses' mean errors in the unit of all, and a marker that colours by them; all maps share one scale."""
     means = answer.sampled.per_pose[:, kernel.MEAN]
     unit = _error_unit(answer)
     error = np.round(means[chosen] * PER_UNIT[unit], 4).astype(np.float32)

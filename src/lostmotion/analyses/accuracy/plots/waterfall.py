@@ -1,4 +1,4 @@
-"""The plot of what calibration and compensation take off the error, step by step."""
+"""The plot of the effects of calibration and compensation, step by step."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 # The stages of `studies.montecarlo.waterfall.STAGES` that follow each other, and what is done from one to the next.
 _STEPS = (
-    ("as built", "as built"),
+    ("as manufactured", "as<br>manufactured"),
     ("calibrated", "geometry<br>calibrated"),
     ("both", "load<br>compensated"),
-    ("both, and each robot mapped", "waves, stiffness<br>mapped"),
+    ("both, and each robot mapped", "harmonics, stiffness<br>mapped"),
 )
 
 
 def waterfall(found: Waterfall) -> go.Figure:
-    """What does each remedy take off the error that 95 % stay below, one after the other, and what is left? With the 95 % interval of what stands."""
+    """Draw the reduction of the 95th percentile by each remedy in turn, with 95 % intervals."""
     import plotly.graph_objects as go
 
     stages = {stage.name: stage for stage in found.stages}
@@ -67,13 +67,13 @@ def waterfall(found: Waterfall) -> go.Figure:
             "thickness": 1.3,
             "width": 7,
         },
-        hovertemplate=f"left by then: %{{y:.4~g}} {unit}<extra></extra>",
+        hovertemplate=f"remaining:  %{{y:.4~g}} {unit}<extra></extra>",
         showlegend=False,
     )
-    figure = framed("95 % error, one remedy after the other", bars, bounds, height=400)
+    figure = framed("95th percentile, one remedy after the other", bars, bounds, height=400)
     for k, text in enumerate(shown):
         top = max(left[k], left[max(k - 1, 0)] if k < len(left) - 1 else 0.0, ends[k].high * factor)
         figure.add_annotation(x=names[k], y=top, text=text, showarrow=False, yanchor="bottom", yshift=3, font={"size": 12})
-    figure.update_yaxes(title_text=f"position error that 95 % stay below [{unit}]", range=[0, 1.18 * max(*left, 1e-12)])
+    figure.update_yaxes(title_text=f"95th percentile of the position error [{unit}]", range=[0, 1.18 * max(*left, 1e-12)])
     figure.update_xaxes(tickvals=names, ticktext=names, showgrid=False, tickangle=0)
     return figure

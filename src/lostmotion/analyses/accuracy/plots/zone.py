@@ -22,7 +22,7 @@ _GREY: Final = "#9a9a9a"
 
 
 def errors_in_zone(answer: Answer, zone: FoundInZone) -> go.Figure:
-    """How far off is the tool, how often, in a zone and over the workspace? Shares of the samples, and the 95 % of the zone with its interval."""
+    """Draw the distribution of the error in a zone over that of the workspace, with the zone's 95th percentile."""
     import plotly.graph_objects as go
 
     inside = seen_in(answer, zone).sampled
@@ -42,7 +42,7 @@ def errors_in_zone(answer: Answer, zone: FoundInZone) -> go.Figure:
         steps(here, "in the zone", BLUE),
     )
     figure = framed("Position error in the zone", *traces, height=400)
-    mark(figure, pooled_quantile(inside.group_hist, inside.replicate_hist, 0.95), "95 % below, in the zone", unit)
+    mark(figure, pooled_quantile(inside.group_hist, inside.replicate_hist, 0.95), "95th percentile, in the zone", unit)
     figure.update_xaxes(title_text=f"position error [{unit}]", showgrid=False)
     figure.update_yaxes(title_text=f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [%]", rangemode="tozero")
     figure.update_layout(margin_t=96, showlegend=True, legend={**LEGEND, "y": 1.09})

@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.analyses.accuracy.tables.budget import asked_sections, by_level_sections, halved_sections, levels_section
 from lostmotion.analyses.accuracy.tables.error import joint_values, limit_rows
-from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, said
+from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -75,8 +75,8 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     section = analytic_section(arm, poses, found, whole)
     known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
-    inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95 % below")) for k, zone in enumerate(zones, 1)]
-    told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95 % below")), *inside) if row is not None}
+    inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile")) for k, zone in enumerate(zones, 1)]
+    told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside) if row is not None}
     halved = halved_sections("halving", "What halving takes off the 95 % error", blame)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
@@ -131,10 +131,10 @@ def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known
 def _cards(section: Section, told: dict[str, Figure], largest: Cost | None) -> list[Card]:
     """Show the figures that are asked for first, each with its interval."""
     wanted = (
-        ("95 % of positions within", "95 % below"),
+        ("95 % of positions within", "95th percentile"),
         ("mean position error", "mean"),
         ("root mean square", "root mean square"),
-        ("worst pose, 95 % within", "worst pose, 95 % below"),
+        ("worst pose, 95 % within", "worst pose, 95th percentile"),
     )
     rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
     found = [(title, row.figures[0]) for title, row in rows if row is not None]
@@ -153,7 +153,7 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
             continue
         here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, OWN)
         title = f"{whole.title}, in the zone {zone.name}"
-        out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{said(zone)}; {here.note}"))
+        out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{sampling_note(zone)}; {here.note}"))
         if zone.sampled is not None:
             out += [
                 replace(apart, key=f"zone_{k}_{apart.key}", title=f"{apart.title}, in the zone {zone.name}")
@@ -168,13 +168,13 @@ def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, whe
     rows = [
         _row("mean", whole.mean, counted),
         _row("standard deviation", whole.deviation, counted, "of the position error about its mean"),
-        *(_row(f"{100 * level:.4g} % below", one, counted) for level, one in zip(whole.levels, whole.quantiles, strict=True)),
+        *(_row(f"{100 * level:.4g}th percentile", one, counted) for level, one in zip(whole.levels, whole.quantiles, strict=True)),
         *_worst_pose(arm, poses, found),
     ]
     normal, valid = (Figure(100 * float(each.mean()), "%", samples=counted) for each in (found.nearly_normal, found.valid))
     square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
-        Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the poses visited"),
+        Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the visited poses"),
         *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
         Row("poses with a nearly normal error", (normal,), "integrated; the others are from Sobol points"),
         Row("poses with every figure to 5 %", (valid,), "at the others a level falls into a gap"),
@@ -194,7 +194,7 @@ def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
     figures = (
         ("mean", found.mean, found.mean_uncertainty, where),
         ("standard deviation", found.deviation, found.deviation_uncertainty, ""),
-        *((f"{100 * level:.4g} % below", found.quantiles[:, k], found.quantiles_uncertainty[:, k], "") for k, level in enumerate(found.levels)),
+        *((f"{100 * level:.4g}th percentile", found.quantiles[:, k], found.quantiles_uncertainty[:, k], "") for k, level in enumerate(found.levels)),
     )
     return [_row(f"worst pose, {name}", _at_pose(float(values[at]), float(off[at])), here, note) for name, values, off, note in figures]
 
@@ -227,7 +227,7 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
     ]
     square = float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean())
     by_samples.append(standard_deviation(sampled.group_hist, sampled.replicate_hist, by_samples[0].value, square))
-    names = ["mean", *(f"{100 * level:.4g} % below" for level in whole.levels), "standard deviation"]
+    names = ["mean", *(f"{100 * level:.4g}th percentile" for level in whole.levels), "standard deviation"]
     poses = len(sampled.per_pose)
     drawn = f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
     rows = []
@@ -256,7 +256,7 @@ def _at_each(found: Analytic, sampled: Sampled) -> Section:
     for k, level in enumerate(kernel.QUANTILES):
         if level in found.levels:
             value, low, high = (table[:, kernel.FIRST_QUANTILE + 3 * k + c] for c in range(3))
-            rows.append(_apart(f"{100 * level:.4g} % below", quantiles[:, found.levels.index(level)], value, (high - low) / 2))
+            rows.append(_apart(f"{100 * level:.4g}th percentile", quantiles[:, found.levels.index(level)], value, (high - low) / 2))
     kept = ", ".join(f"{100 * level:.4g}" for level in kernel.QUANTILES)
     note = (
         "differences at each pose in half-widths of Monte Carlo's 95 % interval there: most should lie below 1; all poses share their robots. "

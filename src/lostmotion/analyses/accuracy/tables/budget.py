@@ -1,4 +1,4 @@
-"""The figures of the budget: which part is to blame, and at which level of chance."""
+"""The error budget: by part, by kind of error and by level."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
 
 _LEVELS: Final = ("load and pose", "each robot", "each visit")
-_OFF: Final = "halving it takes off the 95 %"
+_OFF: Final = "effect of halving on the 95th percentile"
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
 def levels_section(found: Budget) -> Section:
-    """How much of the mean-square error comes from which level of chance, and what can be done about it?"""
+    """Return the mean-square error by level, and what remedies leave."""
     counted = f"exact sum over terms, {several(found.poses, 'pose')}"
     names = (
         ("from load and pose", REMEDIES[0]),
-        ("from how each robot was built", REMEDIES[1]),
+        ("from the manufacture of each robot", REMEDIES[1]),
         ("from visit to visit", REMEDIES[2]),
     )
     rows = [Row(label, _rms(found, (level,), counted), note) for level, (label, note) in enumerate(names)]
     rows.append(Row("all together", _rms(found, (0, 1, 2), counted)))
-    rows.append(Row("left when load and pose are compensated", _rms(found, (1, 2), counted)))
+    rows.append(Row("left after compensation of load and pose", _rms(found, (1, 2), counted)))
     note = INTERVAL_OF_POSES if len(found.of_sets) > 1 else ""
-    return Section("levels", "What can be done about it", ("r.m.s. error", "share of mean square"), tuple(rows), note)
+    return Section("levels", "What can be compensated", ("r.m.s. error", "share of mean square"), tuple(rows), note)
 
 
 def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> tuple[Figure, Figure]:
@@ -42,7 +42,7 @@ def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> tuple[Figure, 
 
 
 def budget_section(answer: Answer) -> Section:
-    """Which part is to blame, and what would halving it buy?"""
+    """Return the error budget by part, with the effect of halving each."""
     halving = answer.halving
     exact = f"exact sum over terms, {several(len(answer.poses), 'pose')}"
     counted = f"{halving.samples} paired samples"
@@ -60,16 +60,16 @@ def budget_section(answer: Answer) -> Section:
                 "cancels part of the others" if cost.share < _CANCELS else "",
             ),
         )
-    read_on = f"{digits(halving.before * 1e3)} mm on the {several(halving.samples, 'sample')} used for it"
+    read_on = f"{digits(halving.before * 1e3)} mm on {several(halving.samples, 'sample')}"
     note = (
-        "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: by how much the 95 % error falls when "
-        f"this part errs half as much, its interval counting robots and sets of poses; read on {read_on}"
+        "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: reduction of the 95th percentile when "
+        f"this part's errors are halved, its interval counting robots and sets of poses; from {read_on}"
     )
     return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
 
 
 def causes_section(answer: Answer) -> Section:
-    """Which kind of error is to blame, at whichever joint, and what would halving it everywhere buy?"""
+    """Return the error budget by kind of error, at any joint, with the effect of halving it at all joints."""
     halving = answer.halving
     exact, counted = f"exact sum over terms, {several(answer.budget.poses, 'pose')}", f"{halving.samples} paired samples"
     rows = [
@@ -80,30 +80,30 @@ def causes_section(answer: Answer) -> Section:
         )
         for cost in answer.budget.causes
     ]
-    note = "the same mean square, put together by kind of error instead of part; halving: that kind of error at every joint"
-    return Section("causes", "Which kind of error is to blame", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
+    note = "the same mean square, by kind of error instead of part; halving: that kind of error at every joint"
+    return Section("causes", "Error budget by kind of error", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
 
 
 def by_level_sections(found: Budget) -> list[Section]:
-    """What of each part's share, and of each kind of error's, follows from load and pose, from how a robot was built, from each visit?"""
+    """Return the shares of parts and of kinds of error, split by level."""
     return [
-        _crossed("budget_levels", "Parts by where their error comes from", found.parts, found),
-        _crossed("causes_levels", "Kinds of error by where they come from", found.causes, found),
+        _crossed("budget_levels", "Parts by origin of their error", found.parts, found),
+        _crossed("causes_levels", "Kinds of error by origin", found.causes, found),
     ]
 
 
 def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
-    """Which parts and kinds of error are to blame at the poses and in the zones that were asked about, and what would halving them buy there?"""
+    """Return the error budgets at stated poses and in zones, with the effect of halving there."""
     out = []
     for k, found in enumerate(budgets, start=1):
         out.append(_crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found))
-        out.append(_crossed(f"causes_at_{k}", f"Which kind of error is to blame: {found.where}", found.causes, found))
-        out += halved_sections(f"halving_at_{k}", f"What halving takes off the 95 % error: {found.where}", found)
+        out.append(_crossed(f"causes_at_{k}", f"Error budget by kind of error: {found.where}", found.causes, found))
+        out += halved_sections(f"halving_at_{k}", f"Effect of halving on the 95th percentile: {found.where}", found)
     return out
 
 
 def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
-    """What would halving each part, and each kind of error, take off the 95 % error there? Nothing where that was not asked or nothing errs."""
+    """Return the effect of halving each part and each kind of error there; nothing where that was not asked or no error is described."""
     halving = found.halving
     if halving is None or not any(cost.alone > 0 for cost in found.parts):
         return []
@@ -113,7 +113,7 @@ def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
         kept = [(gains[cost.part], cost.part.removeprefix("joints.") + everywhere) for cost in erring if cost.alone > 0]
         for gain, name in sorted(kept, key=lambda each: -each[0].value):
             rows.append(Row(name, (_gain(gain, counted),), "cancels part of the others" if gain.high < 0 else ""))
-    note = f"parts, then kinds of error; the 95 % error here is {digits(halving.before * 1e3)} mm on {counted}"
+    note = f"parts, then kinds of error; the 95th percentile here is {digits(halving.before * 1e3)} mm on {counted}"
     return [Section(key, title, ("taken off",), tuple(rows), note)]
 
 
@@ -127,7 +127,7 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
     rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))
-    return Section(key, title, ("r.m.s. alone", "share", *_LEVELS), tuple(rows), "shares of the mean square; what makes no error here is left out")
+    return Section(key, title, ("r.m.s. alone", "share", *_LEVELS), tuple(rows), "shares of the mean square; parts without an error here are omitted")
 
 
 def _shares(cost: Cost, exact: str) -> tuple[Figure, ...]:

@@ -27,7 +27,7 @@ _MOST_NAMES: Final = 3
 
 
 def error_section(answer: Answer, where: str = "") -> Section:
-    """How far off is the tool over all poses, at the best and the worst of them, and at most? `where` goes behind the poses' number."""
+    """Return the position error over all poses and at the best and the worst of them; `where` follows the number of poses."""
     sampled, poses = answer.sampled, answer.poses
     table = sampled.per_pose
     counted = f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
@@ -38,7 +38,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
     rows = [
         Row("mean", (as_length(mean, counted),)),
         Row("standard deviation", (as_length(spread, counted),), "of the position error about its mean, over all robots, poses and visits"),
-        *(Row(f"{100 * level:.0f} % below", (as_length(found, counted),)) for level, found in quantiles.items()),
+        *(Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),)) for level, found in quantiles.items()),
     ]
     at = int(table[:, kernel.LARGEST].argmax())
     who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
@@ -56,7 +56,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
         value = float(table[k, kernel.MEAN])
         rows.append(Row(label, (as_length(of_length(value, value - half, value + half), each),), described_pose(answer, k)))
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
-        rows.append(Row(label.replace("mean", "95 % below"), (as_length(Estimate(*q95), each),)))
+        rows.append(Row(label.replace("mean", "95th percentile"), (as_length(Estimate(*q95), each),)))
     exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
     turned = root_mean_square(sampled.rotation_ms.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
@@ -64,10 +64,10 @@ def error_section(answer: Answer, where: str = "") -> Section:
         Row(
             "rotation of the tool, r.m.s.",
             (Figure(turned.value / ARCMIN, "arcmin", turned.low / ARCMIN, turned.high / ARCMIN, exact),),
-            "exact at the poses visited" if poses.replicates > 1 else "",
+            "exact at the visited poses" if poses.replicates > 1 else "",
         ),
     ]
-    note = "best and worst pose are those of the poses visited, chosen by the same samples: their intervals hold for a pose named beforehand"
+    note = "best and worst pose are those of the visited poses, chosen by the same samples: their intervals are valid for a pose chosen beforehand"
     return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
 
 
@@ -75,7 +75,7 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
     """Return the rows of the root-sum-square and the worst case, m; where an error has no limits, a row that says there is no worst case."""
     rss, squares = length(root_sum_square, samples=counted), "|bias| + root of the sum of squared limits"
     if math.isfinite(worst):
-        upper = Row("worst case, worst pose", (length(worst, samples=counted),), "upper bound: the sizes of all errors at their limits, added")
+        upper = Row("worst case, worst pose", (length(worst, samples=counted),), "upper bound: sum of the magnitudes of all errors at their limits")
         return Row("root-sum-square, worst pose", (rss,), squares), upper
     endless = [of.name.removeprefix("joints.") for of in arm.terms if math.isinf(of.term.bound)]
     names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
@@ -86,7 +86,7 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
 
 
 def iso_section(answer: Answer, where: str = "") -> Section:
-    """How accurate and how repeatable is the arm by ISO 9283? `where` goes behind the poses' number."""
+    """Return AP and RP by ISO 9283; `where` follows the number of poses."""
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
@@ -96,12 +96,14 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         of_robots = sampled.robot_means[:, :, column]
         rows.append(Row(f"{label}, mean over poses and robots", (as_length(pooled_mean(of_robots), counted),)))
         rows.append(
-            Row(f"{label}, 95 % of robots below", (as_length(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses")
+            Row(
+                f"{label}, 95th percentile of robots", (as_length(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses"
+            )
         )
         at = int(table[:, 1].argmax())
         rows.append(
             Row(
-                f"{label} at its worst pose, 95 % of robots below",
+                f"{label} at its worst pose, 95th percentile of robots",
                 (as_length(Estimate(*(float(x) for x in table[at, 1:])), counted),),
                 described_pose(answer, at),
             )
@@ -116,8 +118,8 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         "ISO 9283, predicted",
         ("value",),
         tuple(rows),
-        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}. A worst pose is the worst of those visited "
-        "and chosen by the same samples: its interval holds for a pose named beforehand",
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}. A worst pose is the worst visited one, "
+        "chosen by the same samples: its interval is valid for a pose chosen beforehand",
     )
 
 
@@ -135,5 +137,5 @@ def joint_values(arm: Arm, q: Floats) -> str:
 
 
 def as_length(estimate: Estimate, samples: str) -> Figure:
-    """Give an estimate (m) in the unit that suits its size."""
+    """Return an estimate (m) in the unit that suits its size."""
     return length(estimate.value, estimate.low, estimate.high, samples)

@@ -1,4 +1,4 @@
-"""The figures of a study that was to say when to stop: what was asked for, and how sure it became."""
+"""The figures of a study with a stopping rule: the tolerance asked for, and the precision reached."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def stopping_section(found: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False) -> Section:
-    """How sure did each figure become, stage by stage? `where` and `scarce` as `told`."""
+    """Return the precision of each figure, stage by stage; `where` and `scarce` as in `outcome`."""
     columns = tuple(f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}" for stage in found.stages)
     last = found.stages[-1]
     rows = []
@@ -20,16 +20,16 @@ def stopping_section(found: Stopping, where: str = "", key: str = "stopping", *,
         figures = tuple(_half(stage.figures[name], f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}") for stage in found.stages)
         rows.append(Row(name, figures, _asked(found, figure, missed=name in found.missed)))
     note = (
-        f"half of each 95 % interval, as a share of the figure, at each stage; asked for: {found.tolerance}. The first stage says how many robots "
-        "and poses that takes; every interval printed is that of the last stage alone (JCGM 101:2008, 7.9, in two stages, or more if they fall short)"
+        f"half of each 95 % interval, as a share of the figure, at each stage; asked for: {found.tolerance}. The first stage shows how many robots "
+        "and poses are needed; every printed interval is that of the last stage alone (JCGM 101:2008, 7.9, in two stages or more)"
     )
-    return Section(key, told(found, where, scarce=scarce), columns, tuple(rows), note)
+    return Section(key, outcome(found, where, scarce=scarce), columns, tuple(rows), note)
 
 
-def told(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
-    """Say in a sentence whether the figures are as sure as asked for.
+def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
+    """Return a sentence on whether the figures have the precision asked for.
 
-    `where` says over which poses, where there are several kinds; `scarce` that there are no more of them.
+    `where` names the poses, where there are several kinds; `scarce` means that there are no more of them.
     """
     last = found.stages[-1]
     where = where and f" {where}"
@@ -38,9 +38,9 @@ def told(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
         return f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after {several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
     name = found.missed[0]
     figure = last.figures[name]
-    half = f"half-width {100 * figure.relative:.2g} %" if math.isfinite(figure.relative) else "too few robots to tell"
+    half = f"half-width {100 * figure.relative:.2g} %" if math.isfinite(figure.relative) else "too few robots"
     why = {
-        "poses": "the choice of poses leaves most of it"
+        "poses": "mostly due to the choice of poses"
         + (f", and no more than {last.poses} were found" if scarce else f": ask for more than {last.poses}"),
         "robots": f"after the most robots allowed, {last.robots}",
         "stages": f"after {len(found.stages)} stages, {several(last.robots, 'robot')} and {several(last.poses, 'pose')}",
@@ -54,4 +54,4 @@ def _half(figure: Watched, counted: str) -> Figure:
 
 def _asked(found: Stopping, figure: Watched, *, missed: bool) -> str:
     allowed = f", ±{100 * found.tolerance.half(figure.value) / abs(figure.value):.2g} % here" if found.tolerance.digits and figure.value else ""
-    return ("not sure enough" if missed else "sure enough") + allowed
+    return ("not precise enough" if missed else "precise enough") + allowed

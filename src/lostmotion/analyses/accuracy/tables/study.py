@@ -1,4 +1,4 @@
-"""The figures of a study: workspace, position error, ISO 9283, budget, torques, and what they say in a sentence."""
+"""The figures of a study: workspace, position error, ISO 9283, budget, torques, and a headline."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.accuracy.tables.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section, joint_values
-from lostmotion.analyses.accuracy.tables.stopping import stopping_section, told
+from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in, zone_sections, zone_stopping
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
@@ -43,27 +43,27 @@ if TYPE_CHECKING:
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (
-    ("position error", "distance between the point the tool was sent to and the point it reaches."),
+    ("position error", "distance between the commanded and the attained point of the tool."),
     (
         "design, robot, visit",
-        "where an error comes from: load and pose, alike in every arm of this design; how one robot was built; one visit of a pose to the next.",
+        "origin of an error: load and pose, the same in every arm of this design; manufacture of each robot; each visit to a pose.",
     ),
-    ("AP", "pose accuracy of ISO 9283: how far the average of a robot's visits lies from the commanded point. Predicted here, not certified."),
-    ("RP", "pose repeatability of ISO 9283: how far its visits scatter about their own average, mean plus three standard deviations."),
-    ("interval", "95 % confidence. It counts robots and independent sets of poses, never single samples. A question mark: too few of them to tell."),
-    ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others, so that the arm would be worse without it."),
-    ("first order", "errors are small and are added up. Composing a sample of them exactly shows what that leaves out."),
+    ("AP", "pose accuracy of ISO 9283: distance of the mean of a robot's visits from the commanded point. Predicted here, not certified."),
+    ("RP", "pose repeatability of ISO 9283: scatter of the visits about their mean, mean distance plus three standard deviations."),
+    ("interval", "95 % confidence interval. It counts robots and independent sets of poses, not samples. A question mark: too few of them."),
+    ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others."),
+    ("first order", "small errors are added. An exact composition of a sample shows what is neglected."),
 )
 # Cards that are lower bounds where joints are taken as perfect.
 _ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
 
 
 def sheet(answer: Answer) -> Sheet:
-    """What is there to say about a study? All of it, in reading order."""
+    """Return the sheet of a study."""
     found = tuple(sections(answer))
     known = with_limits(states(answer.arm), answer.arm, answer.poses.q, answer.approach)
     sampled, poses = answer.sampled, answer.poses
-    said = Sheet(
+    whole = Sheet(
         name=answer.arm.name,
         subject="predicted accuracy",
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
@@ -74,7 +74,7 @@ def sheet(answer: Answer) -> Sheet:
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),
-        arrays="what was found for every pose and robot",
+        arrays="the results for every pose and robot",
         seed=answer.seed,
         facts={
             "arm": answer.arm.name,
@@ -87,11 +87,11 @@ def sheet(answer: Answer) -> Sheet:
             **provenance_facts(known),
         },
     )
-    return checked(said, sampled.exact, _q95(answer))
+    return checked(whole, sampled.exact, _q95(answer))
 
 
 def sections(answer: Answer) -> list[Section]:
-    """Which figures answer the user's questions? In reading order."""
+    """Return the sections of a study in reading order."""
     found = [
         workspace_section(answer.workspace),
         error_section(answer),
@@ -122,7 +122,7 @@ def _repeats(answer: Answer) -> Estimate | None:
 
 
 def workspace_section(space: Workspace) -> Section:
-    """Lay out where the tool gets to."""
+    """Return the section of the workspace."""
     counted = f"{several(len(space.points), 'pose')}, {space.law}"
     rows = [
         Row("reach from the base", (length(space.reach, samples=counted),), "largest of the sample; the true reach is not smaller"),
@@ -141,7 +141,7 @@ def workspace_section(space: Workspace) -> Section:
 
 
 def _bending(answer: Answer) -> list[Section]:
-    """Lay out how links bend, the whole and below it by cause; no section for links that are rigid."""
+    """Return the bending of links, in total and by cause; no section for rigid links."""
     if not answer.bending:
         return []
     counted, exact = f"the worst of {several(len(answer.poses), 'pose')}", f"exact sum over {several(len(answer.poses), 'pose')}"
@@ -165,14 +165,14 @@ def _bending(answer: Answer) -> list[Section]:
             for label, (deflection, slope, share), note in lines
         ]
     note = (
-        "each link that gives, named after its joint, from there to its tip, l away; then each cause's part along the whole, so that parts add up; "
-        "a minus sign: that weight bends it back. Share: of the tool's mean-square error over all poses"
+        "deflection of each link, named after its joint, at its tip, l away; then the contribution of each cause along the total; "
+        "a negative contribution reduces the bending. Share: of the tool's mean-square error over all poses"
     )
     return [Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)]
 
 
 def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> Section:
-    """Lay out what each drive holds at its worst pose."""
+    """Return the static torque of each drive at its worst pose."""
     counted = several(len(poses), "pose")
     rows = tuple(
         Row(
@@ -184,10 +184,10 @@ def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> S
     )
     return Section(
         "torques",
-        "Static torque that each drive must hold",
+        "Static torque of each drive",
         ("as the base stands", "worst over base tilts"),
         rows,
-        "largest of the poses visited; its sign is the drive's",
+        "largest of the visited poses; its sign is the drive's",
     )
 
 
@@ -201,48 +201,48 @@ def _check(answer: Answer) -> Section:
     rows = (
         Row("largest difference", (length(exact.largest, samples=counted),)),
         Row("mean difference", (length(exact.mean, samples=counted),)),
-        Row("largest, of the 95 % error", (Figure(100 * share_left_out(exact, q95), "%", samples=counted),), judged(exact, q95)),
+        Row("largest, share of the 95th percentile", (Figure(100 * share_left_out(exact, q95), "%", samples=counted),), judged(exact, q95)),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
 def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
-    """Say in a sentence or three what the user asked: how far off, which part contributes most, how well it repeats."""
-    error = find_row(found, "error", "95 % below")
-    said = []
+    """Return the headline: position error, largest contributor, repeatability."""
+    error = find_row(found, "error", "95th percentile")
+    sentences = []
     if error is not None and error.figures[0].value == 0:
-        said.append(no_error_said(known))
+        sentences.append(no_error_said(known))
     elif error is not None:
         figure = error.figures[0]
         within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
-        said.append(error_said(within, known))
+        sentences.append(error_said(within, known))
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
-        said.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
-    repeats = find_row(found, "iso9283", "RP, 95 % of robots below")
+        sentences.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
+    repeats = find_row(found, "iso9283", "RP, 95th percentile of robots")
     if repeats is not None and repeats.figures[0].value:
-        said.append(repeats_said(str(repeats.figures[0]), known))
+        sentences.append(repeats_said(str(repeats.figures[0]), known))
     elif repeats is not None and (error is None or error.figures[0].value):
-        said.append("No error that is described differs from visit to visit, so no repeatability is predicted.")
+        sentences.append("No described error differs between visits, so no repeatability is predicted.")
     for zone, row in _in_zones(found, answer):
         inside = row.figures[0]
         within = f"{inside}{f' ({inside.interval})' if inside.interval else ''}"
-        said.append(f"In the zone {zone.name} expect 95 % within {at_least(within, known)}.")
+        sentences.append(f"In the zone {zone.name} expect 95 % within {at_least(within, known)}.")
     if answer.stopping is not None:
-        said.append(told(answer.stopping, WHOLE if answer.zones else "") + ".")
-    said += [f"{sentence}." for sentence in stopped_in(answer.zones)]
-    said += [*limits_said(known), *assumed_said(known)]
-    return " ".join(said)
+        sentences.append(outcome(answer.stopping, WHOLE if answer.zones else "") + ".")
+    sentences += [f"{sentence}." for sentence in stopped_in(answer.zones)]
+    sentences += [*limits_said(known), *assumed_said(known)]
+    return " ".join(sentences)
 
 
 def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
-    """Give each zone with the row of its 95 % error."""
-    rows = ((zone, find_row(found, f"zone_{k}", "95 % below")) for k, zone in enumerate(answer.zones, 1))
+    """Return each zone with the row of its 95th percentile."""
+    rows = ((zone, find_row(found, f"zone_{k}", "95th percentile")) for k, zone in enumerate(answer.zones, 1))
     return [(zone, row) for zone, row in rows if row is not None]
 
 
 def _zone_facts(answer: Answer) -> dict[str, Any]:
-    """Say in plain data from how many poses each zone's figures come; nothing where no zone was asked about."""
+    """Return the number of poses of each zone as plain data; nothing without zones."""
     found = [
         {"name": zone.name, "poses": len(zone.poses), "independent_sets": zone.poses.replicates, "looked_at": zone.tried} for zone in answer.zones
     ]
@@ -250,12 +250,12 @@ def _zone_facts(answer: Answer) -> dict[str, Any]:
 
 
 def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
-    """Show the six figures that are asked for first, and the 95 % error of each zone, each with its interval."""
+    """Return the six main figures and the 95th percentile of each zone, each with its interval."""
     wanted = (
-        ("95 % of positions within", "error", "95 % below"),
+        ("95 % of positions within", "error", "95th percentile"),
         ("mean position error", "error", "mean"),
-        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95 % of robots below"),
-        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95 % of robots below"),
+        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95th percentile of robots"),
+        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95th percentile of robots"),
         ("reach from the base", "workspace", "reach from the base"),
     )
     rows = [(title, find_row(found, section, label)) for title, section, label in wanted]

@@ -1,4 +1,4 @@
-"""The figures of an arm of which no error source is described: where it reaches and what it holds, and no accuracy."""
+"""The figures of an arm without any error source: workspace and static torques, and no accuracy."""
 
 from __future__ import annotations
 

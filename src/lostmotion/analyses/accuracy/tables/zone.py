@@ -1,4 +1,4 @@
-"""The figures of a study in the zones that were asked about, beside those of the whole workspace."""
+"""The figures of a study in zones, beside those of the whole workspace."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
-from lostmotion.analyses.accuracy.tables.stopping import stopping_section, told
+from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
 from lostmotion.reporting.sheet import Figure, Row, Section, several
 
@@ -25,11 +25,11 @@ OWN: Final = " in the zone"
 
 
 def zone_sections(answer: Answer) -> list[Section]:
-    """What is the error in each zone, and what are AP and RP there, beside those of the whole workspace?"""
+    """Return error, AP and RP of each zone beside those of the whole workspace."""
     out = []
     for k, zone in enumerate(answer.zones, 1):
         inside = seen_in(answer, zone)
-        note = f"by Monte Carlo, the same robots: {said(zone)}"
+        note = f"by Monte Carlo, the same robots: {sampling_note(zone)}"
         for key, title, section in (("", "Position error", error_section), ("_iso9283", "ISO 9283, predicted,", iso_section)):
             here, whole = section(inside, OWN), section(answer)
             if not here.rows:
@@ -40,7 +40,7 @@ def zone_sections(answer: Answer) -> list[Section]:
 
 
 def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
-    """How sure did each zone's figures become, stage by stage?"""
+    """Return the precision of each zone's figures, stage by stage."""
     return [
         stopping_section(zone.stopping, f"in the zone {zone.name}", f"zone_{k}_stopping", scarce=_scarce(zone.stopping))
         for k, zone in enumerate(zones, 1)
@@ -49,30 +49,30 @@ def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
 
 
 def stopped_in(zones: Sequence[FoundInZone]) -> list[str]:
-    """Say in a sentence for each zone whether its figures are as sure as asked for."""
-    return [told(zone.stopping, f"in the zone {zone.name}", scarce=_scarce(zone.stopping)) for zone in zones if zone.stopping is not None]
+    """Return a sentence for each zone on whether its figures have the precision asked for."""
+    return [outcome(zone.stopping, f"in the zone {zone.name}", scarce=_scarce(zone.stopping)) for zone in zones if zone.stopping is not None]
 
 
 def _scarce(stopping: Stopping) -> bool:
-    """Say whether more poses would have been drawn in the zone, had they been found."""
+    """Return whether more poses would have been drawn in the zone, had they been found."""
     return stopping.most_poses < MOST_POSES
 
 
 def seen_in(answer: Answer, zone: FoundInZone) -> Answer:
-    """Give the study as if it had visited the zone's poses alone. Raises ValueError for a zone that was not sampled."""
+    """Return the study as if it had visited the zone's poses alone. Raises ValueError for a zone that was not sampled."""
     if zone.sampled is None:
         raise ValueError(f"no samples in the zone {zone.name}")
     return replace(answer, poses=zone.poses, sampled=zone.sampled, analytic=zone.analytic, pooled=zone.pooled, zones=())
 
 
-def said(zone: FoundInZone) -> str:
-    """Say how the zone's poses were come by, and what the interval counts."""
+def sampling_note(zone: FoundInZone) -> str:
+    """Return a note on how the zone's poses were sampled, and what the interval counts."""
     poses = zone.poses
     found = f"{several(len(poses), 'pose')} of the zone ({poses.law}), found among {zone.tried}"
-    own = "they are numbered by themselves, and the worst of them may be worse than the worst that was visited in the whole workspace"
+    own = "they have their own numbers, and the worst of them may be worse than the worst visited pose of the whole workspace"
     if poses.replicates > 1:
         return f"{found}, in {poses.replicates} independent sets; {own}"
-    return f"{found} and taken as they are; {own}"
+    return f"{found}; {own}"
 
 
 def _counted(here: Poses, whole: Poses) -> Row:

@@ -318,7 +318,7 @@ def _data(found: MeasuredRobot) -> Section:
 
 def compared_section(compared: list[ComparedFigure]) -> list[Section]:
     """Give predicted and measured side by side, load by load: characteristics, and the parts of AP along and about the axes."""
-    columns = ("5 % below", "95 % below", "measured")
+    columns = ("5th percentile", "95th percentile", "measured")
     loads = sorted({each.load for each in compared}, reverse=True)
     out = []
     for load in loads:

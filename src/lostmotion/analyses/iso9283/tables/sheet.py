@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _AXES: Final = ("x", "y", "z", "a", "b", "c")
 # Robots, of which less than three lie above the 95 %.
 _FEW: Final = 60
-_MEAN, _MOST = "mean", "95 % below"
+_MEAN, _MOST = "mean", "95th percentile"
 _WORDS: Final = (
     (
         "predicted, never certified",
@@ -54,7 +54,7 @@ _WORDS: Final = (
     ),
     ("from either side", "RP_l if joints arrived from either side at random: play that the standard's cycle keeps on one side then shows in full."),
     (
-        "mean, 95 % below",
+        "mean, 95th percentile",
         "over the robots built: their average, and what 95 % of them stay below. Under the full payload where no load is said.",
     ),
     ("worst", "the worst of the five poses, of each robot by itself."),

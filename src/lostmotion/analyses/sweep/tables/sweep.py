@@ -190,7 +190,7 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
     columns = ("r.m.s. error", "load and pose", "robot", "visit")
     return Section(
         "levels",
-        "What can be done about it",
+        "What can be compensated",
         columns,
         rows,
         f"shares of the mean square. Load and pose: {REMEDIES[0]}. Robot: {REMEDIES[1]}. Visit: {REMEDIES[2]}"
