@@ -123,7 +123,7 @@ def test_budget_names_the_largest_contributor_first():
 
 
 def test_levels_end_at_what_remains():
-    """The three stacked bars reach to the r.m.s. as built, without design errors, and with the visits' alone."""
+    """The three stacked bars reach to the r.m.s. as manufactured, without design errors, and with the visits' alone."""
     study = small_study()
     squares = study.sampled.tally.levels / study.sampled.tally.poses
     figure = plots.levels(study.budget)

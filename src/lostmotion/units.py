@@ -182,8 +182,8 @@ def _factor(unit: str, si: str) -> float:
     try:
         return float(registry.Quantity(1.0, registry.parse_units(plain)).to(registry.parse_units(si)).magnitude)
     except pint.DimensionalityError:
-        said = f"'{unit}' is not a unit of" if unit else "without a unit of"
-        raise UnitError(f"{said} {_SPOKEN.get(si, si)}") from None
+        problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
+        raise UnitError(f"{problem} {_SPOKEN.get(si, si)}") from None
     except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError, KeyError):  # "m^0" is a KeyError to pint
         raise UnitError(f"'{unit}' is not a known unit") from None
 
@@ -215,7 +215,7 @@ def spoken(si: str) -> str:
 
 
 def read_quantity(text: str, si: str) -> Toleranced:
-    """Which SI value, and which tolerance, does this text state?
+    """Return the SI value and the tolerance that a text states.
 
     `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A tolerance without a unit takes the value's own
     ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value ("20 N m/arcmin ± 10 %").

@@ -1,4 +1,4 @@
-"""Does a study stop when it is sure enough, and say so when it is not?"""
+"""A study stops when its figures have the precision asked for, and reports when they do not."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What calibration and compensation leave is what a study without those errors finds."""
+"""Calibration and compensation leave what a study without those errors finds."""
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_calibration_finds_constant_errors_and_neither_waves_nor_what_follows_th
 
 
 def test_stages_fall_and_intervals_hold_the_drop(found):
-    """Nothing is off as built; compensation takes off most; what every robot still does is least; ends lie around their values."""
+    """Nothing is removed as manufactured; compensation removes most; what every robot still shows is least; intervals contain their values."""
     by_name = {stage.name: stage for stage in found.stages}
     assert [stage.name for stage in found.stages] == list(STAGES)
     assert by_name["as manufactured"].off.value == 0

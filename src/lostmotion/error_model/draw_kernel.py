@@ -10,7 +10,7 @@ from lostmotion.compiled import compiled
 
 LANES: Final = 128
 TABLE: Final = 8192
-ROW: Final = TABLE + LANES  # a table, and its beginning once more to run on into
+ROW: Final = TABLE + LANES  # a table, and its beginning again to continue into
 
 
 @compiled
@@ -23,6 +23,6 @@ def mix(x):
 
 @compiled
 def place_in_table(pose, tile, visit, key):
-    """From which place of its table does the stream with this key read on, for one visit of one tile of robots to one pose?"""
+    """Return the position in its table from which the stream with this key is read, for one visit of one tile of robots to one pose."""
     here = np.uint64(pose) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(tile) * np.uint64(0xD1B54A32D192ED03)
     return np.int64(mix((here + np.uint64(visit) * np.uint64(0xABC98388FB8FAC03)) ^ key) >> np.uint64(51))

@@ -1,4 +1,4 @@
-"""Which robots are built, and how do they return? Reproducible by name and seed.
+"""Reproducible draws of robots and visits, by name and seed.
 
 Counter-based (Philox), one key per stream name and seed: the same robots whatever the tiling or the thread count; a new
 error source leaves all other draws alone; more robots or visits keep the first ones. Source: J. Salmon et al., SC11 (Philox).
@@ -45,25 +45,25 @@ _mix: Callable[[NDArray[np.uint64]], NDArray[np.uint64]] = mix.py_func
 
 
 def key(seed: int, name: str) -> int:
-    """Which Philox key (128 bit) belongs to this seed and name?"""
+    """Return the Philox key (128 bit) of this seed and name."""
     return int.from_bytes(hashlib.blake2b(f"{seed}\0{name}".encode(), digest_size=16).digest(), "little")
 
 
 def uniforms(seed: int, name: str, count: int) -> Floats:
-    """Which uniforms, strictly inside 0..1, does this stream begin with? (count,); a longer run begins with a shorter one."""
+    """Return the first uniforms of this stream, strictly inside 0..1 (count,); a longer run begins with a shorter one."""
     raw = np.random.Philox(key=key(seed, name)).random_raw(count)
     return np.asarray(((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)
 
 
 def sobol(seed: int, name: str, columns: int) -> qmc.Sobol:
-    """Which scrambled Sobol sequence of so many columns belongs to this seed and name? Uniforms in 0..1, to 30 bits."""
+    """Return the scrambled Sobol sequence of so many columns for this seed and name, uniforms in 0..1 with 30 bits."""
     from scipy.stats import qmc
 
     return qmc.Sobol(columns, scramble=True, rng=np.random.Generator(np.random.Philox(seed=key(seed, name))), bits=SOBOL_BITS)
 
 
 def robot_draws(seed: int, streams: Sequence[Stream], robots: int) -> Floats:
-    """What was drawn for each robot built? (tile, stream, LANES): robot r stands in tile r // LANES; lanes beyond the last robot hold zeros."""
+    """Return the draws of each robot (tile, stream, LANES): robot r is in tile r // LANES; lanes beyond the last robot are zero."""
     tiles = -(-robots // LANES)
     out = np.zeros((tiles, len(streams), LANES))
     for row, stream in enumerate(streams):
@@ -75,19 +75,19 @@ def robot_draws(seed: int, streams: Sequence[Stream], robots: int) -> Floats:
 
 @functools.lru_cache(maxsize=512)
 def visit_table(seed: int, stream: Stream) -> Floats:
-    """Which table do this stream's visits read? (ROW,): TABLE values in random order, then their beginning again."""
+    """Return the table that this stream's visits read (ROW,): TABLE values in random order, then their beginning again."""
     order = np.argsort(np.random.Philox(key=key(seed, stream.name + "\0order")).random_raw(TABLE), kind="stable")
     u = (order + uniforms(seed, stream.name, TABLE)) / TABLE
     return np.resize(stream.law.quantile(u), ROW)
 
 
 def visit_key(seed: int, name: str) -> np.uint64:
-    """Which key steers where this stream reads its table?"""
+    """Return the key that determines the position in this stream's table."""
     return np.uint64(key(seed, name) & 0xFFFFFFFFFFFFFFFF)
 
 
 def visit_draws(seed: int, streams: Sequence[Stream], pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
-    """What was drawn at these returns to one pose, or to as many poses? (stream, sample) for equally long lists of robots and visits.
+    """Return the draws at these visits to one pose, or to as many poses: (stream, sample) for equally long lists of robots and visits.
 
     Gives again, one by one, what the kernel reads in bulk: to compose errors exactly and to replay an extreme.
     """

@@ -1,4 +1,4 @@
-"""How sure are the pooled figures? Intervals that count robots and sets of poses, never samples.
+"""Confidence intervals of pooled figures. They count robots and sets of poses, never samples.
 
 A robot's errors resemble each other, so a thousand robots returning thirty times are a thousand things known, not thirty thousand.
 """
@@ -17,25 +17,25 @@ from lostmotion.error_model.error_bins import bin_edges
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# A quantile read from the histogram is sure to a tenth of a bin's width of 0.27 %.
+# A quantile from the histogram is precise to a tenth of a bin's width of 0.27 %.
 RESOLUTION: Final = 2.7e-4
-# The level of every interval that does not say another.
+# The level of every interval that does not state another.
 _CONFIDENCE: Final = 0.95
-# Groups of robots by which the choice of robots is told from that of poses: at most so many, of at least so many robots.
+# Groups of robots that separate the choice of robots from that of poses: at most so many, of at least so many robots.
 _GROUPS: Final = 16
 _IN_GROUP: Final = 20
-# A variance that is a smaller share of the mean square is what rounding leaves of none; and the bins must give the variance to this share of itself.
+# A variance with a smaller share of the mean square is rounding; and the bins must resolve the variance to this share of itself.
 _ROUNDING: Final = 1e-12
 _RESOLVED: Final = 0.05
 
 
-# Asked for thousands of times when robots are left out one group at a time.
+# Called thousands of times when one group of robots is omitted at a time.
 _edges = functools.cache(bin_edges)
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value and the ends of its 95 % interval; NaN ends where the sample cannot tell (one robot, for example)."""
+    """A value and the ends of its 95 % interval; NaN ends where the sample cannot determine them (one robot, for example)."""
 
     value: float
     low: float
@@ -51,7 +51,7 @@ class Estimate:
 def of_length(value: float, low: float, high: float) -> Estimate:
     """Return an estimate of a length, or of any size that cannot be below zero, with the interval from `low` to `high` as far as it lies above zero.
 
-    The true value lies from zero on, so that what is left out never held it: the interval holds the truth exactly as often as before. NaN ends stay.
+    The true value is not negative, so the omitted part never contained it: the coverage is unchanged. NaN ends stay.
     """
     return Estimate(value, max(low, 0.0), high)
 
@@ -66,7 +66,7 @@ class Spread:
 
 
 def quantile(hist: np.ndarray, level: float) -> float:
-    """Which error (m) leaves this share of a histogram's samples below it? Straight line within a bin of 0.3 % width.
+    """Return the quantile of a histogram, m, linear within a bin of 0.3 % width.
 
     Zero below a nanometre, infinite from 16 m: the histogram's ends.
     """
@@ -83,12 +83,12 @@ def quantile(hist: np.ndarray, level: float) -> float:
 
 
 def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: float, largest: float = math.inf) -> Estimate:
-    """Which error leaves this share of all samples below it, and how sure is that?
+    """Return a quantile of all samples with its confidence interval.
 
     The share below differs from group to group of robots and from set to set of poses; what that leaves of the share's own uncertainty is read
     back as errors (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635), so that the longer tail has the longer half. Never inside the bin that the
     value was read in; NaN for an end beyond all samples. Poses that were given or gridded are taken as they are. `largest` is the largest sample, m:
-    no quantile lies above it. Infinite, with no interval, from 16 m, where the histogram no longer tells errors apart.
+    no quantile lies above it. Infinite, with no interval, from 16 m, where the histogram no longer resolves errors.
     """
     hist = group_hist.sum(axis=0)
     value = quantile(hist, level)
@@ -131,9 +131,9 @@ def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean:
 
 
 def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float) -> Spread:
-    """How sure is the share of all samples that lies below a value (m)?
+    """Return the uncertainty of the share of all samples below a value (m).
 
-    What one cell of group and set adds by itself counts in both families: never too narrow, at most by a root of two too wide.
+    The contribution of one cell of group and set counts in both families: never too narrow, at most by a root of two too wide.
     """
     squares = [_mean_square(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
     variance, freedom = _satterthwaite(squares, [len(group_hist) - 1, len(replicate_hist) - 1])
@@ -141,7 +141,7 @@ def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: floa
 
 
 def _shares_below(hists: np.ndarray, value: float) -> Floats:
-    """Which share of each histogram's samples (member, bin) lies below the value? (member,), on a straight line within a bin."""
+    """Return the share of each histogram's samples (member, bin) below the value: (member,), linear within a bin."""
     edges = _edges()
     at = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, hists.shape[1] - 1))
     part = min(max((value - edges[at]) / (edges[at + 1] - edges[at]), 0.0), 1.0)
@@ -149,7 +149,7 @@ def _shares_below(hists: np.ndarray, value: float) -> Floats:
 
 
 def pseudo_values(hists: np.ndarray, level: float) -> Floats:
-    """What does each histogram (member, bin) add to the quantile of all? Jackknife pseudo-values (member,)."""
+    """Return the jackknife pseudo-values (member,) of a quantile from histograms (member, bin)."""
     whole = hists.sum(axis=0)
     count = len(hists)
     if count == 1:
@@ -158,7 +158,7 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
 
 
 def pooled_mean(robot_means: Floats) -> Estimate:
-    """What is the mean over robots and poses of these means (set of poses, robot), and how sure is that?
+    """Return the mean over robots and poses of these means (set of poses, robot) with its confidence interval.
 
     Robots and sets of poses are two ways of drawing that cross: each set is visited by all robots (`two_way`). Of lengths: no end is below zero.
     """
@@ -170,7 +170,7 @@ def pooled_mean(robot_means: Floats) -> Estimate:
 
 
 def root_mean_square(of_sets: Floats) -> Estimate:
-    """What is the root of the mean of these mean squares, exact over each independent set of poses (set,), and how sure is that?
+    """Return the root of the mean of these mean squares, exact over each independent set of poses (set,), with its interval.
 
     Student's interval of their mean, its ends' roots; NaN ends of one set, whose poses are taken as they are.
     """
@@ -183,7 +183,7 @@ def root_mean_square_of_samples(squares: Floats) -> Estimate:
     """Return the root of the mean of positive squares (sample,) of independent samples, with its 95 % interval.
 
     Their sum is taken as a scaled chi-square law of the same mean and variance, with 2 n mean^2/variance degrees of freedom (F. Satterthwaite,
-    Biometrics Bulletin 2 (1946) 110), which suits their long upper tail; exact for a normal error and for a wave of chance phase.
+    Biometrics Bulletin 2 (1946) 110), which suits their long upper tail; exact for a normal error and for a harmonic of random phase.
     """
     from scipy.special import gammaincinv
 
@@ -196,16 +196,16 @@ def root_mean_square_of_samples(squares: Floats) -> Estimate:
 
 
 def two_way(values: Floats) -> Spread:
-    """How sure is the mean of these values (set of poses, robot or group of robots)?
+    """Return the uncertainty of the mean of these values (set of poses, robot or group of robots).
 
-    Mean squares of both less what is left of each cell give the variance of the grand mean (S. Searle et al., Variance Components, 1992, ch. 4),
-    F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) its degrees of freedom. A component that comes out below zero counts as none.
+    Mean squares of both less the residual of each cell give the variance of the grand mean (S. Searle et al., Variance Components, 1992, ch. 4),
+    F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) its degrees of freedom. A negative component counts as zero.
     """
     sets, robots = values.shape
     squares = [_mean_square(values.mean(axis=0)), _mean_square(values.mean(axis=1))]
     freedoms = [robots - 1, sets - 1]
     cells = _mean_square_of_cells(values)
-    # The cells' part is in both; a family that shows less than that differs by nothing of its own.
+    # The cells' part is in both; a family with less than that has no variance of its own.
     real = [k for k in (0, 1) if squares[k] > cells]
     if len(real) > 1:
         variance, freedom = _satterthwaite([*squares, -cells], [*freedoms, (sets - 1) * (robots - 1)])
@@ -217,9 +217,9 @@ def two_way(values: Floats) -> Spread:
 
 
 def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], level: float) -> Estimate:
-    """By how much is a quantile of all samples lower after than before, from the same draws? Each the counts by group of robots and by set of poses.
+    """Return the reduction of a quantile of all samples from before to after, each as counts by group of robots and by set of poses.
 
-    Groups and sets are left out one at a time, before and after together (jackknife, B. Efron 1982, ch. 3). Never surer than the bins' width.
+    Groups and sets are omitted one at a time, before and after together (jackknife, B. Efron 1982, ch. 3). Never narrower than the bins' width.
     """
     values = [quantile(hists[0].sum(axis=0), level) for hists in (before, after)]
     value = values[0] - values[1]
@@ -233,11 +233,11 @@ def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray
 
 
 def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
-    """Which value do this share of the robots (..., robot) stay below? (..., 3): the value and the ends of its interval.
+    """Return the quantile over robots (..., robot): (..., 3), the value and the ends of its interval.
 
-    The ends are order statistics, on a straight line between two robots where the binomial law asks for a place between them, so that the interval
-    holds about what it says and no more (A. Hutson, J. Applied Statistics 26 (1999) 343): each end is missed in 1.5 to 3 % from 128 robots on,
-    whether tails are short or long, with fewer up to 5.5 %. An end outside the robots built is NaN. For finite values.
+    The ends are order statistics, interpolated between two robots where the binomial distribution requires it, so that the interval
+    covers about its nominal level (A. Hutson, J. Applied Statistics 26 (1999) 343): each end is missed in 1.5 to 3 % from 128 robots on,
+    whether tails are short or long, with fewer up to 5.5 %. An end outside the sample is NaN. For finite values.
     """
     from scipy.special import bdtr, bdtrik
 
@@ -254,20 +254,20 @@ def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
 
 
 def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate:
-    """Which value do this share of the robots stay below on the average over the poses, and how sure is that?
+    """Return the quantile over robots of their mean over the poses, with its confidence interval.
 
-    robot_means (set of poses, robot). Robots are drawn together by what few poses and visits alone make their averages differ, as the sets tell; else
-    the value would read high. The order statistics' interval, widened by what the choice of poses leaves (`quantile_spread`).
+    robot_means (set of poses, robot). The means are shrunk by the variance due to few poses and visits, estimated from the sets; otherwise
+    the value would be biased upwards. The order statistics' interval, widened by the uncertainty due to the choice of poses (`quantile_spread`).
     """
-    value, low, high = (float(x) for x in robots_quantile(_of_many_poses(robot_means), level))
+    value, low, high = (float(x) for x in robots_quantile(_shrunk_means(robot_means), level))
     of_poses = student(len(robot_means) - 1) * math.sqrt(quantile_spread(robot_means, level)) if len(robot_means) > 1 else 0.0
     return of_length(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
 
 
-def _of_many_poses(robot_means: Floats) -> Floats:
-    """How would each robot's average (robot,) differ from the others' over many poses, by means over each set of poses (set of poses, robot)?
+def _shrunk_means(robot_means: Floats) -> Floats:
+    """Return each robot's mean (robot,), shrunk to the variance between robots, from means over each set of poses (set of poses, robot).
 
-    Drawn together until their variance is what robots differ by themselves (T. Louis, J. Am. Stat. Assoc. 79 (1984) 393). One set tells nothing.
+    After T. Louis, J. Am. Stat. Assoc. 79 (1984) 393. One set alone gives no estimate of it.
     """
     found = robot_means.mean(axis=0)
     if min(robot_means.shape) < 2:  # noqa: PLR2004 - nothing differs
@@ -278,20 +278,20 @@ def _of_many_poses(robot_means: Floats) -> Floats:
 
 
 def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
-    """Which variance does the choice of poses leave in the value that this share of the robots (set of poses, robot) stays below?
+    """Return the variance that the choice of poses leaves in a quantile over robots (set of poses, robot).
 
-    From the quantiles of groups of robots over each set, so that what the choice of robots does can be told apart (`two_way`).
+    From the quantiles of groups of robots over each set, which separates the effect of the choice of robots (`two_way`).
     """
     sets, robots = robot_means.shape
     if sets < 2:  # noqa: PLR2004 - nothing differs
         return 0.0
     groups = min(max(robots // _IN_GROUP, 1), _GROUPS)
     of_groups = [np.quantile(part, level, axis=1) for part in np.array_split(robot_means, groups, axis=1)]
-    return _mean_square(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to tell apart
+    return _mean_square(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to separate
 
 
 def share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Between which shares, 0..1, does the true one lie with 95 %, after so many hits among `count`? E. Wilson's interval (1927)."""
+    """Return E. Wilson's 95 % interval (1927) of a share, 0..1, after so many hits among `count`."""
     z = 1.959963984540054
     share, wide = hits / count, 1 + z * z / count
     middle = (share + z * z / (2 * count)) / wide
@@ -300,12 +300,12 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
 
 
 def _mean_square(members: Floats) -> float:
-    """Give the squared standard error of the mean of independent members; none of a single one."""
+    """Return the squared standard error of the mean of independent members; none of a single one."""
     return float(members.var(ddof=1)) / len(members) if len(members) > 1 else 0.0
 
 
 def _mean_square_of_cells(values: Floats) -> float:
-    """Give what cells (set of poses, robot) differ by once sets and robots are taken out: its part in the squared error of the grand mean."""
+    """Return what cells (set of poses, robot) differ by once sets and robots are taken out: its part in the squared error of the grand mean."""
     sets, robots = values.shape
     if sets < 2:  # noqa: PLR2004 - one set leaves nothing
         return 0.0
@@ -322,7 +322,7 @@ def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, fl
 
 
 def student(freedom: float, level: float | None = None) -> float:
-    """How many standard errors is half of an interval of this level, with so many degrees of freedom? NaN for none."""
+    """Return half of an interval of this level in standard errors, with so many degrees of freedom; NaN for none."""
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, (1 + (level or _CONFIDENCE)) / 2)) if freedom > 0 else math.nan

@@ -1,4 +1,4 @@
-"""Which drives hold more than they are rated for, standing still?"""
+"""Drives that hold more than their rated torque at rest."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class LimitShare:
 
 @dataclass(frozen=True, slots=True)
 class JointStates:
-    """The state of each kind of error source of one joint; a kind that the joint cannot have is left out."""
+    """The state of each kind of error source of one joint; a kind that the joint cannot have is omitted."""
 
     joint: str
     states: Mapping[str, State]
