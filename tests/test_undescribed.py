@@ -75,7 +75,7 @@ def test_commands_that_predict_nothing_but_accuracy_refuse(bare, command):
     found = run_command(app, [command[0], str(bare), *command[1:]])
     assert isinstance(found.exception, lostmotion.InputError)
     assert NOT_DESCRIBED in str(found.exception)
-    assert "lostmotion run" in str(found.exception)
+    assert "lostmotion study" in str(found.exception)
     assert sorted(bare.parent.iterdir()) == before
 
 

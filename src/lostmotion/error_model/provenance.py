@@ -151,7 +151,7 @@ def refuse_undescribed(arm: Arm) -> None:
         joint = arm.moving[0]
         backlash = "20 µm" if joint.type == "prismatic" else "1 arcmin"
         expected = (
-            "the gearbox, bearing, encoder or link of at least one joint; `lostmotion run FILE` prints lines to fill in for every joint, "
+            "the gearbox, bearing, encoder or link of at least one joint; `lostmotion study FILE` prints lines to fill in for every joint, "
             "and shows workspace and holding torques"
         )
         raise InputError([Problem(arm.name, f"joints.{joint.name}", NOT_DESCRIBED, expected, f'gearbox = {{ backlash = "{backlash}" }}')])

@@ -233,4 +233,4 @@ def _refuse_xacro(file: str, line: int, found: str) -> NoReturn:
 
 def _refuse_format(file: str, line: int, root: str) -> NoReturn:
     name, expected = _FORMATS[root]
-    refuse(f"{file}:{line}", "", f"this is {name}", expected, "lostmotion run arm.urdf")
+    refuse(f"{file}:{line}", "", f"this is {name}", expected, "lostmotion study arm.urdf")

@@ -32,5 +32,5 @@ def refuse_large_errors(arm: Arm) -> None:
     if share_left_out(found, found.length) <= FAILS:
         return
     said = f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong by {found.largest * 1e3:.2g} mm"
-    expected = "errors small enough to be added up; look for a mistake in the largest, which `lostmotion run FILE` lists"
+    expected = "errors small enough to be added up; look for a mistake in the largest, which `lostmotion study FILE` lists"
     raise InputError([Problem(arm.name, "", said, expected, 'backlash = "1 arcmin"')])

@@ -37,7 +37,7 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
         # Rather a line that the terminal folds than a figure cut to another one.
         screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
         if not beside:
-            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a word that many rows share is told once
+            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a remark that many rows share is printed once
                 labels = "; ".join(row.label for row in section.rows if row.note == note)
                 screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
         if section.note:
@@ -72,12 +72,12 @@ def _legible(held: T) -> T:
 
 
 def _taken(screen: Console, table: Table) -> int:
-    """How wide is the table once drawn? Columns that cannot be narrower go beyond the screen, and further than `measure` says."""
+    """Return the width of the table once drawn. Columns that cannot be narrower go beyond the screen, and further than `measure` says."""
     return max(Segment.get_line_length(line) for line in Segment.split_lines(screen.render(table)))
 
 
 def _fits(screen: Console, section: Section) -> bool:
-    """Say whether the rows' remarks have room at the right of the figures; if not, they are better told below."""
+    """Return whether the rows' remarks have room at the right of the figures; otherwise they are printed below."""
     longest = max((len(row.note) for row in section.rows), default=0)
     taken = screen.measure(_table(section, remarks=False)).maximum
     return taken + min(longest, _REMARK) <= screen.width

@@ -244,7 +244,7 @@ def _remarks(found: Zones) -> list[str]:
     out = ["the tool may stand in any direction; obstacles, floor and self-collision are not looked at"]
     if found.uncertain.any():
         cells = several(int(found.uncertain.sum()), "cell")
-        out.append(f"{cells} without a valid figure: a few two-sided errors dominate. Monte Carlo (lostmotion run) shows the distribution there")
+        out.append(f"{cells} without a valid figure: a few two-sided errors dominate. Monte Carlo (lostmotion study) shows the distribution there")
     for box in () if found.boxes is None else found.boxes.found:
         if box.afresh_reached < box.afresh_points:
             missed = box.afresh_points - box.afresh_reached
