@@ -174,7 +174,7 @@ def test_explicit_zeros_are_a_description():
 
 def test_zero_is_no_prediction():
     """Where every described error is zero, or none differs from visit to visit, headline and cards predict nothing instead of printing 0 µm."""
-    cases = (({}, "Every error that is described is zero"), ({"length_tolerance": 1e-4}, "No error that is described differs from visit"))
+    cases = (({}, "Every error that is described is zero"), ({"length_tolerance": 1e-4}, "No described error differs between visits"))
     for tolerance, said in cases:
         link = {"length": 0.5, "rigid": True, **tolerance}
         arm = lostmotion.Arm(name="plain", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": link, "lumped": {"angle": 0.0}},))

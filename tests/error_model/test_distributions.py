@@ -166,6 +166,6 @@ def test_without_limits_there_is_no_worst_case():
 def test_a_target_is_sized_where_an_error_has_no_limits():
     """Sizes for a target need no worst case: of one normal error, 95 % within the target allows the noise that 1.96 sigma reach."""
     arm = slides("x", noise_law=WITHOUT_LIMITS)
-    found = lostmotion.target(arm, error=1e-3, poses=8, robots=400).found
+    found = lostmotion.target(arm, error=1e-3, poses=8, robots=400)
     (noise,) = [each for each in found.allowances if each.item.cause == "noise"]
     assert noise.factor.value * 3e-3 == pytest.approx(3e-3 / stats.norm.ppf(0.975), rel=0.01)
