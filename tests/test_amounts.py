@@ -10,7 +10,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.arguments import pose_of, poses_of, zone_of
 from lostmotion.analyses.iso9283.warm_up import WarmUp
-from lostmotion.analyses.quantities import Three, amount, amounts, three
+from lostmotion.analyses.quantities import Three, amount, read_quantities, three
 from lostmotion.units import Quantity
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -72,9 +72,9 @@ def test_all_mistakes_are_told_at_once():
     """Each under its own name; what nobody asked for is left out."""
     known = {"cell": LENGTH, "at": Three(LENGTH, "1 x 1 x 1 m"), "target": LENGTH}
     with pytest.raises(lostmotion.InputError) as caught:
-        amounts({"cell": "5", "at": "1 m", "target": None, "seed": "x"}, known)
+        read_quantities({"cell": "5", "at": "1 m", "target": None, "seed": "x"}, known)
     assert [problem.key for problem in caught.value.problems] == ["cell", "at"]
-    assert amounts({"cell": "5 mm", "target": None, "seed": 1}, known) == {"cell": 0.005}
+    assert read_quantities({"cell": "5 mm", "target": None, "seed": 1}, known) == {"cell": 0.005}
 
 
 def test_a_map_takes_every_amount_either_way(arm, monkeypatch):

@@ -38,7 +38,21 @@ AVOID = {
 ALLOWED = (r"strain[ -]wave|wave[ _]generator|wavelength|wavy rim|waves or thinner rings",)
 FOLDERS = (
     "examples",
-    *(f"src/lostmotion/{name}" for name in ("io", "catalogue", "runs", "reporting", "analyses/bearing", "analyses/catalog", "analyses/sweep/tables")),
+    *(
+        f"src/lostmotion/{name}"
+        for name in (
+            "io",
+            "catalogue",
+            "runs",
+            "reporting",
+            "analyses/bearing",
+            "analyses/catalog",
+            "analyses/sizing",
+            "analyses/statics",
+            "analyses/sweep",
+            "analyses/targets",
+        )
+    ),
 )
 SUFFIXES = {".py", ".toml", ".md", ".urdf"}
 SOURCES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES)

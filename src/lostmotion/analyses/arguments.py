@@ -11,7 +11,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
-from lostmotion.analyses.quantities import amounts, each_of
+from lostmotion.analyses.quantities import each_of, read_quantities
 from lostmotion.analyses.signature import Argument
 from lostmotion.errors import InputError, Mistakes, refuse_argument
 from lostmotion.units import Quantity
@@ -154,7 +154,7 @@ def _read_ends(name: str, zone: Mapping[Any, Any]) -> dict[Any, Any]:
     """Read the ends that are text, in m; whatever is neither text nor a number is left for `checked_ends` to refuse."""
     pairs = {axis: pair for axis, pair in zone.items() if isinstance(pair, tuple | list)}
     texts = {(axis, k): end for axis, pair in pairs.items() for k, end in enumerate(pair) if isinstance(end, str)}
-    read = amounts(texts, dict.fromkeys(texts, _END), lambda _: name)
+    read = read_quantities(texts, dict.fromkeys(texts, _END), lambda _: name)
     return {**zone, **{axis: tuple(read.get((axis, k), end) for k, end in enumerate(pair)) for axis, pair in pairs.items()}}
 
 

@@ -72,10 +72,10 @@ def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]
 
 def each_of(name: str, values: Sequence[object], wanted: Sequence[Quantity]) -> list[float]:
     """How much are these, in SI, as many as are wanted? Raises InputError with every mistake, all under one name."""
-    return list(amounts(dict(enumerate(values)), dict(enumerate(wanted)), lambda _: name, needed=True).values())
+    return list(read_quantities(dict(enumerate(values)), dict(enumerate(wanted)), lambda _: name, needed=True).values())
 
 
-def amounts(
+def read_quantities(
     asked: Mapping[Any, object],
     wanted: Mapping[Any, Quantity | Three],
     named: Any = str,  # noqa: ANN401 - from key to name

@@ -192,8 +192,12 @@ def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
     return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
 
 
-def said(section: Sized) -> str:
-    """Name a section by its sizes in mm: "tube 80 x 3 mm"."""
+def section_text(section: object) -> str:
+    """Return a section as text: its sizes in mm where it has some ("tube 80 x 3 mm"), else its kind; "no section" for None."""
+    if section is None:
+        return "no section"
+    if not isinstance(section, Tube | Rod | Rectangle | Box | ISection):
+        return str(section.kind)  # type: ignore[attr-defined]
     sizes = " x ".join(f"{getattr(section, name) * 1e3:.6g}" for name in value_keys(type(section)))
     return f"{section.kind} {sizes} mm"
 

@@ -57,6 +57,10 @@ class Worst:
     error: float
     q: Floats
 
+    def facts(self) -> dict[str, Any]:
+        """Return pose, robot, visit, error (m) and joint values (rad, m) as plain data."""
+        return {"pose": self.pose, "robot": self.robot, "visit": self.visit, "error_m": self.error, "q": self.q.tolist()}
+
 
 @dataclass(frozen=True)
 class Outcome:

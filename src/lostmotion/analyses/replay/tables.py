@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.sweep.tables.sweep import extreme_facts
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.runs.design_names import design_name
 
@@ -53,7 +52,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
         source=f"seed {order.seed}.",
         seed=order.seed,
         facts={
-            **extreme_facts(at),
+            **at.facts(),
             "design": at.design,
             "stated": order.stated(at.design),
             "replayed_m": found.length,

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from lostmotion.analyses.sizing.lightest import with_section
-from lostmotion.parts.family import rounded, said
-from lostmotion.parts.section import Sized
+from lostmotion.parts.family import rounded, section_text
 
 if TYPE_CHECKING:
     from lostmotion.parts.family import Family
@@ -106,8 +105,8 @@ def link_slot(joint: Joint, choice: Family | tuple[Plain, ...], material: Materi
     """
     weight = joint.link.total_mass
     section = joint.link.section
-    name = said(section) if isinstance(section, Sized.__origin__) else "as stated" if section is None else str(section.kind)  # type: ignore[attr-defined]
-    slot = Slot(joint.name, "link", (), Candidate(name, None, weight, per_kg * weight), material, step=step, per_kg=per_kg)
+    present = "as stated" if section is None else section_text(section)
+    slot = Slot(joint.name, "link", (), Candidate(present, None, weight, per_kg * weight), material, step=step, per_kg=per_kg)
     if isinstance(choice, tuple):
         return replace(slot, candidates=tuple(_weighed(joint, slot, each) for each in choice))
     spans = [choice.spans[k] for k in choice.free]
@@ -146,8 +145,7 @@ def _of_family(joint: Joint, slot: Slot, free: tuple[float, ...]) -> Candidate |
 
 def _weighed(joint: Joint, slot: Slot, section: Plain) -> Candidate:
     mass = with_section(joint, section, slot.material).link.total_mass
-    name = said(section) if isinstance(section, Sized.__origin__) else str(section.kind)  # type: ignore[attr-defined]
-    return Candidate(name, section, mass, slot.per_kg * mass)
+    return Candidate(section_text(section), section, mass, slot.per_kg * mass)
 
 
 def _pareto(joint: Joint, slot: Slot, candidates: list[Candidate]) -> tuple[Candidate, ...]:

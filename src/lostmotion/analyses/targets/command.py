@@ -64,7 +64,7 @@ def target(
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Target:
-    """Find how large play, clearance, tolerances and all else may be for a target, part by part and all together, and the production yield.
+    """Allocate a target on the tool to all parts: allowances for one error at a time and for all together, and the production yield.
 
     Every answer is verified by a Monte Carlo run with `robots` and `visits`.
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.arguments import DEFAULT_ROBOTS, DEFAULT_VISITS, arm_of, chosen_poses, poses_of
-from lostmotion.analyses.quantities import amounts
+from lostmotion.analyses.quantities import read_quantities
 from lostmotion.analyses.targets.limits import LENGTH, SHARE
 from lostmotion.analyses.targets.yield_ import compute_yield
 from lostmotion.error_model.provenance import refuse_undescribed
@@ -60,7 +60,7 @@ def production_yield(  # noqa: PLR0913 - arguments of a production
         For arguments that cannot be used.
 
     """
-    read = amounts({"target": target, "share": share}, {"target": LENGTH, "share": SHARE}, needed=True)
+    read = read_quantities({"target": target, "share": share}, {"target": LENGTH, "share": SHARE}, needed=True)
     value, of = read["target"], read["share"]
     if not isinstance(subject, Answer):
         arm = arm_of("subject", subject, {})

@@ -10,8 +10,7 @@ import numpy as np
 from lostmotion.analyses.sizing.sizing import PAPER
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
-from lostmotion.parts.family import said
-from lostmotion.parts.section import Sized
+from lostmotion.parts.family import section_text
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
@@ -73,13 +72,6 @@ def _arcmin(value: float, samples: str = "") -> Figure:
     return Figure(value / ARCMIN, "arcmin", samples=samples)
 
 
-def section_name(section: Any) -> str:  # noqa: ANN401 - any section, or none
-    """Return a section's sizes where it has some, else its kind."""
-    if section is None:
-        return "no section"
-    return said(section) if isinstance(section, Sized.__origin__) else str(section.kind)  # type: ignore[attr-defined]
-
-
 def pose_name(result: Sizing, index: int) -> str:
     """Return the joint values of a pose and its origin as text."""
     parts = []
@@ -99,7 +91,7 @@ def _excess(result: Sizing, link: LinkSize) -> str:
     limit = f"{link.limits[0] / ARCMIN:.4g}'" if link.governing == 0 else str(length(link.limits[1], stated=True))
     value = f"{link.worst.slope / ARCMIN:.3g}'" if link.governing == 0 else str(length(link.worst.deflection))
     share = link.utilisation[link.governing]
-    name = f"even {section_name(link.section)} has a {_GOVERNING[link.governing]} of {value}"
+    name = f"even {section_text(link.section)} has a {_GOVERNING[link.governing]} of {value}"
     return f"{link.joint}: {name}, {share:.3g} times its limit of {limit}, at {pose_name(result, link.index)}"
 
 
@@ -133,7 +125,7 @@ def _cards(result: Sizing) -> list[Card]:
 
 def _sections(result: Sizing) -> Section:
     rows = [
-        Row(link.joint, (_kg(link.mass_before), _kg(link.mass)), f"{section_name(link.before)} -> {section_name(link.section)}")
+        Row(link.joint, (_kg(link.mass_before), _kg(link.mass)), f"{section_text(link.before)} -> {section_text(link.section)}")
         for link in result.links
     ]
     rows.append(Row("total", tuple(_kg(mass) for mass in _masses(result))))
@@ -209,7 +201,7 @@ def _validation(result: Sizing) -> Section:
             )
             rows.append(Row(link.joint, figures, "" if max(slope, deflection) <= 1 + 1e-6 else "exceeds its limit"))
     note = "base as stated" + ("" if result.tilt is None else "; the table above includes tilts")
-    return Section("afresh", "Validation", ("slope", "utilisation", "deflection", "utilisation"), tuple(rows), note)
+    return Section("validation", "Validation", ("slope", "utilisation", "deflection", "utilisation"), tuple(rows), note)
 
 
 def _remarks(result: Sizing) -> list[str]:

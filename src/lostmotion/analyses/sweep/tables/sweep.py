@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Order
-    from lostmotion.runs.summary import Outcome, Worst
+    from lostmotion.runs.summary import Outcome
 
 LEVEL: Final = 0.95
 # Longer tables are shortened; result.json has every design.
@@ -309,13 +309,8 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         "mass_kg": outcome.mass,
         "mass_not_stated": list(outcome.unweighed),
         "parts": [{"part": cost.part, "alone_m": cost.alone, "share": cost.share} for cost in outcome.costs],
-        "worst": [extreme_facts(each) for each in outcome.worst],
+        "worst": [each.facts() for each in outcome.worst],
     }
-
-
-def extreme_facts(extreme: Worst) -> dict[str, Any]:
-    """Return an extreme as plain data, in m and rad."""
-    return {"pose": extreme.pose, "robot": extreme.robot, "visit": extreme.visit, "error_m": extreme.error, "q": extreme.q.tolist()}
 
 
 def _finite(value: float) -> float | None:
