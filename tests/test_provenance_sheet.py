@@ -11,8 +11,8 @@ import lostmotion
 from lostmotion.analyses.statics.survey import survey
 from lostmotion.analyses.statics.tables import statics_sheet
 from lostmotion.error_model.provenance import states
+from lostmotion.reporting.layout import plain
 from lostmotion.reporting.provenance import provenance_sections
-from lostmotion.reporting.sheet import plain
 from tests.io.conftest import EXAMPLES
 from tests.test_undescribed import urdf
 

@@ -11,12 +11,11 @@ import pytest
 import typer.main
 
 import lostmotion
-from lostmotion.analyses.signature import question_of, recorded
+from lostmotion.analyses.signature import question_of
 from lostmotion.cli.app import app
 from lostmotion.cli.generator import command_of, shared_options
 
 NAMES = tuple(lostmotion.QUESTIONS)
-Z_ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
 
 
 def asked(name):
@@ -120,9 +119,22 @@ def test_help_loads_nothing_heavy():
         assert done.stderr == ""
 
 
-def test_what_was_asked_is_recorded_without_what_changes_no_figure():
-    """Quantities as they were stated, files by their names, no threads and no folders."""
-    given = {each.name: None if each.required else each.default for each in question_of(lostmotion.map).parameters}
-    kept = recorded(lostmotion.map, {**given, "arm": Z_ARM, "cell": "50 mm", "threads": 3})
-    assert (kept["arm"], kept["cell"], kept["poses"]) == ("z-arm.toml", "50 mm", 131_072)
-    assert not {"threads", "progress", "ready"} & set(kept)
+def test_a_wrong_input_is_refused_before_anything_heavy_is_loaded(tmp_path):
+    """A file that is not there or is no TOML, and wrong words beside it: one message, without arrays, units, checks of files or tables."""
+    (tmp_path / "torn.toml").write_text("name = \n", encoding="utf-8")
+    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "plotly", "xarray", "rich", "zarr", "tomlkit")
+    for words in (
+        ["study", "none.toml"],
+        ["map", "torn.toml"],
+        ["target", "none.urdf"],
+        ["study", "none.toml", "--robots", "many"],
+    ):
+        code = (
+            f"import sys; sys.argv = ['lostmotion', *{words!r}]\n"
+            "from lostmotion.cli import main\n"
+            "try:\n    main()\nexcept SystemExit as end:\n"
+            f"    print(end.code, *[m for m in {heavy!r} if m in sys.modules], file=sys.__stderr__)\n"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+        assert "mistake" in done.stderr
+        assert done.stderr.splitlines()[-1] == "2"

@@ -219,9 +219,7 @@ RobotsArgument: TypeAlias = Annotated[int, Argument("How many manufactured robot
 VisitsArgument: TypeAlias = Annotated[int, Argument("How often each robot visits each pose; ISO 9283 asks for 30.", least=1)]
 SeedArgument: TypeAlias = Annotated[int, Argument("Seed of the random draws: same seed, same result.", least=0)]
 ApproachArgument: TypeAlias = Annotated[Approach, Argument("Direction of every joint's last motion; 'random': either, from visit to visit.", sign_of)]
-ThreadsArgument: TypeAlias = Annotated[
-    int | None, Argument("Number of threads; no figure depends on it. Default: one per processor.", least=1, changes_figures=False)
-]
+ThreadsArgument: TypeAlias = Annotated[int | None, Argument("Number of threads; no figure depends on it. Default: one per processor.", least=1)]
 ReducersArgument: TypeAlias = Annotated[
     "str | Path | Sequence[GearboxRow]",
     Argument("TOML with [[reducers]] of your own, used besides the catalogue and those in the arm's file.", reducers_of, metavar="REDUCERS"),

@@ -71,7 +71,7 @@ class Result(ABC):
 
     def result(self) -> dict[str, Any]:
         """Return every printed figure as plain data, as in result.json."""
-        from lostmotion.reporting.sheet import plain
+        from lostmotion.reporting.layout import plain
         from lostmotion.version import __version__
 
         return plain(self.sheet, __version__)

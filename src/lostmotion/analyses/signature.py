@@ -1,13 +1,12 @@
 """Signature of a question: its arguments with their documentation, their units and how they are read.
 
 A question is a typed function, marked by `question`, each of whose arguments is `Annotated` with one `Argument`. The parameter section of its
-docstring, the options of the command line, the table in the documentation and the input block of result.json all come from there.
+docstring and the options of the command line come from there.
 """
 
 from __future__ import annotations
 
 import inspect
-import os
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
@@ -35,7 +34,6 @@ class _Options:
     aliases: tuple[str, ...] = ()
     repeats: bool = False
     together: int = 1
-    changes_figures: bool = True
     python_only: bool = False
 
 
@@ -49,7 +47,6 @@ class Argument(_Options):
     aliases    further options with the same meaning
     repeats    whether one or several values are taken
     together   how many values stand behind the option each time
-    changes_figures  whether result.json records it: a number of threads changes no figure
     python_only      callbacks, which the command line has none of
     """
 
@@ -229,22 +226,3 @@ def read_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> An
 
 def _nothing() -> None:
     """Wait for nobody."""
-
-
-def recorded(function: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments that change figures as plain data for result.json: text and numbers as they were given, files by name."""
-    kept = [each for each in question_of(function).options if each.argument.changes_figures]
-    return {each.name: _plain(given[each.name]) for each in kept}
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401 - whatever a user passes
-    if value is None or isinstance(value, str | bool | int | float):
-        return value
-    if isinstance(value, os.PathLike):
-        return os.path.basename(value)  # noqa: PTH119 - of whatever is like a path
-    if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    name = getattr(value, "name", None)
-    return name if isinstance(name, str) else f"{type(value).__name__} of {len(value)}" if hasattr(value, "__len__") else type(value).__name__

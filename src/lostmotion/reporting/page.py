@@ -9,7 +9,7 @@ import json
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.reporting.sheet import plain
+from lostmotion.reporting.layout import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

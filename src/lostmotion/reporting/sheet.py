@@ -91,11 +91,12 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A line of a section: what it is, its figures, and a remark."""
+    """A line of a section: what it is, its figures, a remark, and its key in result.json where that does not follow from the label."""
 
     label: str
     figures: tuple[Figure, ...]
     note: str = ""
+    key: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,45 +207,3 @@ def length(value: float, low: float = math.nan, high: float = math.nan, samples:
     """Return a length (m) in the unit that suits its size: µm, mm or m."""
     unit, factor = ("µm", 1e6) if abs(value) < 1e-4 else ("mm", 1e3) if abs(value) < 1 else ("m", 1.0)  # noqa: PLR2004 - where people change units
     return Figure(value * factor, unit, low * factor, high * factor, samples, stated=stated)
-
-
-def plain(sheet: Sheet, version: str) -> dict[str, Any]:
-    """Return every printed figure as plain data for result.json: no clock time, so that two runs can be compared byte by byte."""
-    return {
-        "lostmotion": version,
-        **sheet.facts,
-        "warnings": list(sheet.warnings),
-        "notes": list(sheet.notes),
-        **({"lines": {"title": sheet.lines.title, "text": sheet.lines.text}} if sheet.lines else {}),
-        "sections": [
-            {
-                "key": section.key,
-                "title": section.title,
-                "note": section.note,
-                "rows": [
-                    {
-                        "label": row.label,
-                        "note": row.note,
-                        "figures": [_plain(name, figure, sheet.seed) for name, figure in zip(section.columns, row.figures, strict=True)],
-                    }
-                    for row in section.rows
-                ],
-            }
-            for section in sheet.sections
-        ],
-    }
-
-
-def _plain(name: str, figure: Figure, seed: int | None) -> dict[str, Any]:
-    ends = [end if math.isfinite(end) else None for end in (figure.low, figure.high)]
-    return {
-        "name": name,
-        "value": figure.value if math.isfinite(figure.value) else None,
-        "unit": figure.unit,
-        "interval": None if ends == [None, None] else ends,
-        "interval_kind": None if ends == [None, None] else figure.ends,
-        "samples": figure.samples,
-        "seed": seed,
-        **({"bound": figure.bound} if figure.bound else {}),
-        **({"words": figure.words} if figure.words else {}),
-    }

@@ -99,7 +99,7 @@ def gear(
     seed: SeedArgument = 1,
     dxf: Annotated[
         "str | Path | None",
-        Argument("DXF file that the report writes the profiles to as well (cycloidal; needs ezdxf).", path_of, metavar="DXF", changes_figures=False),
+        Argument("DXF file that the report writes the profiles to as well (cycloidal; needs ezdxf).", path_of, metavar="DXF"),
     ] = None,
     ready: ReadyArgument = None,
 ) -> Gear:

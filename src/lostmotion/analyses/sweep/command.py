@@ -81,16 +81,12 @@ def sweep(
     sidecar: SidecarArgument = None,
     out: Annotated[
         "str | Path | None",
-        Argument("Folder of the run; a run that was stopped continues there. Default: NAME-sweep.", path_of, metavar="FOLDER", changes_figures=False),
+        Argument("Folder of the run; a run that was stopped continues there. Default: NAME-sweep.", path_of, metavar="FOLDER"),
     ] = None,
-    workers: Annotated[
-        int | None, Argument("Number of threads; no byte depends on it. Default: one per processor.", least=1, changes_figures=False)
-    ] = None,
+    workers: Annotated[int | None, Argument("Number of threads; no byte depends on it. Default: one per processor.", least=1)] = None,
     dask: Annotated[
         str | None,
-        Argument(
-            "Compute on Dask instead: local:N processes, or a scheduler's address. No byte depends on it.", metavar="ADDRESS", changes_figures=False
-        ),
+        Argument("Compute on Dask instead: local:N processes, or a scheduler's address. No byte depends on it.", metavar="ADDRESS"),
     ] = None,
     progress: ProgressArgument = None,
 ) -> Sweep:

@@ -65,6 +65,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
             "rotation of the tool, r.m.s.",
             (Figure(turned.value / ARCMIN, "arcmin", turned.low / ARCMIN, turned.high / ARCMIN, exact),),
             "exact at the visited poses" if poses.replicates > 1 else "",
+            "rotation_rms",
         ),
     ]
     note = "best and worst pose are those of the visited poses, chosen by the same samples: their intervals are valid for a pose chosen beforehand"
@@ -75,13 +76,19 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
     """Return the rows of the root-sum-square and the worst case, m; where an error has no limits, a row that says there is no worst case."""
     rss, squares = length(root_sum_square, samples=counted), "|bias| + root of the sum of squared limits"
     if math.isfinite(worst):
-        upper = Row("worst case, worst pose", (length(worst, samples=counted),), "upper bound: sum of the magnitudes of all errors at their limits")
-        return Row("root-sum-square, worst pose", (rss,), squares), upper
+        bound = "upper bound: sum of the magnitudes of all errors at their limits"
+        upper = Row("worst case, worst pose", (length(worst, samples=counted),), bound, "worst_case")
+        return Row("root-sum-square, worst pose", (rss,), squares, "root_sum_square"), upper
     endless = [of.name.removeprefix("joints.") for of in arm.terms if math.isinf(of.term.bound)]
     names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
     return (
-        Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations"),
-        Row("worst case, worst pose", (Figure(math.inf, "m", samples=counted, words="none"),), f"no worst case: normal without limits ({names})"),
+        Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations", "root_sum_square"),
+        Row(
+            "worst case, worst pose",
+            (Figure(math.inf, "m", samples=counted, words="none"),),
+            f"no worst case: normal without limits ({names})",
+            "worst_case",
+        ),
     )
 
 
@@ -94,10 +101,13 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     rows = []
     for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
         of_robots = sampled.robot_means[:, :, column]
-        rows.append(Row(f"{label}, mean over poses and robots", (as_length(pooled_mean(of_robots), counted),)))
+        rows.append(Row(f"{label}, mean over poses and robots", (as_length(pooled_mean(of_robots), counted),), key=f"{label}_mean"))
         rows.append(
             Row(
-                f"{label}, 95th percentile of robots", (as_length(pooled_robots_quantile(of_robots), counted),), "each robot's average over the poses"
+                f"{label}, 95th percentile of robots",
+                (as_length(pooled_robots_quantile(of_robots), counted),),
+                "each robot's average over the poses",
+                f"{label}_p95",
             )
         )
         at = int(table[:, 1].argmax())
@@ -106,6 +116,7 @@ def iso_section(answer: Answer, where: str = "") -> Section:
                 f"{label} at its worst pose, 95th percentile of robots",
                 (as_length(Estimate(*(float(x) for x in table[at, 1:])), counted),),
                 described_pose(answer, at),
+                f"{label}_worst_pose_p95",
             )
         )
     arriving = (

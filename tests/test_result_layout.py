@@ -1,0 +1,89 @@
+"""result.json: keys that programs can rely on, and the schema that says which there are."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import lostmotion
+from lostmotion.reporting.layout import LAYOUT, figures_by_key, key_of, result_schema
+from lostmotion.reporting.sheet import Figure, Row, Section
+
+ROOT = Path(__file__).parents[1]
+Z_ARM = ROOT / "examples" / "z-arm.toml"
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Ask some questions once."""
+    arm = lostmotion.read(Z_ARM)
+    return {
+        "study": lostmotion.study(arm, 16, 20, 3).result(),
+        "statics": lostmotion.statics(arm, poses=16).result(),
+        "bearing": lostmotion.bearing(ROOT / "examples" / "bearing" / "6209-pair.toml", bearings=20).result(),
+        "catalog": lostmotion.catalog("CSG-25-100").result(),
+    }
+
+
+def test_the_published_schema_is_the_generated_one():
+    """docs/result.schema.json is what `lostmotion schema result` prints."""
+    published = (ROOT / "docs" / "result.schema.json").read_text(encoding="utf-8")
+    assert published == json.dumps(lostmotion.schema("result"), indent=2, ensure_ascii=False) + "\n"
+    jsonschema.Draft202012Validator.check_schema(result_schema())
+
+
+@pytest.mark.parametrize("question", ["study", "statics", "bearing", "catalog"])
+def test_a_result_fits_the_schema(results, question):
+    """Whatever is asked, the layout is the same, with its version."""
+    jsonschema.validate(json.loads(json.dumps(results[question], allow_nan=False)), result_schema())
+    assert results[question]["layout"] == LAYOUT
+
+
+def test_the_main_figures_have_these_keys(results):
+    """A program reads `figures.error.p95.value` with its unit and interval, whatever words the table prints."""
+    figures = results["study"]["figures"]
+    assert list(figures["error"]) == [
+        *("mean", "standard_deviation", "p50", "p95", "p99", "largest"),
+        *("best_pose_mean", "best_pose_p95", "worst_pose_mean", "worst_pose_p95", "root_sum_square", "worst_case", "rotation_rms"),
+    ]
+    assert list(figures["iso9283"]) == ["AP_mean", "AP_p95", "AP_worst_pose_p95", "RP_mean", "RP_p95", "RP_worst_pose_p95"]
+    p95 = figures["error"]["p95"]
+    assert p95["low"] < p95["value"] < p95["high"]
+    assert p95["unit"] in {"m", "mm", "µm"}
+
+
+def test_every_printed_figure_has_its_key(results):
+    """Tables and keys hold the same numbers, section by section, row by row."""
+    for result in results.values():
+        for section in result["sections"]:
+            keyed = result["figures"][section["key"]]
+            assert len(keyed) == len(section["rows"])
+            for found, row in zip(keyed.values(), section["rows"], strict=True):
+                several = [found] if "value" in found else list(found.values())
+                assert [each["value"] for each in several] == [each["value"] for each in row["figures"]]
+
+
+@pytest.mark.parametrize(
+    ("label", "key"),
+    [
+        ("95 % below", "p95"),
+        ("95th percentile", "p95"),
+        ("worst pose, 95 % below", "worst_pose_p95"),
+        ("AP, 95 % of robots below", "AP_p95"),
+        ("A bearing", "A_bearing"),
+        ("joint 'x'", "joint_x"),
+        ("…", "value"),
+    ],
+)
+def test_a_key_follows_from_its_label(label, key):
+    """Letters and digits, with percentiles by their number."""
+    assert key_of(label) == key
+
+
+def test_rows_of_one_name_are_numbered():
+    """No figure takes another one's place."""
+    row = Row("A", (Figure(1.0, "mm"), Figure(2.0, "%")))
+    found = figures_by_key([Section("x", "X", ("now", "now"), (row, row))])
+    assert list(found["x"]) == ["A", "A_2"]
+    assert [found["x"]["A"][name]["value"] for name in ("now", "now_2")] == [1.0, 2.0]
