@@ -50,7 +50,7 @@ def test_clearance_grows_with_group_and_bore(bearing):
     ],
 )
 def test_a_bearing_is_found_by_its_bore(bearing, bore, group, limits):
-    """Ranges hold bores over their lower end up to and including their upper."""
+    """Ranges contain bores above their lower limit up to and including their upper limit."""
     assert delivered_clearance(bearing, bore, group) == pytest.approx([limit * UM for limit in limits])
 
 
@@ -70,8 +70,8 @@ def test_a_bearing_is_found_by_its_bore(bearing, bore, group, limits):
         (lambda: deviation("housing", 0.060, "k7"), "K7"),
     ],
 )
-def test_what_no_table_holds_is_refused(call, words):
-    """A bore outside the table is never answered with a neighbouring row: the nearest range is named instead."""
+def test_diameters_outside_the_tables_are_refused(call, words):
+    """A bore outside the table is never answered with a neighbouring row: the message states the nearest range."""
     with pytest.raises(InputError) as caught:
         call()
     assert words in str(caught.value)
@@ -91,14 +91,14 @@ def test_fits_rise_from_loose_to_tight():
 
 
 def test_k5_is_tight_on_every_shaft_and_h6_on_some():
-    """A bearing on k5 always sits tight, by 2 to 25 µm; on h6 between 16 µm loose and 12 µm tight."""
+    """A bearing on k5 always has an interference of 2 to 25 µm; on h6 from 16 µm loose to 12 µm tight."""
     bore = deviation("bearing bore", 0.04)
     assert interference(deviation("shaft", 0.04, "k5"), bore) == pytest.approx((2 * UM, 25 * UM))
     assert interference(deviation("shaft", 0.04, "h6"), bore) == pytest.approx((-16 * UM, 12 * UM))
 
 
 @pytest.mark.parametrize("table", ["clearances", "fits"])
-def test_every_table_says_its_source(table):
+def test_every_table_states_its_source(table):
     """A source ends with its mark of confidence."""
     assert all(each.source.endswith("]") and "ISO" in each.source for each in tables(table).values())
 
@@ -112,8 +112,8 @@ def test_sixty_micrometres_fail_for_normal_roller_bearings_above_50_mm(bore):
     assert "70" in text or "75" in text or "85" in text
 
 
-def test_sixty_micrometres_hold_for_the_others():
-    """For deep-groove ball bearings to 100 mm in group CN, and for normal roller bearings to 50 mm, nothing speaks against the paper's 60 µm."""
+def test_sixty_micrometres_are_met_by_the_others():
+    """Deep-groove ball bearings to 100 mm in group CN, and normal roller bearings to 50 mm, have at most 60 µm."""
     assert all(not clearance_warning("deep-groove ball", bore * 1e-3, group) for bore in range(7, 101) for group in ("C2", "CN", "C3"))
     assert all(not clearance_warning("cylindrical roller", bore * 1e-3) for bore in range(1, 51))
     assert clearance_warning("deep-groove ball", 0.06, "C4")

@@ -1,4 +1,4 @@
-"""The catalogue of reducers: every row can be used, says where it comes from, and winds up as its maker prints."""
+"""The catalogue of reducers: every row can be used, states its source, and winds up as its maker prints."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ RV = [row for row in gearboxes() if row.maker == "Nabtesco"]
 
 
 def of_row(row: GearboxRow, **stated: object):
-    """Put a row into a joint, as a file does."""
+    """Return a joint with this row, as from a file."""
     joint = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"], "gearbox": row.with_stated(dict(stated))}
     return RevoluteJoint.model_validate(joint, context={"text": True}).gearbox
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_every_row_makes_a_gearbox_and_says_its_source(row: GearboxRow):
-    """A row is complete by itself, holds no ideal gearbox, and its source carries a mark of confidence."""
+def test_every_row_is_a_gearbox_with_its_source(row: GearboxRow):
+    """A row is complete, is not an ideal gearbox, and its source has a mark of confidence."""
     part = of_row(row)
     assert part.zones
     assert part.play.nominal >= 0
@@ -80,7 +80,7 @@ def test_a_larger_size_or_ratio_is_stiffer():
 
 
 def test_a_strain_wave_gear_has_no_play_of_its_own():
-    """Lost motion of a strain wave gear is elastic: at 4 % of some 67 N m a CSF-25-100 winds up 0.59' both ways, of the < 1' printed."""
+    """Lost motion of a strain wave gear is elastic: at 4 % of 67 N m a CSF-25-100 winds up 0.59' in both directions, of the < 1' printed."""
     row, _ = find_gearbox("CSF-25-100")
     part = of_row(row)
     assert part.play.nominal == 0
@@ -91,7 +91,7 @@ def test_a_strain_wave_gear_has_no_play_of_its_own():
 
 @pytest.mark.parametrize("row", [pytest.param(row, id=row.models[0]) for row in RV])
 def test_play_and_friction_of_an_rv_make_the_printed_loop(row: GearboxRow):
-    """At zero torque the loop is as wide as the sheet says, 1' (1.5' for size 6); what the play leaves of it is friction's."""
+    """At zero torque the loop is as wide as on the sheet, 1' (1.5' for size 6); the part that is not play is friction."""
     part = of_row(row)
     printed = 1.5 if row.models == ["RV-6E"] else 1.0
     assert part.lost_motion / ARCMIN == pytest.approx(printed)
@@ -106,7 +106,7 @@ def test_an_rv_42n_winds_up_by_its_rating_over_its_rigidity():
     assert _wind_up(part, 412.0) == pytest.approx(412 / 113 * math.pi / 180 / 60, rel=1e-12)
 
 
-def test_rated_torque_rises_faster_than_it_winds_up():
+def test_larger_sizes_are_stronger_and_stiffer():
     """From size to size an RV carries more and is stiffer, about its axis and against tilting; all wind up between 2.5' and 5' at their rating."""
     rows = RV[1:]
     parts = [of_row(row) for row in rows]
@@ -130,7 +130,7 @@ def test_rated_torque_rises_faster_than_it_winds_up():
     ],
 )
 def test_a_name_leads_to_its_row(name: str, beside: float | None, ratio: float | None, in_row: str):
-    """The ratio stands behind the name as makers print it, or beside it; where the stiffness does not depend on it, it may be left out."""
+    """The ratio is appended to the name as makers print it, or stated separately; it may be omitted where the stiffness does not depend on it."""
     row, found = find_gearbox(name, beside)
     assert found == ratio
     assert row.ratios == in_row
@@ -152,8 +152,8 @@ def test_a_name_leads_to_its_row(name: str, beside: float | None, ratio: float |
         ("x" * 5000, None, "a reducer of the catalogue", ""),
     ],
 )
-def test_a_name_that_leads_nowhere_is_told(name: str, beside: float | None, expected: str, near: str):
-    """Unknown names get the nearest known one, and a ratio without figures gets those that have some; the example can be used as it stands."""
+def test_an_unknown_name_is_refused_with_the_nearest(name: str, beside: float | None, expected: str, near: str):
+    """The message has the nearest known name, or the ratios with figures; its example is valid."""
     with pytest.raises(InputError) as caught:
         find_gearbox(name, beside)
     (problem,) = caught.value.problems
@@ -162,8 +162,8 @@ def test_a_name_that_leads_nowhere_is_told(name: str, beside: float | None, expe
     assert not near or problem.nearest.startswith(near)
 
 
-def test_what_is_stated_goes_before_the_catalogue():
-    """A measured backlash takes the place of the printed lost motion, a single stiffness that of the zones, and the other way about."""
+def test_stated_values_have_priority_over_the_catalogue():
+    """A measured backlash replaces the printed lost motion, a single stiffness the zones, and vice versa."""
     assert of_row(find_gearbox("RV-40E")[0], backlash="0.4 arcmin").play.nominal == pytest.approx(0.4 * ARCMIN)
     assert of_row(find_gearbox("CSG-25-100")[0], stiffness="40e3 N m/rad").zones == [40e3]
     tighter = of_row(find_gearbox("RV-40E")[0], lost_motion="0.5 arcmin")
@@ -171,8 +171,8 @@ def test_what_is_stated_goes_before_the_catalogue():
     assert of_row(find_gearbox("CSG-25-100")[0], lost_motion="0.9 arcmin", rated_torque="67 N m", lost_motion_torque="4 %").play.nominal > 0
 
 
-def test_a_row_says_what_it_leaves_open():
-    """The note names upper limits and silences that the user did not fill, and the source."""
+def test_a_note_names_what_the_row_does_not_state():
+    """The note names upper limits and missing values that the user did not state, and the source."""
     row, _ = find_gearbox("RV-40E")
     note = row.note("RV-40E-121", {})
     assert "lost_motion and hysteresis are the maker's upper limit" in note
@@ -185,5 +185,5 @@ def test_a_row_says_what_it_leaves_open():
 
 @pytest.mark.parametrize("row", ROWS)
 def test_a_note_fits_a_line_of_the_report(row: GearboxRow):
-    """With the longest name it is found under, a row's note keeps its source within 300 letters."""
+    """With its longest name a row's note keeps its source within 300 characters."""
     assert len(row.note(max(row.models, key=len) + "-118.55", {})) <= 300

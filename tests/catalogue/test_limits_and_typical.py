@@ -1,4 +1,4 @@
-"""Values of the catalogue that are a maker's upper limits, and the typical values that a file may ask for instead."""
+"""Catalogue values that are a maker's upper limits, and the typical values that a file may select instead."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def arm_from(tmp_path, text):
     return read(path)
 
 
-def test_a_file_chooses_between_limit_and_typical(tmp_path):
-    """The limit counts where nothing is chosen and is named as one; the typical value is assumed, with its own source."""
+def test_a_file_selects_limit_or_typical(tmp_path):
+    """The limit is the default and is named as one; the typical value is assumed, with its own source."""
     limit = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10" }\n' + ROW + TYPICAL)
     also = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10", values = "limit" }\n' + ROW + TYPICAL)
     typical = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10", values = "typical" }\n' + ROW + TYPICAL)
@@ -49,8 +49,8 @@ def test_a_typical_loop_is_narrower_by_its_share(tmp_path):
     assert sizes[1] == pytest.approx(0.1 * sizes[0])
 
 
-def test_what_the_file_states_goes_before_a_typical_value(tmp_path):
-    """A loop that the user measured stands, whichever values are asked for, and is no assumption."""
+def test_stated_values_have_priority_over_typical_ones(tmp_path):
+    """A loop that the user measured is used with either selection, and is not assumed."""
     arm = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "X-10", values = "typical", hysteresis = "0.4 arcmin" }\n' + ROW + TYPICAL)
     assert arm.moving[0].gearbox.hysteresis == pytest.approx(0.4 * ARCMIN)
     assert arm.moving[0].gearbox.assumed == ()
@@ -81,7 +81,7 @@ def test_strain_wave_gears_repeat_to_a_tenth_of_a_minute(tmp_path):
     ],
 )
 def test_a_slip_is_one_mistake_under_its_key(told, text, key, expected):  # noqa: F811 - the fixture
-    """A wrong choice, a typical value that is no limit's or is above it, and one without a source are refused where they stand."""
+    """A wrong selection, a typical value of no limit or above it, and one without a source are refused under their key."""
     found = told(HEAD + JOINT + text)
     assert list(found) == [key]
     assert expected in found[key].expected
@@ -89,7 +89,7 @@ def test_a_slip_is_one_mistake_under_its_key(told, text, key, expected):  # noqa
 
 @pytest.mark.parametrize("row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()])
 def test_every_typical_value_and_every_mass_of_the_package_has_a_source(row):
-    """No figure stands without its origin: typical values lie below the limits, masses and moments of inertia grow with the size."""
+    """Every figure has its source: typical values are below the limits, masses and moments of inertia grow with the size."""
     assert row.figures.part.mass > 0
     assert row.source
     if row.typical:
@@ -114,13 +114,13 @@ def test_larger_sizes_weigh_more():
     assert inertias == sorted(inertias)
 
 
-def test_the_moment_of_inertia_goes_by_the_ratio(tmp_path):
-    """An RV-40E-121 has 0.137 kg cm^2 at its input; of a ratio that is not printed none is known."""
+def test_the_moment_of_inertia_depends_on_the_ratio(tmp_path):
+    """An RV-40E-121 has 0.137 kg cm^2 at its input; for a ratio that is not printed it is unknown."""
     arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E-121"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "RV-40E-122"\n')
     assert [joint.gearbox.inertia for joint in arm.moving] == [pytest.approx(1.37e-5), None]
 
 
-def test_figures_from_memory_are_assumed_and_their_source_says_how_sure():
+def test_figures_from_memory_are_assumed_with_their_confidence():
     """The stiffness of an RV-20E is from memory, that of an RV-42N was read; a user's own value is a fact in either."""
     memory, read_there = (find_gearbox(name)[0].with_stated({}) for name in ("RV-20E", "RV-42N"))
     assert "stiffness" in memory["assumed"]

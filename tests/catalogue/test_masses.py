@@ -1,4 +1,4 @@
-"""What gearboxes weigh: at the joint where its mass is not stated, within it where it is, and what is said where nobody knows."""
+"""Masses of gearboxes: added at the joint where its mass is not stated, included where it is, reported where unknown."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def arm_from(tmp_path, text):
 
 
 def test_a_heavier_reducer_loads_the_joints_before_it(tmp_path):
-    """At the elbow 0.5 m out, an RV-40E of 9.3 kg asks 9.3 x 9.80665 x 0.5 N m of the shoulder, and nothing of the elbow."""
+    """At the elbow 0.5 m out, an RV-40E of 9.3 kg adds 9.3 x 9.80665 x 0.5 N m at the shoulder, and nothing at the elbow."""
     arm = arm_from(tmp_path, TWO + 'gearbox = "RV-40E-121"\n')
     assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx([9.3 * STANDARD_GRAVITY * 0.5, 0.0])
     assert arm.mass == pytest.approx(9.3)
@@ -39,14 +39,14 @@ def test_a_stated_mass_of_a_joint_includes_its_reducer(tmp_path):
         assert any("includes" in note and "B 9.3 kg" in note for note in arm.remarks)
 
 
-def test_a_reducer_may_weigh_what_its_user_says(tmp_path):
+def test_a_stated_mass_has_priority_over_the_catalogue(tmp_path):
     """A mass in the gearbox's own table goes before the catalogue's."""
     arm = arm_from(tmp_path, TWO + 'gearbox = { catalogue = "RV-40E-121", mass = "10 kg" }\n')
     assert arm.mass == pytest.approx(10.0)
 
 
 def test_a_reducer_of_unknown_mass_is_named(tmp_path):
-    """A row without a mass weighs nothing, and every result of the arm says so; with the joint's own mass stated nothing is missing."""
+    """A row without a mass weighs nothing, and every result of the arm reports it; with the joint's own mass stated nothing is missing."""
     arm = arm_from(tmp_path, TWO + 'gearbox = "X-10-81"\n' + ROW)
     assert "mass of X-10-81 not stated: counted as zero" in arm.remarks
     arm = arm_from(tmp_path, TWO + 'mass = "3 kg"\ngearbox = "X-10-81"\n' + ROW)
@@ -54,7 +54,7 @@ def test_a_reducer_of_unknown_mass_is_named(tmp_path):
 
 
 def test_the_bodies_of_a_urdf_include_their_drives(tmp_path):
-    """A URDF weighs whole bodies: a reducer that its sidecar names adds nothing."""
+    """A URDF has the masses of whole bodies: a reducer in its sidecar adds nothing."""
     (tmp_path / "arm.urdf").write_text(
         """<robot name="x"><link name="base"/><link name="a"><inertial><origin xyz="0.2 0 0"/><mass value="5"/></inertial></link><link name="tip"/>
         <joint name="A" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 -1 0"/><limit lower="-1" upper="1"/></joint>
@@ -68,7 +68,7 @@ def test_the_bodies_of_a_urdf_include_their_drives(tmp_path):
     assert any("includes" in note for note in arm.remarks)
 
 
-def test_the_catalogue_shows_masses_and_says_where_none_is_stated():
+def test_the_catalogue_shows_masses_and_names_rows_without():
     """Each row with its mass; rows without one are named."""
     own = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {"stiffness": "20 N m/arcmin"}, "source": "none"})
     sheet = catalogue_sheet(Criteria(ratio=121.0), "gearbox", own=[own])

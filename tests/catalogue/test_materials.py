@@ -1,4 +1,4 @@
-"""Materials of the catalogue: laminates against classical laminate theory from their plies, all others within what holds for any."""
+"""Materials of the catalogue: laminates against classical laminate theory from their plies, all others within physical limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LAYUPS = {"UD": (0,), "60/40": (0, 0, 0, 45, -45), "quasi-isotropic": (0, 45, -4
 
 
 def laminate(ply: tuple[float, float, float, float], angles: tuple[int, ...]) -> tuple[float, float, float]:
-    """Young's modulus along x, shear modulus and Poisson's ratio of a symmetric laminate in its plane, its plies turned so (deg)."""
+    """Return Young's modulus along x, shear modulus and Poisson's ratio of a symmetric laminate in its plane, with plies at these angles (deg)."""
     along, across, shear, nu = ply
     compliance = np.array([[1 / along, -nu / along, 0], [-nu / along, 1 / across, 0], [0, 0, 1 / shear]])
     whole = np.zeros((3, 3))
@@ -30,7 +30,7 @@ LAMINATES = [name for name, material in materials().items() if material.shear_mo
 
 
 @pytest.mark.parametrize("name", LAMINATES)
-def test_a_laminate_is_what_its_plies_make_it(name: str):
+def test_a_laminate_follows_from_its_plies(name: str):
     """Moduli and Poisson's ratio of every laminate are those of classical laminate theory, to the digits that are stated."""
     kind, layup = name.partition(", ")[0].split(" ", 1)
     young, shear, nu = laminate(PLIES["high modulus" if "high" in name else kind], LAYUPS[layup])
@@ -41,12 +41,12 @@ def test_a_laminate_is_what_its_plies_make_it(name: str):
 
 
 def test_there_are_laminates_to_check():
-    """Carbon and glass, along the link, to all sides, and against torsion."""
+    """Carbon and glass, unidirectional, quasi-isotropic, and for torsion."""
     assert {"CFRP UD", "CFRP quasi-isotropic", "CFRP ±45", "GFRP UD"} <= set(LAMINATES)
 
 
-def test_the_theory_knows_its_limits():
-    """A quasi-isotropic laminate is alike to all sides in its plane, E = 2 G (1 + nu); a laminate of one ply is that ply."""
+def test_laminate_theory_has_the_known_limits():
+    """A quasi-isotropic laminate is isotropic in its plane, E = 2 G (1 + nu); a laminate of one ply is that ply."""
     young, shear, nu = laminate(PLIES["CFRP"], LAYUPS["quasi-isotropic"])
     assert young == pytest.approx(2 * shear * (1 + nu), rel=1e-12)
     assert laminate(PLIES["GFRP"], (0,)) == pytest.approx((40.0, 4.0, 0.27), rel=1e-12)
@@ -54,7 +54,7 @@ def test_the_theory_knows_its_limits():
 
 @pytest.mark.parametrize("name", materials())
 def test_every_material_stores_energy(name: str):
-    """Scatter is stated, and a solid alike to all sides has a Poisson's ratio that leaves it stiff against pressure."""
+    """Scatter is stated, and an isotropic solid has a Poisson's ratio that leaves it stiff against pressure."""
     material = materials()[name]
     assert 0 < material.scatter <= 0.33
     assert material.shear_modulus is not None or material.poisson < 0.45

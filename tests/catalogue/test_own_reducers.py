@@ -1,4 +1,4 @@
-"""Reducers of a user's own: in the arm file, in a file of rows beside it, and checked as those of the package."""
+"""A user's own reducers: in the arm file, in a file of rows beside it, and validated as those of the package."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ USE = JOINT + 'gearbox = "X-10-81"\n'
 
 
 def written(tmp_path, text, name="arm.toml"):
-    """Write a file and give its path."""
+    """Write a file and return its path."""
     path = tmp_path / name
     path.parent.mkdir(exist_ok=True, parents=True)
     path.write_text(text, encoding="utf-8")
@@ -28,13 +28,13 @@ def written(tmp_path, text, name="arm.toml"):
 
 @pytest.mark.parametrize("row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()])
 def test_the_rows_of_the_package_pass_the_users_check(row):
-    """What is asked of a user's row holds for every row that ships."""
+    """Every row of the package passes the validation of a user's row."""
     assert isinstance(row.figures, CheckedRow)
     assert row.figures.part.zones
 
 
 def test_rows_in_the_arm_file_are_found_by_model(tmp_path):
-    """A joint that names a row of the same file has its figures, with a note of where they come from."""
+    """A joint that names a row of the same file has its figures, with a note of their source."""
     arm = read(written(tmp_path, HEAD + USE + ROW))
     gearbox = arm.moving[0].gearbox
     assert (gearbox.ratio, gearbox.model) == (81, "X-10-81")
@@ -43,15 +43,15 @@ def test_rows_in_the_arm_file_are_found_by_model(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["my.toml", "parts/my.toml", "./my.toml"])
-def test_rows_stand_in_a_file_beside_the_arm(tmp_path, name):
-    """The arm names a file of rows in its folder or below it; both ways of having rows go together."""
+def test_rows_may_be_in_a_file_beside_the_arm(tmp_path, name):
+    """The arm names a file of rows in its folder or below it; rows in the arm file can be used together with it."""
     written(tmp_path, ROW, name)
     own = ROW.replace("X-10", "Y-20")
     arm = read(written(tmp_path, HEAD + f'catalogue = "{name}"\n' + USE + JOINT.replace('"A"', '"B"') + 'gearbox = "Y-20"\n' + own))
     assert [joint.gearbox.model for joint in arm.moving] == ["X-10-81", "Y-20"]
 
 
-def test_own_rows_go_before_those_of_the_package(tmp_path):
+def test_own_rows_have_priority_over_those_of_the_package(tmp_path):
     """A measured RV-40E is the user's; other reducers of the package are found as before."""
     arm = read(
         written(
@@ -71,7 +71,7 @@ def test_a_class_of_ratios_holds_for_own_rows_too(told):  # noqa: F811 - the fix
 
 
 def test_the_nearest_own_row_is_offered(told):  # noqa: F811 - the fixture
-    """A misspelt model of one's own gets the near one, and its maker is named."""
+    """A misspelt own model is refused with the nearest one, and its maker is named."""
     found = told(HEAD + USE.replace("X-10-81", "Xrated-1") + ROW.replace("X-10", "Xrated-10"))["joints.A.gearbox"]
     assert found.nearest == "Xrated-10"
     assert "by X" in found.expected
@@ -101,22 +101,22 @@ def test_the_nearest_own_row_is_offered(told):  # noqa: F811 - the fixture
         ('catalogue = "."\n', "", "a text file"),
     ],
 )
-def test_a_slip_in_own_rows_is_told(told, text, key, expected):  # noqa: F811 - the fixture
-    """Every key of a row is checked as in the package, and no file outside the folder is looked at."""
+def test_a_mistake_in_own_rows_is_reported(told, text, key, expected):  # noqa: F811 - the fixture
+    """Every key of a row is checked as in the package, and files outside the folder are not opened."""
     top, rows = ("", text) if text.startswith("[[") else (text, "")
     found = told(HEAD + top + JOINT + rows)
     assert key in found
     assert expected in found[key].expected
 
 
-def test_all_mistakes_are_told_at_once(told):  # noqa: F811 - the fixture
-    """Rows, the file of rows and the joints are looked at in one reading."""
+def test_all_mistakes_are_reported_at_once(told):  # noqa: F811 - the fixture
+    """Rows, the file of rows and the joints are checked in one pass."""
     found = told(HEAD + 'catalogue = "nowhere.toml"\n' + JOINT + 'gearbox = "RV-41E"\nmas = "1 kg"\n' + ROW.replace("maker", "makr"))
     assert {"", "joints.A.gearbox", "joints.A.mas", "reducers[0].makr", "reducers[0].maker"} == set(found)
 
 
 def test_a_link_out_of_the_folder_is_refused(tmp_path):
-    """A link that leads elsewhere is not followed."""
+    """A symbolic link out of the folder is not followed."""
     written(tmp_path, ROW, "outside.toml")
     (tmp_path / "arm").mkdir()
     (tmp_path / "arm" / "my.toml").symlink_to(tmp_path / "outside.toml")
@@ -124,8 +124,8 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path):
         read(written(tmp_path, HEAD + 'catalogue = "my.toml"\n' + USE, "arm/arm.toml"))
 
 
-def test_a_file_of_rows_holds_rows(tmp_path):
-    """Read by itself: rows, or the mistakes in them; anything else in it is a slip; an arm file gives the rows that it has."""
+def test_a_file_of_rows_contains_rows(tmp_path):
+    """Read on its own it yields rows, or the mistakes in them; any other content is a mistake; an arm file yields its rows."""
     assert [row.models for row in read_reducers(written(tmp_path, ROW))] == [["X-10"]]
     assert [row.models for row in read_reducers(written(tmp_path, HEAD + USE + ROW))] == [["X-10"]]
     for text, said in (
@@ -138,7 +138,7 @@ def test_a_file_of_rows_holds_rows(tmp_path):
 
 
 def test_a_urdfs_sidecar_may_have_own_rows(tmp_path):
-    """What a URDF's sidecar names is found in the sidecar's folder."""
+    """Files named in a URDF's sidecar are found in the sidecar's folder."""
     robot = (
         '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
         '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
@@ -150,7 +150,7 @@ def test_a_urdfs_sidecar_may_have_own_rows(tmp_path):
 
 
 def test_rows_are_found_by_any_of_their_models():
-    """A row of three names is found under each, also where it is the user's."""
+    """A row with three names is found by each, also a user's."""
     row = gearboxes()[-1]
     own = by_model([row])
     assert all(find_gearbox(model, 100, own)[0] is row for model in row.models)

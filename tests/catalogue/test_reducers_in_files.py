@@ -40,8 +40,8 @@ def test_a_reducer_is_named_in_three_ways(tmp_path, text):
     assert "(from memory, 95 % confidence)" in gearbox.source
 
 
-def test_what_the_file_states_goes_first(tmp_path):
-    """A measured backlash and transmission error stand in place of the catalogue's, and of its silence."""
+def test_stated_values_have_priority(tmp_path):
+    """A measured backlash and transmission error replace the catalogue's values and its missing ones."""
     arm = arm_from(tmp_path, JOINT + 'gearbox = { catalogue = "CSG-25", ratio = 100, backlash = "0.1 arcmin", transmission_error = "0.3 arcmin" }\n')
     gearbox = arm.moving[0].gearbox
     assert gearbox.play.nominal == pytest.approx(0.1 * ARCMIN)
@@ -49,8 +49,8 @@ def test_what_the_file_states_goes_first(tmp_path):
     assert gearbox.zones == [31e3, 50e3, 57e3]
 
 
-def test_a_shared_gearbox_goes_before_the_catalogue(tmp_path):
-    """Whoever names a gearbox of their own RV-40E means theirs."""
+def test_a_shared_gearbox_has_priority_over_the_catalogue(tmp_path):
+    """A gearbox table of the file named RV-40E replaces the catalogue's."""
     arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E"\n[gearboxes.RV-40E]\nratio = 7\n')
     assert arm.moving[0].gearbox.ratio == 7
     assert arm.moving[0].gearbox.stiffness is None
@@ -58,7 +58,7 @@ def test_a_shared_gearbox_goes_before_the_catalogue(tmp_path):
 
 
 def test_two_joints_of_one_reducer_are_noted_once(tmp_path):
-    """The note speaks of the reducer, however many joints have it."""
+    """The note is about the reducer, however many joints have it."""
     arm = arm_from(tmp_path, JOINT + 'gearbox = "RV-40E-121"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "RV-40E-121"\n')
     assert len(arm.notes) == 1
 
@@ -81,8 +81,8 @@ def test_two_joints_of_one_reducer_are_noted_once(tmp_path):
         (HEAD[:0] + JOINT.replace("revolute", "prismatic").replace("deg", "mm") + 'gearbox = "RV-40E"\n', "joints.A.gearbox", "lengths and forces"),
     ],
 )
-def test_a_slip_is_one_mistake_where_it_stands(told, text, key, expected):  # noqa: F811 - the fixture
-    """A wrong name, a missing or impossible ratio, a sliding joint: each is told once, under the key that the user wrote."""
+def test_a_mistake_is_reported_once_under_its_key(told, text, key, expected):  # noqa: F811 - the fixture
+    """A wrong name, a missing or impossible ratio, a prismatic joint: each is reported once, under the key in the file."""
     found = told(HEAD + text)
     assert list(found) == [key]
     assert expected in found[key].expected
@@ -95,7 +95,7 @@ def test_an_encoder_on_the_output_needs_no_ratio(tmp_path):
 
 
 def test_the_nearest_name_is_offered(told):  # noqa: F811 - the fixture
-    """A misspelt reducer gets the near one; a misspelt shared gearbox its own, even where reducers are near as well."""
+    """A misspelt reducer is refused with the nearest one; a misspelt shared gearbox with the nearest shared one, even where reducers are close."""
     assert told(HEAD + JOINT + 'gearbox = "RV-42"\n')["joints.A.gearbox"].nearest == "RV-42N"
     text = HEAD + "[gearboxes.RV-42own]\nratio = 3\n" + JOINT + 'gearbox = "RV-42ow"\n'
     assert told(text)["joints.A.gearbox"].nearest == "RV-42own"
@@ -112,7 +112,7 @@ def test_the_nearest_name_is_offered(told):  # noqa: F811 - the fixture
         ('{ kind = "planetary", sun_teeth = 20, ring_teeth = "70 mm" }', "joints.A.gearbox.ring_teeth", ""),
     ],
 )
-def test_a_slip_in_a_kind_of_gearbox_is_told(told, gearbox, key, near):  # noqa: F811 - the fixture
+def test_a_mistake_in_a_kind_of_gearbox_is_reported(told, gearbox, key, near):  # noqa: F811 - the fixture
     """A wrong key without a kind, a wrong kind, a wrong key in a kind, teeth that do not fit: one mistake each, where it stands, with the nearest."""
     found = told(HEAD + JOINT + f"gearbox = {gearbox}\n")
     assert list(found) == [key]

@@ -1,4 +1,4 @@
-"""The catalogue searched and shown: what fits, what does not say, one entry whole; on the command line as in Python."""
+"""The catalogue searched and shown: rows that meet the criteria, rows that do not state them, whole entries; in Python and on the command line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.parts.conditions import ARCMIN
 
 
 def names(rows) -> list[str]:
-    """Give the first model of each row."""
+    """Return the first model of each row."""
     return [row.models[0] for row in rows]
 
 
@@ -38,13 +38,13 @@ def catalog(*words: str, cwd=None) -> subprocess.CompletedProcess[str]:
         (Criteria(maker="harm", ratio=30.5), []),
     ],
 )
-def test_rows_that_fit_are_found(wanted: Criteria, found: list[str]):
-    """Limits are met where the figure equals them; several must be met together; the softest zone counts."""
+def test_rows_that_meet_the_criteria_are_found(wanted: Criteria, found: list[str]):
+    """A figure equal to the limit meets it; all criteria must be met; the softest zone counts."""
     assert names(search(gearboxes(), wanted).rows) == found
 
 
-def test_rows_that_do_not_say_are_told_apart():
-    """No strain wave row states a rated torque: asked for one, 21 rows are set apart, less those that fail by what they do say."""
+def test_rows_without_a_figure_are_listed_separately():
+    """No strain wave row states a rated torque: 21 rows are listed separately, less those that fail by a stated figure."""
     silent = search(gearboxes(), Criteria(min_torque=1.0)).not_stated
     assert {name: len(rows) for name, rows in silent.items()} == {"rated torque": 21}
     stiff = search(gearboxes(), Criteria(min_torque=1.0, min_stiffness=300e3)).not_stated
@@ -53,8 +53,8 @@ def test_rows_that_do_not_say_are_told_apart():
     assert not search(gearboxes(), Criteria(max_lost_motion=2 * ARCMIN)).not_stated
 
 
-def test_search_agrees_with_every_row_looked_at_one_by_one():
-    """Every row is found, set apart, or fails a limit by a figure that it states; nothing gets lost."""
+def test_search_agrees_with_every_row_checked_one_by_one():
+    """Every row is found, listed separately, or fails a limit by a stated figure; none is lost."""
     for torque in (50.0, 500.0):
         for stiffness in (1e4, 3e5):
             found = search(gearboxes(), Criteria(min_torque=torque, min_stiffness=stiffness))
@@ -66,15 +66,15 @@ def test_search_agrees_with_every_row_looked_at_one_by_one():
     assert all(not math.isnan(searchable_figures(row)["lost motion"]) for row in gearboxes())
 
 
-def test_a_row_without_any_figure_is_silent_on_all():
-    """A row that states nothing is named under every figure asked for."""
+def test_a_row_without_any_figure_is_listed_under_all():
+    """A row that states nothing is listed under every required figure."""
     row = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {}, "source": "none"})
     found = search([row], Criteria(min_torque=1.0, min_stiffness=1.0, max_lost_motion=1.0))
     assert (found.rows, set(found.not_stated)) == ((), {"rated torque", "stiffness", "lost motion"})
 
 
-def test_an_unknown_maker_is_told():
-    """With the nearest."""
+def test_an_unknown_maker_is_refused():
+    """The message has the nearest one."""
     with pytest.raises(InputError, match="Nabtesco"):
         search(gearboxes(), Criteria(maker="Nabtasco"))
 
@@ -94,7 +94,7 @@ def test_every_entry_can_be_shown_whole(name: str):
 
 
 def test_a_name_without_its_ratio_shows_all_its_rows():
-    """CSG-25 is three rows, with a ratio beside it or behind it one."""
+    """CSG-25 has three rows; with a ratio it is one."""
     assert len(catalogue_sheet(Criteria(), name="CSG-25").sections) == 3
     (section,) = catalogue_sheet(Criteria(ratio=30), name="CSF-25").sections
     assert {row.label: row.note for row in section.rows}["in an arm file"] == 'gearbox = "CSF-25-30"'
@@ -102,7 +102,7 @@ def test_a_name_without_its_ratio_shows_all_its_rows():
         catalogue_sheet(Criteria(ratio=40), name="CSG-25")
 
 
-def test_the_whole_catalogue_is_shown_without_a_question():
+def test_the_whole_catalogue_is_shown_without_criteria():
     """Reducers by source, bearing tables, fits, materials; with a kind, that kind alone."""
     keys = [section.key for section in catalogue_sheet(Criteria()).sections]
     assert keys == ["gearboxes"] * 3 + ["bearings"] * 2 + ["materials"]
@@ -118,8 +118,8 @@ def test_the_whole_catalogue_is_shown_without_a_question():
         catalogue_sheet(Criteria(min_torque=1.0), name="RV-40E")
 
 
-def test_the_command_searches_and_says_who_is_silent():
-    """A table with source and confidence, and a note on the rows that do not state what was asked for."""
+def test_the_command_searches_and_names_rows_without_a_figure():
+    """A table with source and confidence, and a note on the rows that do not state a required figure."""
     done = catalog("--min-torque", "300 N m", "--max-lost-motion", "1 arcmin")
     assert done.returncode == 0, done.stderr
     for words in ("7 reducers", "RV-450E", "4410 N m", "from memory, 95 % confidence", "read there", "21 more rows do not state rated torque"):
@@ -127,7 +127,7 @@ def test_the_command_searches_and_says_who_is_silent():
     assert "RV-20E" not in done.stdout
 
 
-def test_the_command_gives_data():
+def test_the_command_writes_json():
     """The same as JSON, figures with their units."""
     data = json.loads(catalog("--min-torque", "4000 N m", "--json").stdout)
     assert [row["models"] for row in data["gearboxes"]] == [["RV-450E"]]
@@ -137,8 +137,8 @@ def test_the_command_gives_data():
     assert json.loads(catalog("aluminium", "--json").stdout)["entries"][0]["young"] == "70 GPa"
 
 
-def test_the_command_looks_through_own_rows(tmp_path):
-    """A file of rows stands before the package's, brackets in its words are no markup; a slip in it is told."""
+def test_the_command_searches_own_rows(tmp_path):
+    """A file of rows has priority over the package's, brackets in its texts are not markup; a mistake in it is reported."""
     (tmp_path / "my.toml").write_text(ROW.replace("measured", "[/bold] measured [red]").replace('"X"', '"[/b] X"'), encoding="utf-8")
     done = catalog("--file", "my.toml", "--min-torque", "50 N m", cwd=tmp_path)
     assert done.stdout.index("X-10") < done.stdout.index("RV-42N")
@@ -170,7 +170,7 @@ def test_the_command_looks_through_own_rows(tmp_path):
         (("--file", "nowhere.toml"), "no such file"),
     ],
 )
-def test_a_question_that_cannot_be_is_refused(words: tuple[str, ...], said: str, tmp_path):
+def test_an_impossible_request_is_refused(words: tuple[str, ...], said: str, tmp_path):
     """Exit code 2, one clear message, no traceback."""
     done = catalog(*words, cwd=tmp_path)
     assert done.returncode == 2

@@ -31,7 +31,7 @@ def annuli() -> st.SearchStrategy[Annulus]:
 
 
 def finite_elements(body: Annulus, angles: np.ndarray, half: float, across: int, around: int) -> np.ndarray:
-    """Give flexibilities (2 k, 2 k), radial then tangential, of half-elliptic loads: nine-node elements in x and y on a polar grid."""
+    """Return flexibilities (2 k, 2 k), radial then tangential, of half-elliptic loads: nine-node elements in x and y on a polar grid."""
     lam = body.young * body.nu / ((1 + body.nu) * (1 - (2 * body.nu if body.plane == "strain" else body.nu)))
     shear = body.young / (2 + 2 * body.nu)
     law = np.array([[lam + 2 * shear, lam, 0], [lam, lam + 2 * shear, 0], [0, 0, shear]])
@@ -81,7 +81,7 @@ def finite_elements(body: Annulus, angles: np.ndarray, half: float, across: int,
 
 
 def both_ways(body: Annulus, angles: np.ndarray, half: float, exponent: float = ELLIPTIC, harmonics: int | None = None) -> np.ndarray:
-    """Radial then tangential unit forces at each angle."""
+    """Return radial then tangential unit forces at each angle."""
     slants = np.repeat([0.0, math.pi / 2], len(angles))
     return flexibility(body, np.tile(angles, 2), slants, half, exponent, harmonics)
 
@@ -96,8 +96,8 @@ def test_torsion_is_the_closed_form(body: Annulus):
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_even_pull_is_lames(body: Annulus):
-    """Take u = B (r - h^2/r), nothing at the held radius h, under a unit pull on the loaded edge, by Hooke's law in the two planes."""
+def test_uniform_radial_traction_is_lames(body: Annulus):
+    """Lamé: u = B (r - h^2/r), zero at the fixed radius h, under unit radial traction on the loaded edge, for plane stress and plane strain."""
     r, h, nu = body.loaded, body.held, body.nu
     slope, hoop = 1 + (h / r) ** 2, 1 - (h / r) ** 2
     if body.plane == "strain":
@@ -124,7 +124,7 @@ def test_a_bonded_bush_is_the_closed_form(body: Annulus):
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_narrow_waves_see_a_half_plane(body: Annulus):
+def test_short_waves_of_traction_deform_a_half_plane(body: Annulus):
     """Short waves of traction move a half-plane by 2 q/(E' wave number), normally and tangentially."""
     n = 400
     own = edge_compliance(body, n)[n]
@@ -138,7 +138,7 @@ def test_narrow_waves_see_a_half_plane(body: Annulus):
 
 @pytest.mark.parametrize("body", BODIES[:3])
 def test_finite_elements_agree(body: Annulus):
-    """Loads at five uneven places, radial and tangential, against an independent solution on a polar grid."""
+    """Loads at five unequally spaced places, radial and tangential, against an independent solution on a polar grid."""
     angles, half = np.array([0.1, 0.35, 1.2, 2.9, 4.4]), 0.12
     ours, theirs = both_ways(body, angles, half), finite_elements(body, angles, half, 16, 240)
     assert np.abs(ours - theirs).max() < 1e-4 * np.abs(ours).max()
@@ -146,8 +146,8 @@ def test_finite_elements_agree(body: Annulus):
 
 @pytest.mark.parametrize("exponent", [ELLIPTIC, 0.0, CORNERED])
 @pytest.mark.parametrize("body", BODIES)
-def test_more_harmonics_change_nothing(body: Annulus, exponent: float):
-    """The default of 200 harmonics here against 24 000: to 3e-4 of the largest entry, for Hertz's half-ellipse to 3e-6."""
+def test_the_sum_over_harmonics_has_converged(body: Annulus, exponent: float):
+    """The default of 200 harmonics agrees with 24 000 to 3e-4 of the largest entry, for Hertz's half-ellipse to 3e-6."""
     angles = np.array([0.0, 0.3, 1.2, 2.9])
     few, many = (both_ways(body, angles, 0.1, exponent, count) for count in (None, 24000))
     assert np.abs(few - many).max() < (3e-6 if exponent == ELLIPTIC else 3e-4) * np.abs(many).max()
@@ -172,7 +172,7 @@ def test_stress_at_a_square_inner_corner():
 @settings(max_examples=60, deadline=None)
 @given(annuli(), st.lists(st.floats(-3.1, 3.1), min_size=3, max_size=3), st.lists(st.floats(-3.1, 3.1), min_size=3, max_size=3), st.floats(0.05, 0.5))
 def test_every_body_is_reciprocal_and_stores_energy(body: Annulus, angles: list[float], slants: list[float], half: float):
-    """Maxwell and Betti, per harmonic and before any symmetry is imposed; positive energy; a stiffer material gives less in proportion."""
+    """Maxwell and Betti, per harmonic before any symmetry is imposed; positive energy; displacements are inversely proportional to the modulus."""
     own = edge_compliance(body, 40)
     np.testing.assert_allclose(own, own.swapaxes(1, 2), rtol=1e-6, atol=1e-6 * np.abs(own).max())
     flexible = flexibility(body, np.array(angles), np.array(slants), half)
@@ -183,8 +183,8 @@ def test_every_body_is_reciprocal_and_stores_energy(body: Annulus, angles: list[
 
 @settings(max_examples=60, deadline=None)
 @given(annuli(), st.floats(0.1, 0.95), st.floats(-1.5, 1.5))
-def test_holding_more_never_softens(body: Annulus, share: float, slant: float):
-    """The held edge moved towards the loaded one holds what was free before: every force moves its own place less."""
+def test_a_larger_fixed_region_is_never_softer(body: Annulus, share: float, slant: float):
+    """Moving the fixed edge towards the loaded one constrains material that was free: every force deflects its own point less."""
     nearer = Annulus(body.loaded, body.loaded + share * (body.held - body.loaded), body.width, body.young, body.nu, body.plane)
     before, after = (flexibility(each, np.array([0.0]), np.array([slant]), 0.1)[0, 0] for each in (body, nearer))
     assert after < before * (1 + 1e-9)

@@ -60,7 +60,7 @@ def test_a_tip_moment_bends_by_the_square_of_the_length():
 
 
 def test_a_torque_twists_and_a_pull_stretches():
-    """A torque T twists by T l/(G J), a pull N stretches by N l/(E A), and neither does anything else."""
+    """A torque T twists by T l/(G J), a pull N stretches by N l/(E A), and neither has another effect."""
     c = tip_compliance(LENGTH, E, G, SECTION)
     np.testing.assert_allclose(c @ [10.0, 0, 0, 0, 0, 0], [10 * LENGTH / (G * 1.7e-7), 0, 0, 0, 0, 0], rtol=1e-12)
     np.testing.assert_allclose(c @ [0, 0, 0, 10.0, 0, 0], [0, 0, 0, 10 * LENGTH / (E * 5.4e-4), 0, 0], rtol=1e-12)
@@ -78,14 +78,14 @@ def test_a_beam_sags_by_the_fourth_power_under_its_own_weight():
 
 
 def test_a_hanging_beam_stretches_under_its_own_weight():
-    """A beam that hangs lengthens by w l^2/(2 E A), half of what its whole weight at the tip would do."""
+    """A hanging beam lengthens by w l^2/(2 E A), half as much as under its whole weight at the tip."""
     stretch = (tip_under_uniform_load(LENGTH, SECTION) @ [30.0, 0, 0])[3]
     assert stretch == pytest.approx(30 * LENGTH**2 / (2 * E * 5.4e-4), rel=1e-12)
     assert stretch == pytest.approx((tip_compliance(LENGTH, E, G, SECTION) @ [0, 0, 0, 30.0 * LENGTH, 0, 0])[3] / 2, rel=1e-12)
 
 
 def by_unit_loads(wrench: np.ndarray, spread: np.ndarray, length: float) -> np.ndarray:
-    """Tip twist by the unit-load theorem: each component is the integral of (inner load of the case) x (inner load of a unit) / stiffness."""
+    """Return the tip's twist by the unit-load theorem: each component is the integral of inner load x inner load of a unit force / stiffness."""
     flexibility = np.array([1 / (G * 1.7e-7), 1 / (E * 2.2e-7), 1 / (E * 0.9e-7), 1 / (E * 5.4e-4), 1 / (0.42 * G * 5.4e-4), 1 / (0.53 * G * 5.4e-4)])
 
     def inner(tip: np.ndarray, load: np.ndarray, x: float) -> np.ndarray:
@@ -105,16 +105,16 @@ def by_unit_loads(wrench: np.ndarray, spread: np.ndarray, length: float) -> np.n
 
 
 @pytest.mark.parametrize("length", [0.02, 0.4, 1.5])
-def test_a_stubby_beam_follows_timoshenko(length: float):
-    """Under any tip wrench and spread load, stubby or slender, the tip goes where the unit-load integral (bending, shear, torsion, pull) says."""
+def test_short_and_long_beams_follow_timoshenko(length: float):
+    """Under any tip wrench and distributed load the tip's twist is the unit-load integral of bending, shear, torsion and tension."""
     rng = np.random.default_rng(4)
     wrench, spread = rng.normal(size=6) * 100, rng.normal(size=3) * 50
     ours = tip_compliance(length, E, G, SECTION) @ wrench + tip_under_uniform_load(length, SECTION) @ spread
     np.testing.assert_allclose(ours, by_unit_loads(wrench, spread, length), rtol=1e-9)
 
 
-def test_the_beam_equation_itself_gives_the_same_tip():
-    """Integrating Timoshenko's equations from the clamp outwards lands on the closed form's tip."""
+def test_integration_of_the_beam_equation_ends_at_the_same_tip():
+    """Integrating Timoshenko's equations from the clamp outwards ends at the closed form's tip."""
     force, moment, load = 80.0, -7.0, 40.0
 
     def slopes(x: float, state: np.ndarray) -> list[float]:
@@ -135,8 +135,8 @@ SIZES = st.floats(0.005, 0.5)
 
 @given(SIZES, SIZES, st.floats(0.02, 0.48), st.floats(0.01, 3), st.floats(0, 0.49))
 @settings(deadline=None, max_examples=100)
-def test_no_beam_gives_energy_back(width: float, height: float, share: float, length: float, nu: float):
-    """Every beam stores energy under every load (positive definite), and a load here moves there what a load there moves here (symmetric)."""
+def test_every_beam_stores_energy_and_is_reciprocal(width: float, height: float, share: float, length: float, nu: float):
+    """Every beam stores energy under every load (positive definite), and its compliance is symmetric."""
     wall = share * min(width, height)
     for section in (round_section(width, width - 2 * wall, nu), rectangle_section(width, height, nu), box_section(width, height, wall, nu)):
         assert min(section.area, section.i_y, section.i_z, section.torsion, section.shear_y, section.shear_z) > 0
@@ -150,7 +150,7 @@ def test_no_beam_gives_energy_back(width: float, height: float, share: float, le
 @given(st.floats(0.01, 1), st.floats(0.05, 0.95))
 @settings(deadline=None, max_examples=50)
 def test_two_beams_in_line_are_one(length: float, share: float):
-    """A beam cut in two and joined again bends as the whole: the first part's tip carries the second."""
+    """A beam cut in two and joined again deflects as the whole one."""
     near, far = share * length, (1 - share) * length
     over = np.eye(6)  # a wrench on the tip, felt at the joint; its transpose carries the joint's twist to the tip
     over[1, 5], over[2, 4] = -far, far
@@ -166,7 +166,7 @@ def test_a_beam_without_length_does_not_bend():
 
 
 def test_round_sections_are_those_of_the_tables():
-    """A 60 x 3 mm tube has 537.21 mm^2 and 21.88 cm^4, as tables of hollow sections print, and twice that against torsion."""
+    """A 60 x 3 mm tube has 537.21 mm^2 and 21.88 cm^4, as in tables of hollow sections, and twice that in torsion."""
     tube = round_section(0.060, 0.054, 0.3)
     assert tube.area * 1e6 == pytest.approx(537.21, abs=0.01)
     assert tube.i_y * 1e8 == pytest.approx(21.88, abs=0.01)
@@ -222,8 +222,8 @@ def torsion_by_membrane(width: float, height: float, wall: float, cells: int) ->
     return float(8 * height_of_membrane.sum() * step**2)
 
 
-def test_the_membrane_knows_a_solid_bar():
-    """The membrane method itself, on a bar whose hole has closed, gives Saint-Venant's 0.1406 a^4."""
+def test_the_membrane_method_reproduces_a_solid_bar():
+    """The membrane method for a bar with a closed hole yields Saint-Venant's 0.1406 a^4."""
     assert torsion_by_membrane(1.0, 1.0, 0.5, 40) == pytest.approx(0.1406, rel=1e-3)
 
 
@@ -231,14 +231,14 @@ def test_the_membrane_knows_a_solid_bar():
     ("width", "height", "wall", "cells", "stated"),
     [(60, 40, 2, 6, 0.005), (50, 50, 5, 8, 0.005), (40, 80, 8, 10, 0.005), (40, 40, 8, 16, 0.005), (40, 100, 12, 12, 0.005), (40, 40, 16, 32, 0.03)],
 )
-def test_boxes_twist_as_the_membrane_says(width: float, height: float, wall: float, cells: int, stated: float):
-    """The torsion constant of a rectangular tube is the exact one to the membrane's own error, and within the stated 3 % where the hole is narrow."""
+def test_torsion_of_boxes_is_that_of_the_membrane(width: float, height: float, wall: float, cells: int, stated: float):
+    """The torsion constant of a rectangular tube is exact to the membrane method's own error, and within 3 % where the hole is narrow."""
     ours = box_section(width, height, wall, 0.3).torsion
     assert ours == pytest.approx(torsion_by_membrane(width, height, wall, cells), rel=stated)
 
 
-def test_a_thin_box_twists_as_bredt_says():
-    """A tube of very thin wall twists by Bredt's formula, 4 A^2 t / perimeter."""
+def test_torsion_of_a_thin_box_is_bredts():
+    """A tube with very thin walls follows Bredt's formula, 4 A^2 t / perimeter."""
     thin = box_section(0.06, 0.04, 1e-6, 0.3).torsion
     assert thin == pytest.approx(4 * (0.06 * 0.04) ** 2 * 1e-6 / 0.2, rel=1e-4)
 
@@ -278,16 +278,16 @@ def test_an_i_section_is_an_outer_bar_less_two_at_its_sides():
     assert i_section(0.05, 0.1, 0.001, 0.001, 0.0).shear_z == pytest.approx(0.1 / (0.1 + 2 * 0.05), rel=0.1)
 
 
-def test_layers_side_by_side_share_a_load():
-    """Two equal layers give half of one and half of that each; parts add to the inverse of the sum of the stiffnesses."""
+def test_parallel_layers_share_a_load():
+    """Two equal layers have half the compliance of one, half of it in each; the parts add up to the inverse of the sum of the stiffnesses."""
     one, two = compliance_per_length(E, G, SECTION), compliance_per_length(2 * E, 0.3 * G, RIGID_IN_SHEAR) + np.diag([0, 0, 0, 0, 1e-9, 1e-9])
     np.testing.assert_allclose(parallel_layers(np.stack([one, one])), [one / 4, one / 4], rtol=1e-12, atol=1e-25)
     whole = parallel_layers(np.stack([one, two])).sum(axis=0)
     np.testing.assert_allclose(np.linalg.inv(whole), np.linalg.inv(one) + np.linalg.inv(two), rtol=1e-9, atol=1e-3)
 
 
-def test_a_skew_section_bends_askew():
-    """Turned by an angle, a section bends under a force as the same section's axes say: the force split along them, the bendings put together."""
+def test_an_unsymmetrical_section_deflects_in_two_directions():
+    """A rotated section deflects as the section about its principal axes: the force resolved along them, the deflections added."""
     angle = 0.4
     c, s = math.cos(angle), math.sin(angle)
     i_y, i_z = 2.2e-7, 0.9e-7

@@ -1,4 +1,4 @@
-"""Line contact against the elastic half-plane, integrated numerically, and its laws of approach against each other."""
+"""Line contact against the elastic half-plane, integrated numerically, and against its laws of approach."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def test_pressure_over_the_width_carries_the_load():
     np.testing.assert_allclose(math.pi / 2 * wide * high, load, rtol=1e-12)
 
 
-def test_the_surface_fits_the_cylinder():
-    """Under the half ellipse of pressure a half-plane sinks by just x^2/(2 Req) less at x than in the middle, inside the contact (Flamant)."""
+def test_the_deformed_surface_fits_the_cylinder():
+    """Under the half ellipse of pressure a half-plane sinks by x^2/(2 Req) less at x than at the centre of the contact (Flamant)."""
     load, radius = 1e5, 4e-3
     a, high = float(half_width(np.array(load), radius, BOTH)), float(peak_pressure(np.array(load), radius, BOTH))
 
@@ -57,7 +57,7 @@ def test_the_surface_fits_the_cylinder():
         assert less == pytest.approx(x**2 / (2 * radius), rel=1e-6)
 
 
-def test_johnsons_law_is_the_strain_summed_down_to_its_depth():
+def test_johnsons_law_integrates_the_strain_down_to_its_depth():
     """Each of two equal bodies contributes its strain under the middle of the contact, down to 2 Req exp((1 + nu')/2 - 1) = 1.5 Req, to 0.1 %."""
     load, radius, nu = 1e5, 4e-3, 0.3
     a, high = float(half_width(np.array(load), radius, BOTH)), float(peak_pressure(np.array(load), radius, BOTH))
@@ -73,7 +73,7 @@ def test_johnsons_law_is_the_strain_summed_down_to_its_depth():
     assert float(approach("johnson", np.array(load * 0.01), 0.01, np.array(radius), BOTH)) == pytest.approx(2 * summed, rel=1e-3)
 
 
-def test_johnson_adds_up_two_half_cylinders():
+def test_johnsons_law_is_that_of_two_half_cylinders():
     """Johnson's law is that of two half-cylinders, p (1-nu^2)/(pi E) [2 ln(4 R/a) - 1] each, with Req for both radii."""
     p, req = 5e4, 3e-3
     a = float(half_width(np.array(p), req, BOTH))
@@ -81,13 +81,13 @@ def test_johnson_adds_up_two_half_cylinders():
     assert float(approach("johnson", np.array(p * 0.01), 0.01, np.array(req), BOTH)) == pytest.approx(2 * each, rel=1e-12)
 
 
-def test_palmgren_is_its_printed_self():
+def test_palmgrens_law_is_the_printed_one():
     """1 000 N on 10 mm: 3.84e-5 x 1000^0.9/10^0.8 mm = 3.0502 um."""
     assert float(approach("palmgren", np.array(1000.0), 0.010, np.array(4e-3), BOTH)) * 1e6 == pytest.approx(3.0502, abs=5e-5)
     assert palmgren_factor(1e-3) == pytest.approx(3.84e-8)
 
 
-def test_the_named_laws_differ_by_fifteen_percent():
+def test_the_two_laws_differ_by_fifteen_percent():
     """For steel lobes of Req 1.5 to 12 mm under 20 to 200 N per mm the two laws stay within 15 % of their common mean."""
     radius, load = np.meshgrid(np.geomspace(1.5e-3, 12e-3, 9), np.geomspace(20e3, 200e3, 9))
     for width in (0.010, 0.020):
@@ -99,29 +99,29 @@ def test_the_named_laws_differ_by_fifteen_percent():
 @given(st.floats(1e-3, 2e5), st.floats(2e-3, 0.1), st.floats(5e-4, 0.1), st.sampled_from(LAWS), st.floats(5e8, 2e11))
 @settings(deadline=None, max_examples=200)
 def test_load_and_approach_are_inverse(force: float, width: float, radius: float, law: str, modulus: float):
-    """Back from the approach comes the force, wherever the law holds; more force, more approach."""
+    """Load and approach invert each other wherever the law is valid; more force, more approach."""
     there = approach(law, np.array([force, 1.01 * force]), width, np.array(radius), modulus)
     if np.isfinite(there).all():
         np.testing.assert_allclose(contact_force(law, there, width, np.array(radius), modulus), [force, 1.01 * force], rtol=1e-7)
         assert there[1] > there[0]
 
 
-def test_beyond_its_range_johnsons_law_says_nothing():
-    """Where the contact would be as wide as the cylinder the law bends back: it gives no number, in either direction."""
+def test_beyond_its_range_johnsons_law_is_nan():
+    """Where the contact would be as wide as the cylinder the law is not valid: NaN in either direction."""
     assert math.isnan(float(approach("johnson", np.array(1e8), 0.01, np.array(1e-3), 1e9)))
     assert math.isnan(float(contact_force("johnson", np.array(1e-2), 0.01, np.array(1e-3), 1e9)))
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_bodies_apart_do_not_push(law: str):
+def test_bodies_out_of_contact_do_not_push(law: str):
     """No force, no approach; and cylinders that do not touch exert no force."""
     np.testing.assert_array_equal(contact_force(law, np.array([-1e-6, 0.0]), 0.01, np.array(4e-3), BOTH), 0)
     assert float(approach(law, np.array(0.0), 0.01, np.array(4e-3), BOTH)) == 0
 
 
 @pytest.mark.parametrize(("ends", "shape"), [("supported", lambda s: s - 2 * s**3 + s**4), ("clamped", lambda s: s**2 * (1 - s) ** 2)])
-def test_a_pin_bends_by_its_mean_line(ends: str, shape):
-    """The mean of the deflection line under a spread load, w l^4/(24 E I) times its shape, is what a pin gives way; shear adds 1/12."""
+def test_the_deflection_of_a_pin_is_the_mean_of_its_line(ends: str, shape):
+    """A pin's deflection is the mean of the line under a uniform load, w l^4/(24 E I) times its shape; shear adds 1/12."""
     span, diameter = 0.02, 0.004
     second = math.pi * diameter**4 / 64
     bending = span**3 / (24 * STEEL * second) * quad(shape, 0, 1)[0]
@@ -129,8 +129,8 @@ def test_a_pin_bends_by_its_mean_line(ends: str, shape):
     assert round_bar_compliance(span, diameter, STEEL, 0.3, ends) == pytest.approx(bending + shear, rel=1e-12)
 
 
-def test_a_lobe_is_a_stubby_cantilever():
-    """A slender lobe gives way by h^3/(3 E I); a stubby one mostly by shear."""
+def test_a_lobe_is_a_short_cantilever():
+    """A slender lobe deflects by h^3/(3 E I), a short one mostly by shear."""
     slender = 0.02**3 / (3 * STEEL * 0.01 * 0.002**3 / 12)
     assert lobe_compliance(0.02, 0.002, 0.01, STEEL, 0.3) == pytest.approx(slender, rel=0.02)
     assert lobe_compliance(0.001, 0.004, 0.01, STEEL, 0.3) > 5 * 0.001**3 / (3 * STEEL * 0.01 * 0.004**3 / 12)

@@ -1,4 +1,4 @@
-"""Cycloidal geometry against its own motion: pins that touch, normals that meet, a disc that is turned until it jams."""
+"""Cycloidal geometry against its own motion: pins in contact, normals through the pitch point, a disc rotated until it jams."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ STAGES = [LARGE, SMALL, PAPER_LIKE, TWIN]
 
 
 def as_complex(plane: np.ndarray) -> np.ndarray:
-    """Points (..., 2) as x + i y."""
+    """Return points (..., 2) as x + i y."""
     return plane[..., 0] + 1j * plane[..., 1]
 
 
 def distances(stage: Stage, places: np.ndarray, made: Modification | None = None) -> np.ndarray:
-    """Shortest distance from each place (complex) in the toothed wheel's frame to its flank: a fine scan, then Newton on the foot of the normal."""
+    """Return the distance of each place (complex) in the toothed wheel's frame from its flank: a fine scan, then Newton on the normal's foot."""
     scan = np.linspace(0, 2 * math.pi, 400 * stage.lobes, endpoint=False)
     curve = as_complex(flank(stage, scan, made)[0])
     out = np.empty(len(places))
@@ -63,7 +63,7 @@ def distances(stage: Stage, places: np.ndarray, made: Modification | None = None
 
 
 def pins_in_wheel(stage: Stage, crank: float, extra: float = 0.0) -> np.ndarray:
-    """Pin centres in the toothed wheel's frame at a crank angle, the planet turned by `extra` more; complex, (N,)."""
+    """Return the pin centres in the toothed wheel's frame at a crank angle, the planet rotated by `extra` more; complex, (N,)."""
     centre, turn = planet_pose(stage, np.array(crank))
     ring = stage.ring_radius * np.exp(2j * math.pi / stage.pins * np.arange(stage.pins))
     if stage.twin:
@@ -74,12 +74,12 @@ def pins_in_wheel(stage: Stage, crank: float, extra: float = 0.0) -> np.ndarray:
 @pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
 @pytest.mark.parametrize("crank", [0.0, 0.3, 1.7, -2.6, 12.0])
 def test_every_pin_touches_the_flank_at_every_crank_angle(stage: Stage, crank: float):
-    """Roll the planet as the crank asks: all N pins touch the unmodified flank, none cuts into it, to 1e-12 m."""
+    """With the planet at the crank's pose all N pins touch the unmodified flank, none cuts into it, to 1e-12 m."""
     np.testing.assert_allclose(distances(stage, pins_in_wheel(stage, crank)), stage.pin_radius, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
-def test_every_pin_touches_where_the_theory_says(stage: Stage):
+def test_every_pin_touches_at_its_parameter(stage: Stage):
     """For a whole turn of the crank, a pin's centre lies one pin radius along the normal from the flank's point at its own parameter, to 1e-15 m."""
     for crank in np.linspace(-3, 9, 41):
         pin = 2 * math.pi / stage.pins * np.arange(stage.pins)
@@ -123,7 +123,7 @@ def test_the_flank_curves_as_stated(stage: Stage):
 
 @pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
 def test_undercut_begins_where_the_flank_turns_back(stage: Stage):
-    """Just below the largest pin radius the flank runs forward all the way; just above it somewhere runs back."""
+    """Just below the largest pin radius the flank runs forward everywhere; just above it runs back somewhere."""
     limit = undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, twin=stage.twin)
     theta = np.linspace(0, math.pi, 20001)
     sign = 1 if stage.twin else -1
@@ -154,7 +154,7 @@ def test_half_the_pins_share_a_quarter_of_the_squares(k1: float, pins: int, cran
     assert (arm**2).sum() == pytest.approx(stage.planet_pitch_radius**2 * pins / 4, rel=0.01 if k1 <= smooth else 0.073)
 
 
-def test_longest_arm_stands_where_cosine_is_k1():
+def test_the_longest_arm_is_where_the_cosine_is_k1():
     """No arm is longer than e z, and the pin at cos theta = K1 has it."""
     for stage in STAGES:
         assert arms(stage, np.arccos(stage.shortening)) == pytest.approx(stage.planet_pitch_radius, rel=1e-12)
@@ -163,7 +163,7 @@ def test_longest_arm_stands_where_cosine_is_k1():
 
 @pytest.mark.parametrize("stage", [LARGE, SMALL, TWIN], ids=lambda s: f"{s.kind} {s.pins}")
 @pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=2e-5), Modification(2e-6, 3e-6, 1e-5)])
-def test_gaps_are_those_of_the_ground_flank(stage: Stage, made: Modification):
+def test_gaps_are_those_of_the_modified_flank(stage: Stage, made: Modification):
     """The stated gap at each pin is the distance from the pin to the modified flank, to second order in the material removed."""
     crank = 0.4
     measured = distances(stage, pins_in_wheel(stage, crank), made) - stage.pin_radius
@@ -173,7 +173,7 @@ def test_gaps_are_those_of_the_ground_flank(stage: Stage, made: Modification):
 
 
 def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: int) -> float:
-    """How far can the planet really turn before a pin touches? Bisection on the smallest distance of the pins."""
+    """Return the rotation of the planet until a pin touches: bisection on the smallest distance of the pins."""
     low, high = 0.0, 2 * play(stage, made)
     for _ in range(16):  # to 3e-5 of the play
         middle = (low + high) / 2
@@ -183,15 +183,15 @@ def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: in
 
 
 @pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5)], ids=["roller", "circle"])
-def test_play_is_what_the_disc_really_turns(made: Modification):
-    """Turned by force until it jams, at four crank angles, the disc has the formula's play or up to 3.5 % more."""
+def test_play_is_the_free_rotation_of_the_disc(made: Modification):
+    """Rotated until it jams, at four crank angles, the disc has the formula's play or up to 3.5 % more."""
     for crank in np.linspace(0, 2 * math.pi / SMALL.pins, 4, endpoint=False):
         free = sum(turned_until_jammed(SMALL, float(crank), made, side) for side in (-1, 1))
         assert 0.999 <= free / play(SMALL, made) <= 1.035
 
 
-def test_gaps_decide_the_play_between_the_pins():
-    """From the gaps alone the first contact gives the same play, at 500 crank angles, and its smallest is the formula's."""
+def test_gaps_determine_the_play_between_the_pins():
+    """The first contact of the gaps has the same play, at 500 crank angles, and its minimum is the formula's."""
     for stage, most in ((SMALL, 1.035), (LARGE, 1.005)):
         for made in (Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=1e-4)):
             theta = pin_angles(stage, np.linspace(0, 2 * math.pi / stage.pins, 500))
@@ -202,8 +202,8 @@ def test_gaps_decide_the_play_between_the_pins():
 
 
 @pytest.mark.parametrize("stage", [LARGE, TWIN], ids=["disc", "twin"])
-def test_a_pin_out_of_place_opens_its_gap(stage: Stage):
-    """Move or swell each pin by 0.1 um: the distance to the flank changes as the law says."""
+def test_a_misplaced_pin_changes_its_gap(stage: Stage):
+    """Each pin moved or enlarged by 0.1 um changes its distance to the flank by the law."""
     crank, d = 0.7, 1e-7
     theta = pin_angles(stage, np.array([crank]))[0]
     pins = pins_in_wheel(stage, crank)
@@ -228,7 +228,7 @@ def test_errors_of_many_pins_average():
 
 
 def test_ratios_follow_from_the_motion():
-    """With the ring fixed the planet turns back once per z turns of the crank; turning everything back gives the ring's ratio."""
+    """With the ring fixed the planet turns back once per z turns of the crank; in the planet's frame the motion has the ring's ratio."""
     for stage in STAGES:
         _, turn = planet_pose(stage, np.array(2 * math.pi))
         assert 2 * math.pi / float(turn) == pytest.approx(ratio(stage))
@@ -237,8 +237,8 @@ def test_ratios_follow_from_the_motion():
 
 
 @pytest.mark.parametrize("stage", [PAPER_LIKE, Stage(0.05, 0.003, 0.0012, 20, "lobe envelope"), Stage(0.034, 0.004, 0.0015, 14, "lobe envelope")])
-def test_an_envelope_ring_is_what_the_disc_sweeps(stage: Stage):
-    """Sweep the disc through a turn of the crank: what it leaves standing is the ring, to the sweep's 0.5 um; the root lies at R - Rr + 2 e."""
+def test_an_envelope_ring_is_the_boundary_of_the_swept_disc(stage: Stage):
+    """The disc swept through a turn of the crank leaves the ring, to the sweep's 0.5 um; the root lies at R - Rr + 2 e."""
     pitch = as_complex(ring_pitch(stage, 201))
     at = np.angle(pitch)
     assert (np.diff(at) > 0).all()
@@ -267,7 +267,7 @@ def test_an_envelope_ring_keeps_the_pins_arc_near_the_crest():
 
 
 def test_a_ring_of_plain_arcs_clears_the_disc():
-    """Plain arcs keep the pins' contacts on the crest, and the disc's tips pass the root with the clearance asked for."""
+    """Plain arcs keep the pins' contacts on the crest, and the disc's tips pass the root with the specified clearance."""
     for stage, clearance in ((Stage(0.1, 0.002, 0.001, 40, "lobe arcs"), 1e-4), (Stage(0.05, 0.003, 0.0005, 20, "lobe arcs"), 0.0)):
         pitch = as_complex(ring_pitch(stage, 201, clearance))
         crest = np.abs(np.angle(pitch)) < 0.3 * stage.pin_radius / stage.ring_radius
@@ -277,8 +277,8 @@ def test_a_ring_of_plain_arcs_clears_the_disc():
         assert len(repeat_pitch(ring_pitch(stage, 201), stage.pins)) == 40 * (len(pitch) - 1) // (40 // stage.pins)
 
 
-def test_a_twins_ring_is_its_flank():
-    """Pins on the planet: one pitch of the ring lies on the toothed wheel's flank, and closes after z copies."""
+def test_the_ring_around_planet_pins_is_its_flank():
+    """Planet pins: one pitch of the ring lies on the toothed wheel's flank, and closes after z copies."""
     pitch = ring_pitch(TWIN, 201)
     whole = repeat_pitch(pitch, TWIN.lobes)
     assert np.hypot(*pitch[0]) == pytest.approx(np.hypot(*pitch[-1]), rel=1e-12)
@@ -298,16 +298,16 @@ def test_a_twins_ring_is_its_flank():
         ((0.05, 0.003, 0.001, 20, "rollers"), "'rollers'", "'planet pins'"),
     ],
 )
-def test_what_cannot_be_built_is_refused_with_the_nearest_that_can(stage: tuple, reason: str, nearest: str):
-    """An impossible stage is refused, says why, and names the nearest possible value."""
+def test_an_impossible_stage_is_refused_with_the_nearest_possible_one(stage: tuple, reason: str, nearest: str):
+    """An impossible stage is refused with the reason and the nearest possible value."""
     with pytest.raises(ValueError, match="cannot exist") as refusal:
         Stage(*stage)
     assert reason in str(refusal.value)
     assert nearest in str(refusal.value)
 
 
-def test_the_nearest_value_named_is_possible():
-    """The largest pin radius that a refusal names can be built."""
+def test_the_nearest_value_in_the_message_is_possible():
+    """A stage with the largest pin radius that a message states is accepted."""
     with pytest.raises(ValueError, match="largest possible is") as refusal:
         Stage(0.034, 0.0075, 0.0021, 14)
     named = float(str(refusal.value).split("largest possible is ")[1].split(" mm")[0])
@@ -315,13 +315,13 @@ def test_the_nearest_value_named_is_possible():
 
 
 def test_a_flat_valley_has_no_radius():
-    """With a small eccentricity the locus is convex all round, and no valley radius limits a cutter."""
+    """With a small eccentricity the locus is convex everywhere, and no valley radius limits a cutter."""
     assert valley_radius(Stage(0.1, 0.002, 0.0001, 20)) == math.inf
 
 
 @pytest.mark.parametrize("circle", [-8e-6, -3e-6])
 def test_play_of_a_disc_cut_on_a_larger_pin_circle(circle):
-    """The true profile turned about its centre until a pin touches, one way and the other, over a pitch of the crank: the least way is the play."""
+    """The true profile rotated about its centre until a pin touches, in both directions, over a pitch of the crank: the minimum is the play."""
     stage, made = Stage(0.064, 0.003, 0.0013, 40), Modification(roller=1e-5, circle=circle)
     points = flank(stage, np.linspace(0, 2 * np.pi, 80_001), made)[0] @ [1, 1j]
     pins = stage.ring_radius * np.exp(2j * np.pi * np.arange(40) / 40)

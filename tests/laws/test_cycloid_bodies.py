@@ -1,4 +1,4 @@
-"""The bodies of a cycloidal stage: limits with closed forms, the local shares of the contact, and what must hold for every stage."""
+"""The bodies of a cycloidal stage: limits with closed forms, the local parts of the contact, and properties of every stage."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STAGES = [
 
 @st.composite
 def stages(draw: st.DrawFn) -> Stage:
-    """Stages that can exist, of every kind."""
+    """Return possible stages of every kind."""
     pins, shortening, share = draw(st.integers(8, 40)), draw(st.floats(0.2, 0.9)), draw(st.floats(0.3, 0.8))
     kind = draw(st.sampled_from(["ring pins", "lobe arcs", "lobe envelope", "planet pins"]))
     try:
@@ -41,7 +41,7 @@ def stages(draw: st.DrawFn) -> Stage:
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_thin_hub_leaves_torsion_alone(stage: Stage):
-    """Towards a hub of no radius the torsion T/(4 pi G b a^2) is all: so the forces' moment is exact, for every kind."""
+    """Towards a hub of zero radius torsion, T/(4 pi G b a^2), dominates: so the forces' moment is exact, for every kind."""
     hub = 1e-4
     torsion = (hub**-2 - _rim(stage, "planet") ** -2) / (4 * math.pi * SHEAR * WIDTH)
     assert disc_body(stage, hub, WIDTH, YOUNG, NU, crank=0.1) == pytest.approx(torsion, rel=1e-3)
@@ -49,7 +49,7 @@ def test_a_thin_hub_leaves_torsion_alone(stage: Stage):
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_thick_ring_moves_as_a_whole(stage: Stage):
-    """Far out, ten times the outer radius adds k P^2 ln(10)/(2 pi G b (1 + k)) of the forces' resultant P: a force in an endless plane."""
+    """Ten times the outer radius adds k P^2 ln(10)/(2 pi G b (1 + k)) of the forces' resultant P: a force in an infinite plane."""
     forces = np.maximum(arms(stage, pin_angles(stage, np.array([0.1]))[0]), 0)
     force = np.linalg.norm(forces @ normals(stage, pin_angles(stage, np.array([0.1]))[0]))
     torque = forces @ arms(stage, pin_angles(stage, np.array([0.1]))[0])
@@ -89,10 +89,10 @@ def test_a_slanted_half_ellipse_on_a_half_plane(slant: float, nu_plane: float):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
-def test_the_arc_of_the_spread_hardly_matters(share: float):
-    """At a wavy rim another arc than the quarter wave, with its own local rest, gives the same disc: to 2 %, so nothing is counted twice.
+def test_the_loaded_arc_hardly_matters(share: float):
+    """At a wavy rim another arc than the quarter wave, with its own local correction, yields the same disc to 2 %: nothing is counted twice.
 
-    Assembled here anew from `annulus.flexibility`.
+    Assembled independently from `annulus.flexibility`.
     """
     stage, hub = STAGES[0], 0.02
     theta = pin_angles(stage, np.array([0.1]))[0]
@@ -110,7 +110,7 @@ def test_the_arc_of_the_spread_hardly_matters(share: float):
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_contact_and_bodies_together_store_energy(stage: Stage):
-    """The body alone may give less than nothing where Johnson's law counts too deep; the loaded contacts on it never do."""
+    """The body alone can have a negative diagonal where Johnson's law counts too deep; together with the loaded contacts it stores energy."""
     answer = load_sharing(stage, Flanks(WIDTH, PLANE / 2), [200.0], [0.05]).checked()
     forces = answer.forces[0, 0, 0]
     on = forces > 0
@@ -122,8 +122,8 @@ def test_contact_and_bodies_together_store_energy(stage: Stage):
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_one_pin_on_all_is_as_before(stage: Stage):
-    """The crank turned by one pin's share shifts the forces by one pin, and nothing else; the other sense of torque mirrors the drive."""
+def test_the_compliance_repeats_with_the_pins(stage: Stage):
+    """The crank rotated by one pin's share shifts the forces by one pin; the opposite torque mirrors the drive."""
     pitch = 2 * math.pi / stage.pins / (stage.lobes / stage.pins if stage.twin else 1)
     for body, edge in ((disc_body, 0.02), (ring_body, 0.12)):
         here = body(stage, edge, WIDTH, YOUNG, NU, crank=0.03)
@@ -134,8 +134,8 @@ def test_one_pin_on_all_is_as_before(stage: Stage):
 
 @settings(max_examples=15, deadline=None)
 @given(stages(), st.floats(0.05, 0.35), st.floats(1.05, 1.5), st.floats(1.02, 2.0), st.floats(0, 6.3))
-def test_what_softens_a_body(stage: Stage, hub: float, larger: float, outer: float, crank: float):
-    """A larger hub and a ring held nearer its teeth are stiffer, for they leave less to give way; modulus and width act in proportion."""
+def test_less_material_between_the_edges_is_stiffer(stage: Stage, hub: float, larger: float, outer: float, crank: float):
+    """A larger hub, and a ring fixed nearer to its teeth, are stiffer; modulus and width act in proportion."""
     smaller = hub * 0.1
     assert disc_body(stage, smaller * larger, WIDTH, YOUNG, NU, crank=crank) < disc_body(stage, smaller, WIDTH, YOUNG, NU, crank=crank)
     near = 0.15 * outer
@@ -149,14 +149,14 @@ def test_what_softens_a_body(stage: Stage, hub: float, larger: float, outer: flo
 
 
 def test_plane_stress_is_softer():
-    """A thin disc can spread sideways: it gives more than a wide one, by less than 1/(1 - nu^2) where shear does most."""
+    """A thin disc can expand laterally: it deflects more than a wide one, by less than 1/(1 - nu^2) where shear dominates."""
     for body, edge in ((disc_body, 0.02), (ring_body, 0.06)):
         wide, thin = (body(STAGES[0], edge, WIDTH, YOUNG, NU, plane=plane) for plane in ("strain", "stress"))
         assert 1 < thin / wide < 1.15
 
 
-def test_bodies_that_cannot_be_are_refused():
-    """Too large a hub, too small a ring, forces that do not fit, pull, or turn nothing."""
+def test_impossible_bodies_are_refused():
+    """Too large a hub, too small a ring, forces that do not fit, pull, or have no moment."""
     stage = STAGES[0]
     with pytest.raises(ValueError, match=r"hub's radius is 46 mm, but teeth or seats reach in to 45\.8 mm"):
         disc_body(stage, 0.046, WIDTH, YOUNG, NU)

@@ -1,4 +1,4 @@
-"""The loaded contact against closed forms, an independent root finder in three unknowns, and what must hold for every drive."""
+"""Load sharing against closed forms, an independent root finder in three unknowns, and properties of every drive."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ HELD = Supports(3e8, 1e6, 0.05)
 
 
 def push(flanks: Flanks, delta: float, radius: float) -> float:
-    """Force of one contact, from the laws of contact alone."""
+    """Return the force of one contact, from the laws of contact alone."""
     if delta <= 0:
         return 0.0
     if flanks.law == "linear":
@@ -48,7 +48,7 @@ def push(flanks: Flanks, delta: float, radius: float) -> float:
 
 
 def by_root_finder(stage: Stage, flanks: Flanks, torque: float, crank: float, gap: np.ndarray, supports: Supports) -> np.ndarray:
-    """Displacement x, y and output rotation by SciPy, three unknowns, forces and moments laid out in the plane."""
+    """Return displacement x, y and output rotation by SciPy: three unknowns, forces and moments in the plane."""
     theta = pin_angles(stage, np.array([crank]))[0]
     radius = contact_radius(stage, theta)
     pin = stage.ring_radius * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
@@ -78,8 +78,8 @@ def by_root_finder(stage: Stage, flanks: Flanks, torque: float, crank: float, ga
 
 @pytest.mark.parametrize("stage", [RV_LIKE, SMALL, TWIN], ids=["rv", "small", "twin"])
 @pytest.mark.parametrize("flanks", ALL_FLANKS, ids=lambda f: f"{f.law} {f.bending}")
-def test_three_unknowns_by_a_root_finder_give_the_same(stage: Stage, flanks: Flanks):
-    """Forces, lever arms and springs written out in the plane and given to SciPy's root finder lead to the same rotation and bearing force."""
+def test_a_root_finder_in_three_unknowns_agrees(stage: Stage, flanks: Flanks):
+    """Forces, lever arms and springs in the plane, solved by SciPy's root finder, lead to the same rotation and bearing force."""
     rng = np.random.default_rng(8)
     torques, cranks = np.array([-40.0, 300.0]), np.array([0.0, 2.1])
     gap = rng.normal(scale=1e-6, size=(1, stage.pins))
@@ -116,7 +116,7 @@ def test_closed_forms_hold_on_the_average_of_a_turn():
     assert ours.stiffness[0, 0, 0] == pytest.approx(mesh_stiffness(smooth, 2e8), rel=1e-6)
 
 
-def test_springs_in_series_add_their_give():
+def test_springs_in_series_add_their_compliances():
     """A soft eccentric bearing and output pins add 1/[k_r (e z)^2] and 1/K_pins to the mesh; the bearing carries T/(e z) across."""
     output = output_pin_stiffness(5e7, 0.05, 10)
     bending = replace(SPRINGS, bending=3e-9)
@@ -145,10 +145,10 @@ def test_springs_in_series_add_their_give():
 @example(SMALL, ALL_FLANKS[4], -1.0, 3.440708116756634e-309, -5.0, 120155, math.inf, math.inf)  # an approach whose power is none
 @example(RV_LIKE, SPRINGS, -0.15603473164999626, 0.0, -5.0, 2361097373, 1e8, math.inf)  # at first only a lobe on the line of centres touches
 @settings(deadline=None, max_examples=300)
-def test_every_load_finds_its_balance(stage, flanks, torque, crank, spread, seed, bearing, circle):  # noqa: PLR0913, PLR0917 - one drawn drive
+def test_every_load_has_an_equilibrium(stage, flanks, torque, crank, spread, seed, bearing, circle):  # noqa: PLR0913, PLR0917 - one drawn drive
     """Whatever gaps, interference, torque and bearing: contacts only push, and their moments make up the torque to 1e-9 of it.
 
-    Only where a load is beyond the law of approach may a case be given up, and then it holds no numbers.
+    Only where a load is beyond the law of approach may a case not converge, and then it is NaN.
     """
     gap = 10**spread * np.random.default_rng(seed).normal(size=(3, stage.pins))
     gap[1] = np.abs(gap[1])
@@ -167,7 +167,7 @@ def test_every_load_finds_its_balance(stage, flanks, torque, crank, spread, seed
 
 
 @pytest.mark.parametrize("flanks", ALL_FLANKS, ids=lambda f: f"{f.law} {f.bending}")
-def test_no_ordinary_drive_is_given_up(flanks: Flanks):
+def test_every_ordinary_drive_converges(flanks: Flanks):
     """20 000 drives with gaps of micrometres over all loads from 0.01 to 1 000 N m all converge, to 1e-9 of the torque."""
     gap = 4e-6 * np.abs(np.random.default_rng(3).normal(size=(250, 40)))
     torque = np.concatenate([-np.geomspace(0.01, 1000, 8), np.geomspace(0.01, 1000, 8)])
@@ -189,7 +189,7 @@ def test_stiffness_is_the_slope_of_the_wind_up_curve(flanks: Flanks, supports: S
 
 
 def test_the_output_never_turns_back_as_the_load_grows():
-    """More torque, more wind-up, whatever the gaps; and a reversed load mirrors a symmetric drive."""
+    """More torque, more wind-up, whatever the gaps; a reversed load mirrors a symmetric drive."""
     gap = 3e-6 * np.random.default_rng(2).random((50, 40))
     ours = load_sharing(RV_LIKE, HERTZ, np.linspace(-500, 500, 41), [0.1], gap, HELD)
     assert (np.diff(ours.rotation, axis=0) >= 0).all()
@@ -223,8 +223,8 @@ def test_a_small_load_takes_up_the_play(made: Modification):
     assert 1 <= travel.min() / play(RV_LIKE, made) < travel.max() / play(RV_LIKE, made) < 1.01
 
 
-def test_without_load_the_disc_lies_free():
-    """At zero torque and with play nothing is loaded and nothing is stiff; with interference all round it is held without any torque."""
+def test_without_load_the_disc_is_free():
+    """At zero torque a disc with play carries no load and has no stiffness; with interference all round it is held without torque."""
     free = load_sharing(RV_LIKE, HERTZ, [0.0], [0.2], 1e-6, HELD).checked()
     assert (float(free.rotation[0, 0, 0]), float(free.lobes[0, 0, 0]), float(free.stiffness[0, 0, 0])) == (0, 0, 0)
     tight = load_sharing(RV_LIKE, HERTZ, [0.0], [0.2], -1e-6, HELD).checked()
@@ -241,7 +241,7 @@ def test_pressure_is_hertz_at_each_contact():
 
 
 def test_a_load_beyond_the_law_is_marked_and_refused():
-    """A printed drive under a giant's load: the answer is marked, holds no numbers, and `checked` says which case it was."""
+    """A printed drive under an excessive load: the result is marked and NaN, and `checked` states which case it was."""
     soft = Flanks(0.005, 1e9)
     ours = load_sharing(SMALL, soft, [1.0, 1e5], [0.1])
     assert ours.converged[:, 0, 0].tolist() == [True, False]
@@ -252,8 +252,8 @@ def test_a_load_beyond_the_law_is_marked_and_refused():
         ours.checked()
 
 
-def test_the_batch_is_its_single_cases():
-    """Torque x crank x draw in one call, on one thread or three, gives bit for bit what single calls give."""
+def test_a_batch_equals_its_single_cases():
+    """Torque x crank x draw in one call, on one thread or three, equals single calls bit for bit."""
     gap = 1e-6 * np.random.default_rng(4).normal(size=(6, 40))
     bearing = np.linspace(1e8, 5e8, 6)
     torque, crank = np.array([-30.0, 200.0]), np.array([0.0, 0.5, 1.0])
@@ -266,7 +266,7 @@ def test_the_batch_is_its_single_cases():
     assert one.rotation[0, 0, 0] == whole.rotation[1, 1, 3]
 
 
-def test_loaded_errors_average_as_stated():
+def test_errors_average_under_load():
     """With equal springs and load on every driving flank, pin errors turn the output by sum(l g)/sum(l^2)."""
     rng = np.random.default_rng(6)
     gap = 1e-6 * rng.standard_normal((30, 40))
@@ -284,7 +284,7 @@ def test_loaded_errors_average_as_stated():
 
 
 def test_friction_is_the_work_of_sliding():
-    """Slide of each flank by finite motion, times mu times its force, is the friction at the output; efficiency follows."""
+    """The sliding distance of each flank by finite motion, times mu times its force, is the friction at the output; efficiency follows."""
     crank, mu, step = 0.4, 0.08, 1e-7
     ours = load_sharing(RV_LIKE, HERTZ, [200.0], [crank])
     theta = pin_angles(RV_LIKE, np.array([crank]))[0]
@@ -303,8 +303,8 @@ def test_friction_is_the_work_of_sliding():
     assert more[0, 0, 0] - friction[0, 0, 0] == pytest.approx(bearing + pins, rel=1e-9)
 
 
-def test_rollers_lose_little_and_bare_lobes_much():
-    """Bare lobes at a coefficient of 0.08 cost several times what rollers at 0.005 do; without load no work is done and none is lost."""
+def test_rollers_have_less_friction_than_lobes():
+    """Lobes at a coefficient of 0.08 lose several times as much as rollers at 0.005; without load the efficiency is zero."""
     ours = load_sharing(RV_LIKE, HERTZ, [200.0], [0.0])
     bare, rollers = (float(efficiency(np.array(200.0), friction_torque(RV_LIKE, [0.0], ours, Friction(mu)))[0, 0, 0]) for mu in (0.08, 0.005))
     assert 0.8 < bare < 0.95 < rollers < 1
@@ -323,7 +323,7 @@ def test_rollers_lose_little_and_bare_lobes_much():
         (lambda: load_sharing(SMALL, HERTZ, [1.0], supports=Supports(bearing=-1.0)), "must be positive"),
     ],
 )
-def test_what_makes_no_sense_is_refused(call, words: str):
-    """Impossible contacts, gaps and supports are refused with what was expected."""
+def test_impossible_values_are_refused(call, words: str):
+    """Impossible contacts, gaps and supports are refused with the expected values."""
     with pytest.raises(ValueError, match=words):
         call()

@@ -1,4 +1,4 @@
-"""The cycloidal stage as a series of springs, against closed forms and plain statics."""
+"""The cycloidal stage as springs in series, against closed forms and statics."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LEVER = STAGE.planet_pitch_radius
 SPRINGS = Drive(STAGE, Flanks(0.0125, STEEL, "linear", stiffness=4e8), discs=2)
 
 
-def test_equal_springs_give_the_closed_forms():
+def test_equal_springs_have_the_closed_forms():
     """Mesh n_d k (e z)^2 N/4, eccentric k (e z)^2 with k of all bearings, output pins k_w Rw^2 n_w/4: each by itself, to the ripple of N = 40."""
     drive = replace(SPRINGS, eccentric=Eccentric(bearing=3e8, shaft=6e8), output=OutputPins(8, 0.04, 2e8))
     found = wind_up_by_member(drive, np.array([50.0, 400.0]))
@@ -51,7 +51,7 @@ def test_equal_springs_give_the_closed_forms():
 
 
 @pytest.mark.parametrize("cranks", [2, 3, 5])
-def test_crankshafts_hold_a_disc_as_statics_says(cranks):
+def test_crankshafts_support_a_disc_as_a_stiffness_matrix_does(cranks):
     """A disc on n springs around a circle, under the mesh's force through the pitch point: shift and turn by the 3 x 3 stiffness matrix."""
     circle, spring, torque = 0.036, 3e8, 300.0
     drive = replace(SPRINGS, eccentric=Eccentric(bearing=spring, cranks=cranks, circle=circle))
@@ -71,7 +71,7 @@ def test_crankshafts_hold_a_disc_as_statics_says(cranks):
 
 
 def _mesh_force(drive: Drive, torque: float, crank: float) -> np.ndarray:
-    """Sum up what the lobes press on one disc (2,), along and across the line of centres."""
+    """Return the sum of the lobes' forces on one disc (2,), along and across the line of centres."""
     at = np.array([crank])
     answer = loaded_disc(drive, torque, at, nominal_gaps(drive, at))
     return answer.forces[0, 0, 0] @ normals(drive.stage, pin_angles(drive.stage, at)[0])
@@ -87,8 +87,8 @@ def test_each_crank_carries_its_part_of_force_and_torque():
     assert crank_play(SPRINGS) == pytest.approx(1 / LEVER)
 
 
-def test_a_rolling_bearing_is_taken_at_the_secant_of_its_own_load():
-    """Rollers harden: the eccentric's share of the wind-up per torque falls with the load, and is the bearing's own shift over e z."""
+def test_a_rolling_bearing_has_the_secant_stiffness_of_its_load():
+    """Rollers stiffen: the eccentric's wind-up per torque falls with the load, and is the bearing's own shift over e z."""
     rollers = Eccentric(elements=16, element_stiffness=roller_stiffness(0.0105))
     drive = replace(SPRINGS, eccentric=rollers)
     torque = np.array([10.0, 100.0, 1000.0])
@@ -102,8 +102,8 @@ def test_a_rolling_bearing_is_taken_at_the_secant_of_its_own_load():
     assert rollers.bearing_stiffness(0.0) == 0.0
 
 
-def test_play_is_no_wind_up():
-    """A stage with its profile relieved winds up from its first contact on: to nothing as the torque goes."""
+def test_play_is_not_wind_up():
+    """The wind-up of a stage with profile relief starts at its first contact: it vanishes with the torque."""
     drive = replace(SPRINGS, flanks=Flanks(0.0125, STEEL), relief=Modification(roller=20e-6))
     assert wind_up_by_member(drive, np.array([1e-3]))["lobe contacts"][0] < 1e-9
     assert nominal_gaps(drive, crank_angles_of_pitch(drive)) == pytest.approx(20e-6)
@@ -124,7 +124,7 @@ GIVEN = Drive(
 @settings(max_examples=40, deadline=None)
 @given(st.floats(1.05, 5.0), st.floats(20.0, 800.0), st.sampled_from(range(8)))
 def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
-    """Whichever spring gets softer, the whole winds up more."""
+    """Whichever spring becomes softer, the whole winds up more."""
     eccentric, flanks, output = GIVEN.eccentric, GIVEN.flanks, GIVEN.output
     assert output is not None
     softer = (
@@ -146,7 +146,7 @@ def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
     [{"bearing": 0.0}, {"shaft": -1.0}, {"elements": 2, "element_stiffness": 1e9}, {"elements": 9}, {"cranks": 2}, {"circle": 0.03}, {"cranks": 0}],
 )
 def test_impossible_eccentrics_are_refused(wrong):
-    """Springs without stiffness, bearings that hold nothing, a crank off the middle."""
+    """Springs without stiffness, bearings with too few elements, a single crank off the centre."""
     with pytest.raises(ValueError, match=r"eccentric|bearing"):
         Eccentric(**wrong)
 

@@ -1,4 +1,4 @@
-"""Outlines for drawings: corners on the true profile, chords as near to it as said."""
+"""Outlines for drawings: corners on the true profile, chords within the stated distance of it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MADE = Modification(20e-6, 5e-6)
 
 
 def farthest(outline, dense, pitches):
-    """By brute force: how far do points of the true curve lie from the closed polygon, whichever of its sides within 2.5 pitches is nearest?"""
+    """Return the largest distance of points of the true curve from the closed polygon, by brute force over its sides within 2.5 pitches."""
     start = outline.points
     way = np.roll(start, -1, axis=0) - start
     middle = dense.mean(axis=0) @ [1, 1j]
@@ -38,8 +38,8 @@ def farthest(outline, dense, pitches):
 
 @pytest.mark.parametrize("name", STAGES)
 @pytest.mark.parametrize("tolerance", [0.5e-6, 20e-6])
-def test_no_chord_of_the_wheel_stands_off_further_than_said(name, tolerance):
-    """Points of the flank at places of their own, over a tooth and a half, lie within the stated error, and that within the tolerance."""
+def test_chords_of_the_wheel_are_within_the_stated_error(name, tolerance):
+    """Other points of the flank, over a tooth and a half, are within the stated error, and that within the tolerance."""
     stage = STAGES[name]
     outline = wheel_outline(stage, MADE, tolerance)
     t = np.linspace(0, 3 * math.pi / stage.lobes, 3001) + 1 / math.pi
@@ -48,7 +48,7 @@ def test_no_chord_of_the_wheel_stands_off_further_than_said(name, tolerance):
 
 @pytest.mark.parametrize("name", STAGES)
 def test_corners_of_the_wheel_lie_on_the_true_flank(name):
-    """Every corner is a point of the flank at some parameter: the nearest of a dense flank, refined, is within a nanometre."""
+    """Every corner is a point of the flank at some parameter: the nearest point of a dense, refined flank is within a nanometre."""
     stage = STAGES[name]
     outline = wheel_outline(stage, MADE, 5e-6)
     t = np.linspace(-math.pi, math.pi, 40 * 1024 + 1)
@@ -60,14 +60,14 @@ def test_corners_of_the_wheel_lie_on_the_true_flank(name):
 
 
 @pytest.mark.parametrize("name", ["arcs", "envelope", "few pins"])
-def test_no_chord_of_a_ring_with_lobes_stands_off_further_than_said(name):
-    """The same for the ring, whose profile has corners of its own."""
+def test_chords_of_a_ring_with_lobes_are_within_the_stated_error(name):
+    """The same for the ring, whose profile has corners."""
     stage = STAGES[name]
     outline = ring_outline(stage, 0.5e-6)
     assert farthest(outline, ring_pitch(stage, 5001), stage.pins) <= outline.chord_error <= 0.5e-6
 
 
-def test_outlines_close_and_hold_what_they_should():
+def test_outlines_close_and_enclose_the_area():
     """A disc outline goes round once, mirrors itself, and encloses the area of the flank: by the shoelace and by a sum over a million points."""
     stage = STAGES["rv"]
     outline = wheel_outline(stage, MADE, 0.5e-6).points
@@ -83,20 +83,20 @@ def test_outlines_close_and_hold_what_they_should():
 
 
 def test_a_coarser_drawing_has_fewer_corners():
-    """A hundred times the error asks for about a tenth of the corners, as chords of arcs do."""
+    """A hundred times the tolerance needs about a tenth of the corners, as chords of arcs do."""
     fine, coarse = (len(wheel_outline(STAGES["rv"], MADE, tolerance).points) for tolerance in (0.5e-6, 50e-6))
     assert 6 < fine / coarse < 14
 
 
 def test_chord_error_of_a_circle():
-    """A polygon of n chords on a circle stands off by R (1 - cos(pi/n))."""
+    """A polygon of n chords on a circle has the error R (1 - cos(pi/n))."""
     circle = np.stack([np.cos(x := np.linspace(0, 2, 100_001)), np.sin(x)], axis=-1)
     for chords in (10, 100):
         corners = circle[:: 100_000 // chords]
         assert chord_error(corners, circle) == pytest.approx(1 - math.cos(1 / chords), rel=1e-3)
 
 
-def test_what_has_no_outline_is_refused():
+def test_stages_without_an_outline_are_refused():
     """Pins are circles, and turned flanks do not close."""
     with pytest.raises(ValueError, match="no ring with lobes"):
         ring_outline(STAGES["rv"], 1e-6)

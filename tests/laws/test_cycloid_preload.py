@@ -1,4 +1,4 @@
-"""Discs that press on each other without torque: where they rest, and the wind-up from there."""
+"""Discs that push against each other without torque: their rest angle, and the wind-up from there."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ CRANK = np.array([0.1])
 
 
 def interfering(seed):
-    """Draw the gaps (disc, crank, gearbox, N), m, of a pair whose flanks interfere, and the discs' branches."""
+    """Return the gaps (disc, crank, gearbox, N), m, of a pair whose flanks interfere, and the discs' branches."""
     stream = np.random.default_rng(seed)
     gap = np.stack([stream.normal(-2e-6, 4e-6, 40) for _ in range(2)])[:, None, None]
     alone = np.stack([rest_angle(CASE, CRANK + math.pi * disc, gap[disc], 1.0) for disc in range(2)])
     return gap, Branches(alone, alone, np.zeros((2, 1, 1)))
 
 
-def test_a_pair_of_interfering_discs_against_the_published_case():
-    """Rest angle and wind-up of theory's worked case, found there by a minimisation of the energy: within the 0.1 % of the interpolation."""
+def test_a_pair_of_interfering_discs_against_the_minimised_energy():
+    """Rest angle and wind-up of a case solved by minimisation of the energy: within the 0.1 % of the interpolation."""
     rest, turned = preloaded_discs(CASE, np.array([1.0, 10.0, 50.0, 200.0, 784.0]), CRANK, *interfering(1))
     np.testing.assert_allclose(rest.ravel(), 7.577235e-6, rtol=1e-3)
     np.testing.assert_allclose((turned - rest[1]).ravel(), [5.470e-7, 5.4682e-6, 2.72791e-5, 1.08883e-4, 4.26568e-4], rtol=1e-3)
@@ -43,8 +43,8 @@ def test_a_pair_of_interfering_discs_against_the_published_case():
 
 @pytest.mark.parametrize("seed", [2, 3])
 @pytest.mark.parametrize("torque", [0.0, 50.0, -200.0])
-def test_the_pair_stands_where_its_energy_is_least(seed, torque):
-    """Output angle from one minimisation over the angle and both discs' displacements, a method that knows of no torque per disc."""
+def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
+    """The output's angle from one minimisation over it and both discs' displacements, a method without torques per disc."""
     gap, branches = interfering(seed)
     lever, n_x, arm = CASE.stage.planet_pitch_radius, [], []
     for disc in range(2):
@@ -90,7 +90,7 @@ def test_no_gearbox_winds_up_backwards(relief, form, clearance, seed):
 
 
 def test_discs_that_just_touch_wind_up_as_those_with_play():
-    """At zero interference both ways of working it out meet: flanks without gap, rest at zero, wind-up as a stage with play has it."""
+    """At zero interference both methods agree: flanks without gap, rest at zero, the wind-up of a stage with play."""
     torque = np.array([10.0, 40.0, 160.0])
     crank = np.array([0.2, 1.3])
     plain = simulate(DRIVE, Scatter(), torque, crank, 1, 1)
@@ -100,7 +100,7 @@ def test_discs_that_just_touch_wind_up_as_those_with_play():
     np.testing.assert_allclose(turned, plain.rotation, rtol=2e-3)
 
 
-def test_play_and_wind_up_go_over_into_interference_without_a_step():
+def test_play_and_wind_up_are_continuous_into_interference():
     """From 0.02 µm of room to 0.02 µm of interference, lost motion between ±20 N m changes by no more than 40 nm of flank do: 2 c/(e z)."""
     lost, torque, crank = [], np.array([-20.0, 20.0]), np.array([0.4, 2.0])
     for relief in (2e-8, -2e-8):
@@ -109,8 +109,8 @@ def test_play_and_wind_up_go_over_into_interference_without_a_step():
     assert np.abs(lost[0] - lost[1]).max() < 3 * 4e-8 / DRIVE.stage.planet_pitch_radius
 
 
-def test_a_drawing_whose_flanks_interfere_winds_up_less_through_its_contacts():
-    """As drawn, without tolerances: pressed on both sides the contacts are stiffer, not softer, and every member winds up the right way."""
+def test_interfering_nominal_flanks_wind_up_less():
+    """Without tolerances: contacts loaded from both sides are stiffer, and every member winds up in the torque's direction."""
     torque = np.array([20.0, 100.0, 400.0])
     tight, free = (wind_up_by_member(replace(DRIVE, relief=Modification(roller=each)), torque) for each in (-2e-6, 2e-6))
     assert (tight["lobe contacts"] > 0).all()

@@ -1,4 +1,4 @@
-"""Cycloidal stages as built, against direct searches, closed forms of averaging, and their own reproducibility."""
+"""Simulated cycloidal stages against direct searches, closed forms of averaging, and their own reproducibility."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCATTER = Scatter(pin_radius=Toleranced(0.003, 1e-6), eccentricity=Toleranced(0.
 CRANK = 2 * math.pi * np.arange(8) / 8
 
 
-def test_without_scatter_all_gearboxes_are_as_drawn():
+def test_without_scatter_all_gearboxes_are_nominal():
     """Play by the formula, wind-up by the sum of the members."""
     found = simulate(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
     np.testing.assert_allclose(found.play, play(STAGE, DRIVE.relief), rtol=5e-3)
@@ -35,8 +35,8 @@ def test_without_scatter_all_gearboxes_are_as_drawn():
     assert not found.jammed.any()
 
 
-def test_discs_share_the_torque_so_that_they_turn_alike():
-    """Two discs with gaps of their own: the common angle by root finding on the torques that each carries there."""
+def test_discs_share_the_torque_at_a_common_angle():
+    """Two discs with different gaps: the common angle by root finding on the torque that each carries there."""
     scatter = replace(SCATTER, flank_form=4e-6)
     crank = np.array([0.7])
     torque = 60.0
@@ -60,7 +60,7 @@ def test_discs_share_the_torque_so_that_they_turn_alike():
 
 
 def test_errors_average_under_load_and_one_decides_without():
-    """Independent flank errors s turn a loaded disc by 2 s/(e z sqrt N), mean square over gearboxes; unloaded the narrowest gap counts."""
+    """Independent flank errors s rotate a loaded disc by 2 s/(e z sqrt N), r.m.s. over gearboxes; unloaded the narrowest gap decides."""
     deviation = 1e-6
     scatter = Scatter(flank_form=3 * deviation)
     one = replace(DRIVE, discs=1, eccentric=Eccentric())
@@ -74,8 +74,8 @@ def test_errors_average_under_load_and_one_decides_without():
     assert two.rotation[0, 0].std() == pytest.approx(spread / math.sqrt(2), rel=0.1)
 
 
-def test_every_dimension_moves_the_flanks_as_geometry_says():
-    """Gaps of a wrongly made stage, measured on the true profile moved to its true place, against the first order that is used."""
+def test_every_dimension_changes_the_gaps_to_first_order():
+    """Gaps of a stage with errors, measured on the true profile at its true position, against the first order in use."""
     wrong = {"ring_radius": 0.5e-6, "pin_radius": 0.5e-6, "eccentricity": 0.5e-6}
     t = np.linspace(0, 2 * math.pi, 400_001)
     psi = 0.4
@@ -96,14 +96,14 @@ def test_every_dimension_moves_the_flanks_as_geometry_says():
 
 
 def _drawn_size(scatter: Scatter, name: str) -> float:
-    """Read which size was drawn off a stage on which it alone counts."""
+    """Return the sampled size from a stage on which it alone acts."""
     gap = sample_gaps(replace(DRIVE, relief=Modification(), discs=1), scatter, np.array([0.0]), 1, 1)[0, 0, 0]
     per_unit = {"ring_radius": 1.0, "pin_radius": -1.0, "eccentricity": -float(normals(STAGE, np.array(0.0))[0])}[name]
     return float(gap[0] / per_unit)
 
 
-def test_clearances_add_as_levers_say():
-    """G/(e z) of the crank bearing and Gw/Rw of the output pins; a direct search over where the disc may lie finds a little more, never less."""
+def test_clearances_add_by_their_levers():
+    """G/(e z) of the crank bearing and Gw/Rw of the output pins; a direct search over the disc's positions finds slightly more, never less."""
     drive = replace(DRIVE, discs=1, output=OutputPins(8, 0.04))
     scatter = replace(SCATTER, crank_clearance=Toleranced(10e-6), output_clearance=Toleranced(8e-6))
     np.testing.assert_allclose(clearance_angle(drive, scatter, 4, 1), 10e-6 / LEVER + 8e-6 / 0.04)
@@ -124,8 +124,8 @@ def test_clearances_add_as_levers_say():
     assert max(ratios) < 1.15
 
 
-def test_either_direction_alike():
-    """Mirrored errors answer a torque the other way round as the unmirrored ones answer this way."""
+def test_mirrored_errors_mirror_the_rotation():
+    """Mirrored errors respond to a torque as the unmirrored ones to the opposite torque."""
     found = simulate(DRIVE, SCATTER, np.array([-40.0, 40.0]), CRANK, 400, 1)
     assert (found.rotation[0] < 0).all()
     assert found.rotation[1].mean() == pytest.approx(-found.rotation[0].mean(), rel=0.01)
@@ -133,7 +133,7 @@ def test_either_direction_alike():
 
 
 def test_gearboxes_that_interfere_are_counted():
-    """No relief and pins too large by up to 5 µm: flanks press on each other with no torque, and there is no play."""
+    """No relief and pins too large by up to 5 µm: flanks push against each other without torque, and there is no play."""
     tight = replace(DRIVE, relief=Modification())
     found = simulate(tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1)
     assert 0.4 < found.jammed.mean() < 0.6
@@ -141,8 +141,8 @@ def test_gearboxes_that_interfere_are_counted():
     assert (found.play[~found.jammed] > 0).all()
 
 
-def test_the_same_gearboxes_whatever_else_is_asked():
-    """More gearboxes keep the first; threads change nothing; another tolerance leaves the other draws alone; another seed, other gearboxes."""
+def test_the_same_gearboxes_whatever_the_other_settings():
+    """More gearboxes keep the first; threads have no effect; another tolerance leaves the other draws unchanged; another seed changes them."""
     few = simulate(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 5, 7)
     many = simulate(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 9, 7, threads=2)
     np.testing.assert_array_equal(few.rotation, many.rotation[..., :5])
@@ -155,21 +155,21 @@ def test_the_same_gearboxes_whatever_else_is_asked():
 
 
 def test_no_torque_is_refused():
-    """Under no torque there is no one angle."""
+    """Without torque the angle is not determined."""
     with pytest.raises(ValueError, match="play"):
         simulate(DRIVE, SCATTER, np.array([0.0]), CRANK, 2, 1)
 
 
 def test_first_contact_counts_both_discs():
-    """The free way ahead is the shorter one of the two discs'."""
+    """The free rotation ahead is the smaller one of the two discs'."""
     crank = CRANK[:3]
     gap = sample_gaps(DRIVE, SCATTER, crank, 6, 2)
     each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
     np.testing.assert_array_equal(simulate(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
 
 
-def test_misplaced_output_pins_meet_their_holes_as_circles_do():
-    """Pins turned until the first one leaves its hole's room, circle by circle, against the first order; loaded, errors average."""
+def test_misplaced_output_pins_touch_their_holes_as_circles_do():
+    """Pins rotated until the first one touches its hole, circle by circle, against the first order; under load, errors average."""
     clearance, position, pins = 30e-6, 12e-6, OutputPins(8, 0.04)
     drive = replace(DRIVE, discs=1, output=pins)
     scatter = Scatter(output_clearance=Toleranced(clearance), output_position=position)
@@ -200,14 +200,14 @@ CRANKS = Eccentric(bearing=4e8, cranks=2, circle=0.036)
 
 
 def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.ndarray:
-    """Read off by how much (gearbox, crank) a disc's bores stand beside their places, as complex numbers."""
+    """Return the offsets (gearbox, crank) of a disc's bores, as complex numbers."""
     x, y = (sample(position, Normal(), f"crank_position {way} disc {disc}", 3, (gearboxes, cranks)) for way in "xy")
     return x + 1j * y
 
 
 @pytest.mark.parametrize("eccentric", [Eccentric(), CRANKS, Eccentric(cranks=3, circle=0.036)])
-def test_bores_beside_their_places_move_and_turn_the_disc(eccentric):
-    """The disc laid on its cranks by rotation and shift of all bores at once, and the gaps measured on its true profile."""
+def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
+    """The disc placed on its cranks by least squares over all bores, and the gaps measured on its true profile."""
     drive, psi, gearbox = replace(DRIVE, relief=Modification(), eccentric=eccentric), 0.4, 0
     found = sample_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
     points = flank(STAGE, np.linspace(0, 2 * math.pi, 400_001))[0] @ [1, 1j]
@@ -227,8 +227,8 @@ def test_bores_beside_their_places_move_and_turn_the_disc(eccentric):
 
 
 @pytest.mark.parametrize(("cranks", "missing"), [(2, 0.02), (3, 0.08)])
-def test_bores_that_do_not_fit_take_room_from_the_bearings(cranks, missing):
-    """How far a rigid disc moves with all its bores in their bearings' clearance, by linear programming, against the room that is left."""
+def test_misfitting_bores_reduce_the_clearance(cranks, missing):
+    """The free motion of a rigid disc with all its bores in their bearings' clearance, by linear programming."""
     clearance = 10e-6
     drive = replace(DRIVE, discs=1, relief=Modification(), eccentric=replace(CRANKS, cranks=cranks))
     scatter = Scatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)

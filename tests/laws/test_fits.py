@@ -21,7 +21,7 @@ UM = 1e-6
 SIZE = st.floats(0, 100e-6)
 
 
-def test_a_6008_on_k5_worked_by_hand():
+def test_a_6008_on_k5_calculated_by_hand():
     """A 6008 (40 x 68 mm, CN) on a ground k5 shaft, loose in its housing, 5 K warmer inside, works with 13 - 0.8 x 12.86 - 3.90 = -1.2 µm."""
     tight = interference((2 * UM, 13 * UM), (-12 * UM, 0.0))
     assert tight == pytest.approx((2 * UM, 25 * UM))
@@ -38,15 +38,15 @@ def test_a_6008_on_k5_worked_by_hand():
 
 
 def test_a_turned_seat_keeps_less_than_a_ground_one():
-    """Of 20 µm on 40 mm a ground seat keeps 40/42 and a turned one 40/43."""
+    """Of 20 µm on 40 mm a ground seat retains 40/42 and a turned one 40/43."""
     assert effective_interference(20 * UM, 0.04) == pytest.approx(20 * UM * 40 / 42)
     assert effective_interference(20 * UM, 0.04, "turned") == pytest.approx(20 * UM * 40 / 43)
 
 
 @given(SIZE, SIZE, SIZE, SIZE, st.floats(0, 1), st.floats(0, 1))
 @settings(deadline=None, max_examples=100)
-def test_whatever_is_tighter_or_warmer_leaves_less_clearance(initial, inner, outer, more, inner_share, outer_share):
-    """More interference or warmth never opens a bearing; more initial clearance opens it by as much."""
+def test_interference_and_temperature_reduce_clearance(initial, inner, outer, more, inner_share, outer_share):
+    """More interference or a warmer inner ring never increases the clearance; more initial clearance adds in full."""
 
     def works(i, a, b, t):
         return float(working_clearance(mounted_clearance(i, a, b, inner_share, outer_share), thermal_loss(t, 0.06)))
@@ -61,13 +61,13 @@ def test_whatever_is_tighter_or_warmer_leaves_less_clearance(initial, inner, out
 @given(st.floats(-100e-6, 0), st.floats(0.001, 1))
 @settings(deadline=None, max_examples=50)
 def test_a_loose_fit_changes_nothing(loose, diameter):
-    """A ring that sits loose keeps its clearance."""
+    """A loose ring keeps its clearance."""
     assert effective_interference(loose, diameter) == 0
     assert mounted_clearance(10 * UM, loose, loose) == 10 * UM
 
 
 def test_the_raceway_of_a_bearing():
-    """A 40 x 68 mm ball bearing's outer raceway is taken as 62.4 mm, a roller bearing's as 61 mm."""
+    """A 40 x 68 mm ball bearing's outer raceway is estimated as 62.4 mm, a roller bearing's as 61 mm."""
     assert raceway_diameter(0.04, 0.068, "ball") == pytest.approx(0.0624)
     assert raceway_diameter(0.04, 0.068, "roller") == pytest.approx(0.061)
 
@@ -80,7 +80,7 @@ def test_the_raceway_of_a_bearing():
 )
 @settings(deadline=None, max_examples=100)
 def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
-    """Whatever the parts are within their limits, the working clearance stays within its own; the limits at random are narrower."""
+    """Whatever the parts are within their limits, the working clearance stays within its own; the statistical limits are narrower."""
     bands = [tuple(sorted(band)) for band in (initial, inner, outer)]
     spread = clearance_spread(*bands)
     drawn = [low + share * (high - low) for (low, high), share in zip(bands, where, strict=True)]
@@ -88,7 +88,7 @@ def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
     assert spread.statistical <= (spread.highest - spread.lowest) / 2 + 1e-15
 
 
-def test_batches_of_bearings_are_worked_out_at_once():
+def test_a_batch_equals_its_single_bearings():
     """A thousand bearings in one call are the thousand one by one."""
     rng = np.random.default_rng(1)
     initial, inner = rng.uniform(0, 40e-6, 1000), rng.uniform(-10e-6, 30e-6, 1000)
@@ -105,7 +105,7 @@ def test_batches_of_bearings_are_worked_out_at_once():
         (lambda: raceway_diameter(0.07, 0.068, "ball"), "smaller"),
     ],
 )
-def test_what_cannot_be_is_refused(call, words):
+def test_impossible_values_are_refused(call, words):
     """Seats without a diameter, shares above one and bores beyond the outside diameter are refused."""
     with pytest.raises(ValueError, match=words):
         call()

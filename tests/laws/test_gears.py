@@ -1,4 +1,4 @@
-"""Stiffness zones and lost motion against the makers' rules, worked by hand."""
+"""Stiffness zones, hysteresis and lost motion against the makers' rules, calculated by hand; ratios against Willis' equations."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ ZONES = st.integers(1, 8).flatmap(
 @given(ZONES, st.lists(st.floats(-1e5, 1e5), min_size=2, max_size=20))
 @settings(deadline=None, max_examples=100)
 def test_wind_up_is_odd_and_rises_with_the_torque(zones: tuple[list[float], list[float]], torques: list[float]):
-    """Whatever the zones, a reducer winds up alike to both sides, further under more torque, and never by more than its softest zone."""
+    """Whatever the zones, wind-up is odd, rises with the torque, and never exceeds that of the softest zone."""
     stiffness, limits = zones
     torque = np.sort(torques)
     angle = wind_up(torque, stiffness, limits)
@@ -67,8 +67,8 @@ def test_wind_up_is_odd_and_rises_with_the_torque(zones: tuple[list[float], list
     assert (np.abs(angle) >= np.abs(torque) / max(stiffness) * (1 - 1e-9)).all()
 
 
-def test_whole_numbers_of_torque_are_numbers():
-    """A torque of 30 is a torque of 30.0, and any shape of torques gives the same shape of angles."""
+def test_integer_torques_are_numbers():
+    """A torque of 30 is a torque of 30.0, and the angles have the shape of the torques."""
     assert wind_up(np.array([[30]]), K, T).tolist() == wind_up(np.array([[30.0]]), K, T).tolist()
 
 
@@ -77,21 +77,21 @@ def test_whole_numbers_of_torque_are_numbers():
     [(K, (14.0,)), (K, (48.0, 14.0)), (K, (14.0, 14.0)), (K[:1], (14.0,)), (K[:2], (0.0,)), (K[:2], (-1.0,))],
 )
 def test_zones_that_do_not_fit_are_refused(stiffness: tuple[float, ...], limits: tuple[float, ...]):
-    """Zones need one rising, positive torque fewer than stiffness values; anything else has no meaning."""
+    """The torque limits must rise, be positive and one fewer than the stiffness values."""
     with pytest.raises(ValueError, match="limits must rise"):
         wind_up(np.array([1.0]), stiffness, limits)
 
 
-def test_lost_motion_is_play_and_wind_up_both_ways():
-    """Of a lost motion of 1' at 3 % of 412 N m, an RV-42N spends 2 x 12.36/113 = 0.219' on wind-up: 0.781' is play."""
+def test_lost_motion_is_play_and_wind_up_in_both_directions():
+    """Of a lost motion of 1' at 3 % of 412 N m, 2 x 12.36/113 = 0.219' of an RV-42N is wind-up: 0.781' is play."""
     play = play_from_lost_motion(ARCMIN, 0.03 * 412, [113 / ARCMIN])
     assert play / ARCMIN == pytest.approx(1 - 2 * 12.36 / 113, rel=1e-12)
 
 
 @given(st.floats(0, 0.01), st.floats(0.1, 100))
 @settings(deadline=None, max_examples=50)
-def test_play_and_lost_motion_tell_the_same(play: float, small: float):
-    """Whoever builds the lost motion from a play finds the same play in it again; a small lost motion leaves less than none."""
+def test_play_and_lost_motion_are_inverse(play: float, small: float):
+    """A lost motion computed from a play contains that play again; a smaller lost motion than the wind-up leaves a negative one."""
     lost = play + 2 * float(wind_up(np.array([small]), K, T)[0])
     assert play_from_lost_motion(lost, small, K, T) == pytest.approx(play, abs=1e-15)
     assert play_from_lost_motion(0.0, small, K, T) < 0
@@ -124,7 +124,7 @@ TEETH = st.integers(9, 150)
 @given(TEETH, TEETH)
 @settings(deadline=None, max_examples=50)
 def test_a_planetary_ratio_solves_willis_equations(sun: int, planet: int):
-    """Sun 0, planet 1, ring 2 (held), carrier 3 (out): the sun turns as the law says, whatever the teeth."""
+    """Sun 0, planet 1, ring 2 (fixed), carrier 3 (output): the speeds have the law's ratio, whatever the teeth."""
     ring = sun + 2 * planet
     found = speeds(4, [(0, sun, 1, planet, 3, False), (1, planet, 2, ring, 3, True)], held=2, output=3)
     assert planetary_ratio(sun, ring) == pytest.approx(found[0], rel=1e-9)
@@ -134,7 +134,7 @@ def test_a_planetary_ratio_solves_willis_equations(sun: int, planet: int):
 @given(TEETH, TEETH, TEETH, st.integers(1, 60), st.integers(1, 60))
 @settings(deadline=None, max_examples=100)
 def test_a_wolfrom_ratio_solves_willis_equations(sun: int, planet: int, second: int, first_more: int, second_more: int):
-    """Sun 0, planet 1 with two wheels, ring 2 (held), ring 3 (out), carrier 4 (free): the same ratio, sign and all, or both say it stands still."""
+    """Sun 0, planet 1 with two wheels, ring 2 (fixed), ring 3 (output), carrier 4 (free): same ratio and sign, or both find no motion."""
     ring, out = planet + first_more, second + second_more
     meshes = [(0, sun, 1, planet, 4, False), (1, planet, 2, ring, 4, True), (1, second, 3, out, 4, True)]
     if planet * out == ring * second:
@@ -157,7 +157,7 @@ def test_a_strain_wave_ratio_solves_willis_equations(flexspline: int, pairs: int
 
 
 def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():
-    """Rolled tooth by tooth: a turn of the generator lays 202 teeth of the circular spline on 200 of the flexspline, which falls 2 of 200 behind."""
+    """Rolled tooth by tooth: a turn of the generator meshes 202 teeth of the circular spline with 200 of the flexspline, which lags 2 of 200."""
     laid = fall_back = 0
     while laid < 202:  # the flexspline turns backwards by what it lacks to lay tooth on tooth
         laid += 1
@@ -168,8 +168,8 @@ def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():
             strain_wave_ratio(200, circular)
 
 
-def test_a_worm_slides_back_where_friction_cannot_hold_it():
-    """Forces on a flank by themselves: at the friction angle the axial push along the thread just balances friction, above it wins."""
+def test_a_worm_is_self_locking_up_to_the_friction_angle():
+    """Forces on a flank: at the friction angle the axial push along the thread just balances friction, above it exceeds it."""
     alpha, mu = math.radians(20), 0.06
     limit = friction_angle(mu, alpha)
 
@@ -183,8 +183,8 @@ def test_a_worm_slides_back_where_friction_cannot_hold_it():
     assert excess(limit * 1.01) > 0 > excess(limit * 0.99)
 
 
-def test_a_shifted_duplex_worm_fills_the_gap_as_its_flanks_say():
-    """Flank by flank: teeth of a worm of leads 6.2 and 6.4 mm at the wheel's place before and after a shift of half a millimetre."""
+def test_a_shifted_duplex_worm_removes_play():
+    """Flank by flank: teeth of a worm with leads 6.2 and 6.4 mm at the wheel before and after a shift of half a millimetre."""
     left, right, shift, ratio = 6.2e-3, 6.4e-3, 0.5e-3, 60.0
     mean = (left + right) / 2
 

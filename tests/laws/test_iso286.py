@@ -1,4 +1,4 @@
-"""Limit deviations by ISO 286's formulas, against the values its tables print."""
+"""Limit deviations by ISO 286's formulas, against the printed values of its tables."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ PUBLISHED = [
 
 @pytest.mark.parametrize("grade", GRADES)
 def test_grades_are_those_of_the_table(grade):
-    """IT5 to IT11 in all nine ranges; the formula by itself lies within 1 µm of IT5 to IT9, which is what rounding leaves open."""
+    """IT5 to IT11 in all nine ranges; the formula alone is within 1 µm of IT5 to IT9, which is its rounding."""
     for (low, high), printed in zip(pairwise(RANGES), GRADES[grade], strict=True):
         assert grade_width(grade, high) == grade_width(grade, low + 0.001) == printed
         middle = math.sqrt(low * high)
@@ -59,7 +59,7 @@ def test_grades_are_those_of_the_table(grade):
 
 @pytest.mark.parametrize("letter", [*FUNDAMENTAL, *FINE])
 def test_fundamental_deviations_are_those_of_the_table(letter):
-    """Every letter in every range, read off a shaft of grade 6."""
+    """Every letter in every range, from a shaft of grade 6."""
     edges, printed = (STEPS, FINE[letter]) if letter in FINE else (RANGES, FUNDAMENTAL[letter])
     for high, value in zip(edges[1:], printed, strict=True):
         low_limit, high_limit = limit_deviations(f"{letter}6", high * 1e-3)
@@ -73,7 +73,7 @@ def test_published_limits(diameter, zone, upper, lower):
     assert [each * 1e6 for each in limit_deviations(zone, diameter * 1e-3)] == pytest.approx([lower, upper])
 
 
-def test_ranges_hold_their_upper_end_and_widths_grow():
+def test_ranges_contain_their_upper_end_and_widths_grow():
     """50 mm belongs to 30 to 50, a little more to the next range; every zone is as wide as its grade and no narrower on a larger diameter."""
     assert limit_deviations("H7", 0.05)[1] == pytest.approx(25e-6)
     assert limit_deviations("H7", 0.0500001)[1] == pytest.approx(30e-6)
@@ -89,16 +89,16 @@ def test_ranges_hold_their_upper_end_and_widths_grow():
 @pytest.mark.parametrize(
     ("zone", "diameter"), [("k6", 0.003), ("k6", 0.251), ("k6", 0.0), ("q6", 0.05), ("K5", 0.05), ("j8", 0.05), ("h12", 0.05), ("", 0.05)]
 )
-def test_what_the_formulas_do_not_hold_is_refused(zone, diameter):
-    """No answer for another zone or diameter, NaN included."""
+def test_zones_and_diameters_beyond_the_formulas_are_refused(zone, diameter):
+    """Other zones and diameters are refused, NaN included."""
     with pytest.raises(ValueError, match="limit deviations"):
         limit_deviations(zone, diameter)
     with pytest.raises(ValueError, match="limit deviations"):
         limit_deviations("k6", math.nan)
 
 
-def test_a_mistaken_zone_is_answered_with_the_nearest():
-    """A hole's zone on a shaft, and a letter that is none."""
+def test_an_unknown_zone_is_refused_with_the_nearest():
+    """A hole's zone on a shaft, and an unknown letter."""
     assert expected_zone("K6", hole=False)[1] == "k6"
     assert expected_zone("h7", hole=True)[1] == "H7"
     assert expected_zone("k6", hole=False) == ("", "")

@@ -1,4 +1,4 @@
-"""Sections by their outline: sectionproperties against the closed forms here, and the other way round."""
+"""Sections by their outline: sectionproperties against the closed forms, in both directions."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ CASES: dict[str, tuple[SectionValues, tuple[outline.Points, tuple[outline.Points
 
 @pytest.mark.parametrize("name", CASES)
 def test_closed_forms_are_those_of_finite_elements(name: str):
-    """Area, second moments and torsion agree to 0.1 % (the I's torsion formula to 0.5 %); shear factors mean other things, and stay within 10 %."""
+    """Area, second moments and torsion agree to 0.1 % (I torsion 0.5 %); shear factors are defined differently and agree within 10 %."""
     ours, (points, holes) = CASES[name]
     found = outline.outline_section(points, holes, 0.3)
     for field in ("area", "i_y", "i_z"):
@@ -56,8 +56,8 @@ def test_closed_forms_are_those_of_finite_elements(name: str):
     assert max(abs(found.centre_y), abs(found.centre_z)) < 1e-4 * np.sqrt(found.area)
 
 
-def test_a_turned_section_is_the_section_turned():
-    """Turned by 30 degrees a bar has the products of inertia and of shear that the turn gives it; where it stands does not matter."""
+def test_properties_rotate_with_the_section():
+    """Rotated by 30 degrees a bar has the transformed products of inertia and of shear; its position does not matter."""
     turn = np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])
     straight = outline.outline_section(rectangle(0.04, 0.015), (), 0.3)
     moved = tuple(map(tuple, (np.array(rectangle(0.04, 0.015)) @ turn.T + [0.3, -0.2]).tolist()))
@@ -69,7 +69,7 @@ def test_a_turned_section_is_the_section_turned():
 
 
 def test_a_thin_channel_has_its_shear_centre_outside():
-    """A thin channel's shear centre lies 3 b^2/(h + 6 b) behind the middle of its web (b, h to the middles of the walls)."""
+    """A thin channel's shear centre is 3 b^2/(h + 6 b) behind the middle of its web (b, h to the middles of the walls)."""
     b, h, t = 0.04, 0.06, 0.0015
     points = ((0, 0), (b, 0), (b, t), (t, t), (t, h - t), (b, h - t), (b, h), (0, h))
     found = outline.outline_section(points, (), 0.0)
@@ -79,8 +79,8 @@ def test_a_thin_channel_has_its_shear_centre_outside():
     assert abs(found.centre_z) < 1e-5
 
 
-def test_a_link_takes_an_outline():
-    """A bar given by its corners bends as the bar does; one whose sides cross is none."""
+def test_a_link_may_have_an_outline():
+    """A bar given by its corners bends as the bar does; an outline whose sides cross is refused."""
     fields = {"length": 0.5, "material": STEEL}
     by_corners = Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05)}).with_joint_axis(np.array([0, 1.0, 0])).tip_compliance
     bar = Link(**fields, section={"kind": "rectangle", "width": 0.02, "height": 0.05}).with_joint_axis(np.array([0, 1.0, 0])).tip_compliance
@@ -91,7 +91,7 @@ def test_a_link_takes_an_outline():
         Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05), "holes": [((1, 1), (2, 1), (1, 2))]})
 
 
-def test_without_the_package_it_says_what_is_missing(monkeypatch: pytest.MonkeyPatch):
+def test_without_the_package_the_message_states_what_is_missing(monkeypatch: pytest.MonkeyPatch):
     """One message with what to install."""
     monkeypatch.setattr(outline, "available", lambda: False)
     with pytest.raises(ValueError, match="sectionproperties, which is not installed"):

@@ -1,4 +1,4 @@
-"""Bearings in five degrees of freedom."""
+"""Shafts on rolling bearings in five degrees of freedom."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ LOAD = st.tuples(FORCE, FORCE, FORCE, MOMENT, MOMENT)
 
 @pytest.mark.parametrize("seats", SHAFTS)
 @pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
-def test_whatever_the_load_it_is_held(seats, clearance):
-    """Under random loads every shaft settles with less than 1e-9 of the load unbalanced, and what elements carry is never a pull."""
+def test_every_load_has_an_equilibrium(seats, clearance):
+    """Under random loads every shaft reaches equilibrium with less than 1e-9 of the load unbalanced; elements only push."""
     rng = np.random.default_rng(3)
     load = rng.normal(size=(40, 5)) * [2000, 2000, 1000, 30, 30]
     found = shaft_equilibrium(seats, load, clearance)
@@ -53,8 +53,8 @@ def test_whatever_the_load_it_is_held(seats, clearance):
 
 
 @pytest.mark.parametrize("seats", SHAFTS)
-def test_the_lightest_loads_are_held_too(seats):
-    """Loads from a micronewton to a millinewton find the contacts that hold them on the far side of a play of 40 µm."""
+def test_the_lightest_loads_have_an_equilibrium(seats):
+    """Loads from a micronewton to a millinewton close the contacts on the far side of a play of 40 µm."""
     rng = np.random.default_rng(4)
     load = rng.normal(size=(300, 5)) * [2000, 2000, 1000, 30, 30] * 10 ** rng.uniform(-9, -6, (300, 1))
     found = shaft_equilibrium(seats, load, 40 * UM)
@@ -65,7 +65,7 @@ def test_the_lightest_loads_are_held_too(seats):
 @pytest.mark.parametrize("load", [1.0, 300.0, 8900.0])
 @pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
 def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
-    """Balls and rollers under a radial load settle where the law with one unknown says, with the same loads."""
+    """Balls and rollers under a radial load have the shift and the element loads of the law with one unknown."""
     found = shaft_equilibrium((Seat(GROOVE),), np.array([[load, 0, 0, 0, 0]]), clearance)
     k, angles = ball_stiffness(12.7e-3, 65e-3), element_angles(9)
     alone = radial_shift(load, clearance, k, BALL_EXPONENT, angles)
@@ -78,7 +78,7 @@ def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
 
 
 def stored(seat, displacement, clearance):
-    """Give the energy (N m) in one row's contacts and the load (5,) it holds, from points, motions and lines of contact as vectors in space."""
+    """Return the energy (N m) in one row's contacts and the load (5,) it supports, from points, motions and lines of contact as vectors in space."""
     row, up = seat.row, np.array([0.0, 0.0, -1.0 if seat.mirrored else 1.0])
     rollers = isinstance(row, RollerRow)
     angles = np.repeat(element_angles(row.count, row.first), row.slices if rollers else 1)
@@ -111,8 +111,8 @@ def stored(seat, displacement, clearance):
 
 @pytest.mark.parametrize("seats", SHAFTS)
 @pytest.mark.parametrize("clearance", [-5 * UM, 0.0, 20 * UM])
-def test_the_balance_is_scipys_least_energy(seats, clearance):
-    """Written out anew in vectors, the stored energy less the load's work is least where the shaft settles: SciPy finds no other place."""
+def test_the_equilibrium_minimises_the_energy(seats, clearance):
+    """The potential energy, formulated independently in vectors, is smallest at the equilibrium: SciPy finds no other minimum."""
     rng = np.random.default_rng(11)
     unit = np.array([1e-6, 1e-6, 1e-6, 3e-5, 3e-5])
     for load in rng.normal(size=(4, 5)) * [2000, 2000, 1000, 30, 30]:
@@ -129,7 +129,7 @@ def test_the_balance_is_scipys_least_energy(seats, clearance):
 
 
 def test_loads_add_up_by_statics():
-    """Summed by hand about the origin, a deep groove's ball loads along their lines of contact balance the load."""
+    """Summed about the origin, a deep groove's ball loads along their lines of contact balance the load."""
     load = np.array([[1500.0, -400.0, 700.0, 8.0, -5.0]])
     found = shaft_equilibrium((Seat(GROOVE),), load, 15 * UM)
     angles = element_angles(9)
@@ -148,7 +148,7 @@ def test_loads_add_up_by_statics():
 
 @pytest.mark.parametrize("seats", SHAFTS)
 def test_stiffness_is_the_slope_of_the_load_and_symmetric(seats):
-    """The stiffness found is what finite differences of the balance give, symmetric and never negative: no bearing feeds energy."""
+    """The stiffness equals finite differences of the load, is symmetric and never negative."""
     load = np.array([[1500.0, 500.0, 400.0, 6.0, -4.0]])
     found = shaft_equilibrium(seats, load, 0.0)
     stiffness = found.stiffness[0]
@@ -170,7 +170,7 @@ def test_a_deep_groove_has_an_axial_dead_band_by_its_clearance():
     assert free > 4 * clearance
 
 
-def test_an_axial_load_is_shared_alike():
+def test_an_axial_load_is_shared_equally():
     """An angular-contact row under a pure axial load puts F/(Z sin a) on every ball, at an angle that grows a little beyond 25 degrees."""
     found = shaft_equilibrium((Seat(ANGULAR),), np.array([[0, 0, 1500.0, 0, 0]]))
     loads = found.loads[0][0]
@@ -180,7 +180,7 @@ def test_an_axial_load_is_shared_alike():
 
 
 def test_an_angular_row_pulled_off_its_shoulder_is_marked():
-    """A single angular-contact row holds no load the other way: no number is given."""
+    """A single angular-contact row supports no load in the other direction: the result is marked and NaN."""
     found = shaft_equilibrium((Seat(ANGULAR),), np.array([[0, 0, -500.0, 0, 0], [0, 0, 500.0, 0, 0]]))
     assert found.converged.tolist() == [False, True]
     assert np.isnan(found.displacement[0]).all()
@@ -188,15 +188,15 @@ def test_an_angular_row_pulled_off_its_shoulder_is_marked():
     assert np.isfinite(found.displacement[1]).all()
 
 
-def test_cylindrical_rollers_hold_nothing_along_the_axis():
-    """An axial load on cylindrical rollers alone has no balance, and is marked; a radial load leaves the axis where it is."""
+def test_cylindrical_rollers_carry_no_axial_load():
+    """An axial load on cylindrical rollers alone has no equilibrium and is marked; a radial load leaves the axial position unchanged."""
     found = shaft_equilibrium((Seat(ROLLERS),), np.array([[500.0, 0, 100.0, 0, 0], [500.0, 0, 0, 0, 0]]))
     assert found.converged.tolist() == [False, True]
     assert abs(found.displacement[1, 2]) < 1e-15
 
 
 def test_crossed_rollers_tilt_by_an_eighth():
-    """A preloaded crossed roller is as stiff against tilting as its axial stiffness x pitch^2/8 (N m/rad), and half as stiff across as along."""
+    """The tilting stiffness of a preloaded crossed roller bearing is axial stiffness x pitch^2/8 (N m/rad); the radial one is half the axial."""
     found = shaft_equilibrium((Seat(CROSSED),), np.array([[1.0, 0, 0, 0, 0]]), -10 * UM)
     stiffness = found.stiffness[0]
     assert stiffness[3, 3] == pytest.approx(stiffness[2, 2] * 0.08**2 / 8, rel=2e-3)
@@ -205,7 +205,7 @@ def test_crossed_rollers_tilt_by_an_eighth():
 
 
 def test_a_spaced_pair_tilts_in_its_clearance():
-    """Two deep grooves of clearance G at span B let the axis tilt by G/B under the lightest moment, if nothing else holds it: 20 µm over 60 mm."""
+    """Two bearings of clearance G at span B let the axis tilt by G/B under the lightest moment: 20 µm over 60 mm."""
     plain = RollerRow(count=20, length=1e-3, roller=5e-3, pitch=40e-3, slices=2, crowned=False)
     found = shaft_equilibrium((Seat(plain, -0.03), Seat(plain, 0.03)), np.array([[0, 0, 0, 0, 1e-4]]), 20 * UM)
     assert found.displacement[0, 4] == pytest.approx(20 * UM / 0.06, rel=1e-2)
@@ -213,7 +213,7 @@ def test_a_spaced_pair_tilts_in_its_clearance():
 
 
 def test_preload_stiffens_a_pair():
-    """The further two angular rows are pressed together, the stiffer the pair is along, across and against tilting; unpressed it is soft at rest."""
+    """The more two angular rows are preloaded, the stiffer is the pair axially, radially and in tilt; without preload it is soft at rest."""
     stiff = []
     for preload_shift in (1 * UM, 5 * UM, 15 * UM):
         seats = (Seat(ANGULAR, 0.02, preload_shift=preload_shift), Seat(ANGULAR, -0.02, mirrored=True, preload_shift=preload_shift))
@@ -224,7 +224,7 @@ def test_preload_stiffens_a_pair():
 
 @pytest.mark.parametrize("seats", SHAFTS[1:3])
 def test_a_mirrored_load_mirrors_the_shaft(seats):
-    """Both shafts look the same from either end: turned end for end about x, load and stand turn together."""
+    """Both shafts are symmetric: rotated by half a turn about x, load and displacement rotate together."""
     flip = np.array([1, -1, -1, 1, -1])
     load = np.array([[1200.0, 0.0, 300.0, 0.0, 9.0]])
     here, there = shaft_equilibrium(seats, load, 0.0), shaft_equilibrium(seats, load * flip, 0.0)
@@ -233,8 +233,8 @@ def test_a_mirrored_load_mirrors_the_shaft(seats):
 
 @given(LOAD, st.floats(1.1, 3))
 @settings(deadline=None, max_examples=25)
-def test_more_load_gives_more_way_and_stiffness(load, more):
-    """Along any load more of it moves the shaft further, and its work against the contacts rises faster than the load: the pair hardens."""
+def test_more_load_means_more_displacement_and_stiffness(load, more):
+    """More load along any direction displaces the shaft further, by less than in proportion: the pair stiffens."""
     if np.linalg.norm(load) < 1:
         return
     loads = np.array([load, np.array(load) * more])
@@ -245,8 +245,8 @@ def test_more_load_gives_more_way_and_stiffness(load, more):
     assert way[1] < way[0] * more**2
 
 
-def test_a_batch_is_its_cases_one_by_one():
-    """A thousand loads with a thousand clearances in one call settle as each would alone."""
+def test_a_batch_equals_its_single_cases():
+    """Many loads with their clearances in one call have the same equilibria as alone."""
     rng = np.random.default_rng(5)
     load, play = rng.normal(size=(200, 5)) * [1000, 1000, 500, 10, 10], rng.uniform(0, 30e-6, 200)
     whole = shaft_equilibrium((Seat(GROOVE),), load, play)
@@ -257,7 +257,7 @@ def test_a_batch_is_its_cases_one_by_one():
 
 
 def test_no_load_moves_nothing():
-    """Without load the shaft stays in the middle, and a preloaded one is held there."""
+    """Without load the shaft stays at the centre, also with preload."""
     found = shaft_equilibrium(PAIR, np.zeros((1, 5)))
     assert found.converged.all()
     np.testing.assert_allclose(found.displacement, 0, atol=1e-15)
@@ -265,13 +265,13 @@ def test_no_load_moves_nothing():
 
 
 @pytest.mark.parametrize("load", [np.zeros(5), np.zeros((2, 6)), np.full((1, 5), np.nan)])
-def test_loads_that_are_none_are_refused(load):
+def test_invalid_loads_are_refused(load):
     """A load has five components per case, all finite."""
     with pytest.raises(ValueError, match="shape"):
         shaft_equilibrium((Seat(GROOVE),), load)
 
 
 def test_crossed_rollers_come_in_pairs():
-    """An odd number cannot lean alternately."""
+    """An odd number of rollers cannot alternate in inclination."""
     with pytest.raises(ValueError, match="even"):
         CrossedRow(count=41, length=6e-3, pitch=80e-3)

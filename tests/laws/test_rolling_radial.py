@@ -1,4 +1,4 @@
-"""Load distribution and give of rolling bearings under radial load."""
+"""Load distribution and deformation of rolling bearings under radial load."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def test_a_steel_point_contact_follows_the_handbooks_short_form():
 
 
 def test_a_closer_groove_and_a_larger_ball_are_stiffer():
-    """Groove radii closer to the ball's hold it on a longer ellipse; contacts in series give more than the stiffer one alone."""
+    """A groove radius closer to the ball's lengthens the contact ellipse and stiffens it; so does a larger ball."""
     assert ball_stiffness(12.7e-3, 65e-3, 0.515, 0.515) > K_BALL > ball_stiffness(12.7e-3, 65e-3, 0.53, 0.53)
     assert ball_stiffness(14e-3, 65e-3) > K_BALL > ball_stiffness(10e-3, 65e-3)
 
 
-def test_a_roller_goes_by_palmgren():
+def test_a_roller_follows_palmgren():
     """A roller of 12 mm approaches its two races together by 2 x 3.84e-5 Q^0.9/l^0.8 mm."""
     force = 2000.0
     by_hand = 2 * 3.84e-5 * force**0.9 / 12**0.8 * 1e-3
@@ -81,8 +81,8 @@ def test_a_roller_goes_by_palmgren():
 @pytest.mark.parametrize(("count", "first"), [(8, 0.0), (9, 0.0), (20, 0.05), (33, 0.0)])
 @pytest.mark.parametrize(("stiffness", "exponent"), KINDS)
 @pytest.mark.parametrize("clearance", [-10 * UM, 0.0, 30 * UM])
-def test_elements_hold_the_load(count, first, stiffness, exponent, clearance):
-    """Added up along the load, what the elements carry is the load, to 1e-9, whatever the clearance."""
+def test_element_loads_balance_the_load(count, first, stiffness, exponent, clearance):
+    """The components of the element loads along the load add up to it, to 1e-9, whatever the clearance."""
     angles = element_angles(count, first)
     load = np.geomspace(1e-3, 1e5, 25)
     shift = radial_shift(load, clearance, stiffness, exponent, angles)
@@ -91,7 +91,7 @@ def test_elements_hold_the_load(count, first, stiffness, exponent, clearance):
 
 
 @pytest.mark.parametrize(("stiffness", "exponent", "factor"), [(K_BALL, BALL_EXPONENT, 4.37), (roller_stiffness(0.012), ROLLER_EXPONENT, 4.08)])
-def test_the_lowest_element_carries_its_known_share(stiffness, exponent, factor):
+def test_the_most_loaded_element_carries_its_known_share(stiffness, exponent, factor):
     """Without clearance the most loaded of many elements carries 4.37 F/Z if a ball, 4.08 F/Z if a roller."""
     for count in (40, 100):
         angles = element_angles(count)
@@ -101,8 +101,8 @@ def test_the_lowest_element_carries_its_known_share(stiffness, exponent, factor)
 
 @given(st.floats(0, 80e-6), st.floats(0.1, 1e5), st.integers(5, 30))
 @settings(deadline=None, max_examples=60)
-def test_clearance_is_a_dead_band_and_then_a_hardening_spring(clearance, load, count):
-    """Any load takes the ring beyond half its clearance, more clearance concentrates it on fewer elements, and stiffness rises with the load."""
+def test_clearance_is_a_dead_band_before_a_stiffening_spring(clearance, load, count):
+    """Any load shifts the ring by more than half its clearance; more clearance loads fewer elements; stiffness rises with the load."""
     angles = element_angles(count)
     light, heavy = radial_shift(np.array([load, 2 * load]), clearance, K_BALL, BALL_EXPONENT, angles)
     assert clearance / 2 < light < heavy
@@ -113,7 +113,7 @@ def test_clearance_is_a_dead_band_and_then_a_hardening_spring(clearance, load, c
     assert (loose > 0).sum() <= (tight > 0).sum()
 
 
-def test_without_load_the_bearing_stays_in_the_middle():
+def test_without_load_the_bearing_stays_at_the_centre():
     """No load moves nothing, and the lightest load takes the ring across the clearance without resistance."""
     angles = element_angles(9)
     assert radial_shift(0.0, 30 * UM, K_BALL, BALL_EXPONENT, angles) == 0
@@ -121,7 +121,7 @@ def test_without_load_the_bearing_stays_in_the_middle():
 
 
 def test_preload_makes_a_bearing_stiff_from_the_first_newton():
-    """A preloaded bearing resists at once, more with more preload, and gives less under the same load than one that just touches."""
+    """A preloaded bearing resists at once, more with more preload, and deflects less under the same load than one that just touches."""
     angles = element_angles(16)
     stiff = [radial_stiffness(1.0, -preload, angles) for preload in (2 * UM, 5 * UM, 10 * UM)]
     assert stiff == sorted(stiff)
@@ -130,8 +130,8 @@ def test_preload_makes_a_bearing_stiff_from_the_first_newton():
     assert stiff[0] > radial_stiffness(1.0, 0.0, angles)
 
 
-def test_opposite_loads_meet_the_same_bearing():
-    """With an even number of elements the bearing gives alike to both sides."""
+def test_opposite_loads_shift_a_bearing_equally():
+    """With an even number of elements a bearing deflects equally under opposite loads."""
     angles = element_angles(12, 0.2)
     assert radial_shift(700.0, 20 * UM, K_BALL, BALL_EXPONENT, angles) == pytest.approx(
         float(radial_shift(700.0, 20 * UM, K_BALL, BALL_EXPONENT, angles + math.pi)), rel=1e-9
@@ -150,8 +150,8 @@ def test_opposite_loads_meet_the_same_bearing():
         lambda: point_stiffness(1.0, 1.0, 1e11),
     ],
 )
-def test_what_cannot_be_is_refused(call):
-    """Loads that pull, no element on the load's side, grooves tighter than their ball: there is no answer."""
+def test_impossible_values_are_refused(call):
+    """Negative loads, no element on the load's side, grooves narrower than their ball are refused."""
     with pytest.raises(ValueError, match=r"needed|needs"):
         call()
 
@@ -165,7 +165,7 @@ def test_pressure_of_a_ball_on_a_plane_is_hertzs_closed_form():
 
 @pytest.mark.parametrize("ratio", [1.2, 3.0, 10.0])
 def test_pressure_of_an_elliptic_contact_is_that_of_its_ellipse(ratio):
-    """From an ellipse and a peak pressure follow its curvatures (K. Johnson, Contact Mechanics, section 4.2) and its load: the law goes back."""
+    """The curvatures and the load of an ellipse with a peak pressure (Johnson, Contact Mechanics, section 4.2) lead back to that pressure."""
     longer, peak, modulus = 1e-3, 2e9, 114e9
     shorter, square = longer / ratio, 1 - ratio**-2
     share = peak / modulus * shorter / (square * longer**2)

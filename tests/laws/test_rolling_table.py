@@ -1,4 +1,4 @@
-"""The table of shifts against the solution in all five freedoms, for loads that point anywhere."""
+"""The table of shifts against the solution in five degrees of freedom, for loads in any direction."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CROSSED = Pair((Seat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), 120e-3,
 
 
 def spatial(pair, clearance, top, thrust, count=120):
-    """Give both answers (case, 5): shift of both rows as vectors across and the shaft's along, from the table and solved over the turn."""
+    """Return both results (case, 5): radial shifts of both rows as vectors and the axial shift, from the table and solved over the turn."""
     rng = np.random.default_rng(5)
     half = pair.span / 2
     direction = rng.normal(size=(count, 5)) * [1, 1, thrust, half, half]
@@ -47,7 +47,7 @@ def spatial(pair, clearance, top, thrust, count=120):
 
 
 def planar(pair, clearance, top, count=200):
-    """Give the relative differences between table and solution for loads in one plane: interpolation alone."""
+    """Return the relative differences between table and solution for loads in one plane: the interpolation error alone."""
     rng = np.random.default_rng(3)
     direction = np.abs(rng.normal(size=(count, 3))) * [1, 1, 0.5 * pair.axial]
     direction[:, 2] *= rng.choice([-1, 1], count)
@@ -68,7 +68,7 @@ def planar(pair, clearance, top, count=200):
     ],
 )
 def test_between_its_nodes_the_table_is_the_solution(pair, clearance, top, mean, most):
-    """Read between its nodes, the table is within half a per cent of the solved shifts on average, and nowhere off by more than some per cent."""
+    """Between its nodes the table is within half a per cent of the solved shifts on average, and nowhere off by more than some per cent."""
     error = planar(pair, clearance, top)
     assert error.mean() < mean
     assert error.max() < most
@@ -86,14 +86,14 @@ def test_between_its_nodes_the_table_is_the_solution(pair, clearance, top, mean,
         (CROSSED, -3 * UM, 30e3, 1.0, 0.03),
     ],
 )
-def test_three_numbers_stand_for_a_load_that_points_anywhere(pair, clearance, top, thrust, share):
-    """Under loads and moments in any direction the shifts are those solved in all five freedoms, to some per cent of their size."""
+def test_three_numbers_describe_a_load_in_any_direction(pair, clearance, top, thrust, share):
+    """Under loads and moments in any direction the shifts are those of the five-freedom solution, to some per cent of their size."""
     found, exact = spatial(pair, clearance, top, thrust)
     assert np.sqrt(((found - exact) ** 2).sum() / (exact**2).sum()) < share
 
 
-def test_a_radial_load_gives_the_plane_law():
-    """A 209 pair under a radial load midway: each bearing shifts by what the law of one bearing in its plane gives, on average over the turn."""
+def test_a_radial_load_follows_the_plane_law():
+    """A 209 pair under a radial load midway: each bearing shifts as by the law of one bearing in its plane, averaged over the turn."""
     stiffness = ball_stiffness(12.7e-3, 65e-3)
     for clearance in (0.0, 15 * UM):
         one = np.mean([radial_shift(8900.0, clearance, stiffness, BALL_EXPONENT, element_angles(9, k * math.pi / 36)) for k in range(8)])
@@ -104,7 +104,7 @@ def test_a_radial_load_gives_the_plane_law():
 
 
 def test_edges_are_the_play():
-    """Without give a radial load holds a row at half its clearance, a thrust the shaft at the end of its axial play, √(A G - G²/4)."""
+    """Without deformation a radial load shifts a row by half its clearance, a thrust the shaft to the end of its axial play, √(A G - G²/4)."""
     clearance, apart = 20 * UM, 0.04 * 12.7e-3
     table = shift_table(DEEP, clearance, 20e3)
     radial = table.edges(np.array([10.0]), np.array([10.0]), np.zeros(1))
@@ -115,15 +115,15 @@ def test_edges_are_the_play():
     assert not ShiftTable(DEEP, -1 * UM, 20e3).edges(np.ones(3), np.ones(3), np.ones(3)).any()
 
 
-def test_loads_beyond_the_table_are_solved_for():
-    """Above its top the table gives the solution itself."""
+def test_loads_beyond_the_table_are_solved():
+    """Above the table's largest load the result is the solution itself."""
     loads = [np.array([30e3]), np.array([8e3]), np.array([5e3])]
     table = shift_table(DEEP, 15 * UM, 20e3)
     np.testing.assert_array_equal(table.shifts(*loads)[0], np.stack(DEEP.solve(*loads, 15 * UM), axis=-1)[0])
 
 
 def test_reading_is_quicker_than_solving():
-    """Reading the table is at least three times as quick as solving."""
+    """Reading the table is at least three times as fast as solving."""
     import time
 
     table = shift_table(DEEP, 15 * UM, 20e3)
@@ -136,6 +136,6 @@ def test_reading_is_quicker_than_solving():
 
 
 def test_a_table_needs_a_load():
-    """No table can be made up to nothing."""
+    """A table up to zero load is refused."""
     with pytest.raises(ValueError, match="must be positive"):
         ShiftTable(DEEP, 0.0, 0.0)

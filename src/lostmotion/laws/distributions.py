@@ -1,4 +1,4 @@
-"""Laws of chance, standardised: mean zero, mean square one, mapped from uniforms by the inverse CDF.
+"""Probability distributions, standardised: mean zero, mean square one, mapped from uniforms by the inverse CDF.
 
 A stated amount "±t" becomes a term of size t / law.stated, so that no draw of a bounded law exceeds the amount. Every law here but
 `Normal(cut=inf)` is bounded, which is what makes a worst case finite. Source of the moments: JCGM 101:2008, 6.4.
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 class Law(ABC):
-    """How one draw falls: `quantile` maps uniforms in (0, 1), `bound` is the largest size a draw can have."""
+    """A distribution of one draw: `quantile` maps uniforms in (0, 1), `bound` is the largest magnitude of a draw."""
 
     @property
     @abstractmethod
     def bound(self) -> float:
-        """Give the largest |draw|; infinite for an uncut normal law."""
+        """Return the largest |draw|; infinite for a normal law without limits."""
 
     @abstractmethod
     def quantile(self, u: Floats) -> Floats:
-        """Which draws belong to these uniforms (any shape, strictly inside 0..1)?"""
+        """Return the draws of these uniforms (any shape, strictly inside 0..1)."""
 
     @property
     def stated(self) -> float:
-        """Return the amount ±t that a file states for this law, in standard deviations: the bound, unless a law says another."""
+        """Return the amount ±t that a file states for this law, in standard deviations: the bound, unless a law defines it differently."""
         return self.bound
 
     @property
@@ -54,22 +54,22 @@ class Law(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Normal(Law):
-    """A normal law cut at `cut` of its own sigmas and then scaled back to unit variance; cut = inf leaves it whole."""
+    """A normal law truncated at `cut` of its own standard deviations and rescaled to unit variance; cut = inf: not truncated."""
 
     cut: float = 3.0
 
     @property
     def bound(self) -> float:
-        """Give the cut in units of the deviation that is left after cutting."""
+        """Return the truncation limit in standard deviations of the truncated law."""
         return self.cut / _cut_deviation(self.cut) if math.isfinite(self.cut) else math.inf
 
     @property
     def stated(self) -> float:
-        """Return the stated amount in standard deviations: where the law is cut, or three where it has no limits."""
+        """Return the stated amount in standard deviations: the truncation limit, or three where there is none."""
         return self.bound if math.isfinite(self.cut) else 3.0
 
     def quantile(self, u: Floats) -> Floats:
-        """Map uniforms through the cut normal law's inverse."""
+        """Map uniforms through the inverse CDF of the truncated normal law."""
         from scipy.special import ndtr, ndtri
 
         if not math.isfinite(self.cut):
@@ -81,18 +81,18 @@ class Normal(Law):
 
 @functools.cache
 def _cut_deviation(cut: float) -> float:
-    """Give the standard deviation of N(0, 1) cut at +-cut: sqrt(1 - 2 c phi(c) / (2 Phi(c) - 1))."""
+    """Return the standard deviation of N(0, 1) truncated at +-cut: sqrt(1 - 2 c phi(c) / (2 Phi(c) - 1))."""
     density = math.exp(-cut * cut / 2) / math.sqrt(2 * math.pi)
     return math.sqrt(1 - 2 * cut * density / math.erf(cut / math.sqrt(2)))
 
 
 @dataclass(frozen=True, slots=True)
 class Uniform(Law):
-    """Any value between two limits alike."""
+    """Uniform distribution between two limits."""
 
     @property
     def bound(self) -> float:
-        """Give sqrt 3, the limit in units of the deviation."""
+        """Return sqrt 3, the limit in standard deviations."""
         return math.sqrt(3)
 
     def quantile(self, u: Floats) -> Floats:
@@ -161,11 +161,11 @@ def _table(rows: TableRows) -> _Standardised:
 
 @dataclass(frozen=True, slots=True)
 class TwoSided(Law):
-    """One side or the other, never between: the state of an unloaded play."""
+    """Two equally probable values, -1 and 1: the sides of an unloaded play."""
 
     @property
     def bound(self) -> float:
-        """Give one: both sides are equally far."""
+        """Return one: both values have the same magnitude."""
         return 1.0
 
     def quantile(self, u: Floats) -> Floats:
@@ -175,11 +175,11 @@ class TwoSided(Law):
 
 @dataclass(frozen=True, slots=True)
 class Cosine(Law):
-    """sqrt 2 cos(2 pi u): one of the two parts of a harmonic with random phase; `Sine` of the same stream is the other."""
+    """sqrt 2 cos(2 pi u): one of the two components of a harmonic with random phase; `Sine` of the same stream is the other."""
 
     @property
     def bound(self) -> float:
-        """Give sqrt 2, the amplitude of a unit-variance cosine."""
+        """Return sqrt 2, the amplitude of a cosine of unit variance."""
         return math.sqrt(2)
 
     def quantile(self, u: Floats) -> Floats:
@@ -189,11 +189,11 @@ class Cosine(Law):
 
 @dataclass(frozen=True, slots=True)
 class Sine(Law):
-    """sqrt 2 sin(2 pi u): the partner of `Cosine`."""
+    """sqrt 2 sin(2 pi u): the other component, see `Cosine`."""
 
     @property
     def bound(self) -> float:
-        """Give sqrt 2, the amplitude of a unit-variance sine."""
+        """Return sqrt 2, the amplitude of a sine of unit variance."""
         return math.sqrt(2)
 
     def quantile(self, u: Floats) -> Floats:
@@ -203,7 +203,7 @@ class Sine(Law):
 
 @functools.lru_cache(maxsize=4096)
 def product_mean(laws: tuple[Law, ...]) -> float:
-    """What is the mean of the product of these laws' draws, all from one and the same uniform?
+    """Return the mean of the product of these laws' draws from a shared uniform.
 
     By tanh-sinh quadrature of each half of 0..1, so that neither the step of `TwoSided` nor the ends of an unbounded law do harm: within 1e-9
     (H. Takahasi, M. Mori, Publ. RIMS 9 (1974) 721). Where a law has kinks, by Gauss and Legendre's rule on every piece between them.
@@ -220,7 +220,7 @@ def product_mean(laws: tuple[Law, ...]) -> float:
 
 @functools.cache
 def _halves() -> tuple[Floats, Floats]:
-    """Give nodes and weights for the lower half of 0..1."""
+    """Return nodes and weights for the lower half of 0..1."""
     x = np.arange(-3.6, 3.6, 0.03)
     inner = 0.5 * math.pi * np.sinh(x)
     nodes = 0.5 / (1 + np.exp(-2 * inner))
@@ -247,7 +247,7 @@ def _pieces(breaks: tuple[float, ...]) -> tuple[Floats, Floats]:
 
 
 def of_tolerance(law: ToleranceLaw) -> Law:
-    """Which law do the word or the table behind a tolerance name?"""
+    """Return the distribution that the word or the table of a tolerance names."""
     if not isinstance(law, str):
         return Table(law)
     return {"uniform": Uniform(), "normal without limits": Normal(math.inf)}.get(law, Normal())
