@@ -7,6 +7,7 @@ import jsonschema
 import pytest
 
 import lostmotion
+from lostmotion.analyses.result import Result
 from lostmotion.reporting.layout import LAYOUT, figures_by_key, key_of, result_schema
 from lostmotion.reporting.sheet import Figure, Row, Section
 
@@ -15,15 +16,22 @@ Z_ARM = ROOT / "examples" / "z-arm.toml"
 
 
 @pytest.fixture(scope="module")
-def results():
+def asked():
     """Ask some questions once."""
     arm = lostmotion.read(Z_ARM)
     return {
-        "study": lostmotion.study(arm, 16, 20, 3).result(),
-        "statics": lostmotion.statics(arm, poses=16).result(),
-        "bearing": lostmotion.bearing(ROOT / "examples" / "bearing" / "6209-pair.toml", bearings=20).result(),
-        "catalog": lostmotion.catalog("CSG-25-100").result(),
+        "study": lostmotion.study(arm, 16, 20, 3),
+        "statics": lostmotion.statics(arm, poses=16),
+        "gear": lostmotion.gear(Z_ARM, "A"),
+        "bearing": lostmotion.bearing(ROOT / "examples" / "bearing" / "6209-pair.toml", bearings=20),
+        "catalog": lostmotion.catalog("CSG-25-100"),
     }
+
+
+@pytest.fixture(scope="module")
+def results(asked):
+    """Return what they write as result.json."""
+    return {name: each.result() for name, each in asked.items()}
 
 
 def test_the_published_schema_is_the_generated_one():
@@ -33,7 +41,7 @@ def test_the_published_schema_is_the_generated_one():
     jsonschema.Draft202012Validator.check_schema(result_schema())
 
 
-@pytest.mark.parametrize("question", ["study", "statics", "bearing", "catalog"])
+@pytest.mark.parametrize("question", ["study", "statics", "gear", "bearing", "catalog"])
 def test_a_result_fits_the_schema(results, question):
     """Whatever is asked, the layout is the same, with its version."""
     jsonschema.validate(json.loads(json.dumps(results[question], allow_nan=False)), result_schema())
@@ -87,3 +95,21 @@ def test_rows_of_one_name_are_numbered():
     found = figures_by_key([Section("x", "X", ("now", "now"), (row, row))])
     assert list(found["x"]) == ["A", "A_2"]
     assert [found["x"]["A"][name]["value"] for name in ("now", "now_2")] == [1.0, 2.0]
+
+
+def test_a_result_shows_itself_in_a_few_lines(asked):
+    """At the prompt of Python: what it is, and the figures that are asked for first."""
+    for each in asked.values():
+        lines = repr(each).splitlines()
+        assert lines[0].startswith(f"<{type(each).__name__} of '")
+        assert len(lines) < 20
+        assert max(map(len, lines)) < 200
+
+
+def test_no_result_shows_all_its_fields():
+    """Whatever a result is computed from, its text is that of results."""
+    kinds = [kind for kind in (getattr(lostmotion, name) for name in lostmotion.__all__) if isinstance(kind, type) and issubclass(kind, Result)]
+    assert len(kinds) == 13
+    for kind in kinds:
+        assert kind.__repr__ is Result.__repr__ or "__repr__" in vars(kind)
+        assert not kind.__dataclass_params__.repr

@@ -70,7 +70,7 @@ class Loop:
         return float(np.interp(0.0, self.torque, self.friction_falling) - np.interp(0.0, self.torque, self.friction_rising))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GearStudy:
     """What was found of a gearbox under a torque (N m at the output; None where none is rated or given).
 
