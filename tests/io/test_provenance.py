@@ -199,7 +199,7 @@ def test_a_section_that_was_sized_is_not_assumed_any_more(tmp_path):
     text = 'name = "x"\n[payload]\nmass = "5 kg"\nassumed = ["mass"]\nsource = "brief"\n' + JOINT + 'axis = "y"\n'
     text += '[joints.link]\nlength = "500 mm ± 1 mm"\nsection = { kind = "tube", outer = "60 mm", wall = "3 mm" }\nmaterial = "steel"\n'
     path = written(tmp_path / "arm.toml", text + 'assumed = ["length", "section"]\nsource = "sketch"\n')
-    found = lostmotion.size(lostmotion.read(path), poses=16).found
+    found = lostmotion.size(lostmotion.read(path), poses=16)
     sized = tomllib.loads(sized_text(path, None, found))
     assert sized["joints"][0]["link"]["assumed"] == ["length"]
     assert sized["joints"][0]["link"]["source"] == "sketch"
