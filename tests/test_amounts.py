@@ -83,7 +83,7 @@ def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
     from lostmotion.analyses.workspace_map import result
 
     seen = []
-    monkeypatch.setattr(room, "zones", lambda _arm, wish, **_more: seen.append(wish) or SimpleNamespace())
+    monkeypatch.setattr(room, "map_workspace", lambda _arm, wish, **_more: seen.append(wish) or SimpleNamespace())
     monkeypatch.setattr(result, "AccuracyMap", SimpleNamespace)
     said = {"cell": "50 mm", "target": "0.5 mm", "box": ("300 mm", 0.2, "10 cm"), "clear": "20 cm", "floor": "-1 m", "level": "90 %"}
     in_si = {"cell": 0.05, "target": 0.0005, "box": (0.3, 0.2, 0.1), "clear": 0.2, "floor": -1.0, "level": 0.9}

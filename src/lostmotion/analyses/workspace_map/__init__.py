@@ -1,1 +1,1 @@
-"""How accurate is the arm in each cell of its workspace?"""
+"""Accuracy map of an arm over its workspace, and best placement for a task."""

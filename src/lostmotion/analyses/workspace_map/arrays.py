@@ -1,4 +1,4 @@
-"""The labelled arrays of an accuracy map (xarray), every variable with its unit and meaning."""
+"""Labelled arrays (xarray) of an accuracy map, each variable with its unit and meaning."""
 
 from __future__ import annotations
 
@@ -6,45 +6,45 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import BYS, MEAN, QUANTILE
+from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
     import xarray
 
-    from lostmotion.analyses.workspace_map.map import Zones
+    from lostmotion.analyses.workspace_map.map import WorkspaceMap
 
 
-def map_dataset(found: Zones) -> xarray.Dataset:
-    """Give an accuracy map cell by cell, in SI, with units and long names; NaN where the tool was not found to reach."""
+def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
+    """Return an accuracy map cell by cell, in SI, with units and long names; NaN where the tool does not reach."""
     import xarray
 
     grid, reached = found.reached.grid, found.reached
     space = ("x", "y", "z")
     share = f"{100 * found.level:.6g} %"
     data: dict[str, object] = {}
-    for k, by in enumerate(BYS):
-        of = "mean over the configurations" if by == "mean" else f"{by} configuration"
+    for k, by in enumerate(CONFIGURATIONS):
+        configuration = "mean over the configurations" if by == "mean" else f"{by} configuration"
         for measure, name, text in (
             (MEAN, "error_mean", "mean position error"),
-            (QUANTILE, "error_quantile", f"position error that {share} stay below"),
+            (QUANTILE, "error_quantile", f"{share} quantile of the position error"),
         ):
-            data[f"{name}_{by}"] = (space, found.figures[measure, k], {"units": "m", "long_name": f"{text}, {of} looked at in the cell"})
-    data["configurations"] = (space, reached.counts.astype(np.int32), {"units": "1", "long_name": "poses looked at in the cell"})
+            data[f"{name}_{by}"] = (space, found.figures[measure, k], {"units": "m", "long_name": f"{text}, {configuration} in the cell"})
+    data["configurations"] = (space, reached.counts.astype(np.int32), {"units": "1", "long_name": "configurations evaluated in the cell"})
     flags = [
-        ("centre_reached", reached.centre, "1 where the middle of the cell is in reach: the errors are those there"),
+        ("centre_reached", reached.centre, "1 where the cell centre is in reach: the errors are those there"),
         ("uncertain", found.uncertain, "1 where no pose has both figures to 5 %"),
     ]
-    if found.within is not None:
-        flags.append(("within_target", found.within.cells, f"1 where error_quantile_{found.by} is within {found.within.target:.6g} m"))
-    if found.boxes is not None:
+    if found.within_target is not None:
+        flags.append(("within_target", found.within_target.cells, f"1 where error_quantile_{found.by} is within {found.within_target.target:.6g} m"))
+    if found.placements is not None:
         place = np.zeros(grid.shape, np.int8)
-        for number, box in enumerate(found.boxes.found, start=1):
+        for number, box in enumerate(found.placements.best, start=1):
             place.ravel()[box.cells] = number
-        flags.append(("place", place, "number of the place for the box that the cell belongs to, the best first; 0 none"))
+        flags.append(("place", place, "rank of the placement of the box that the cell belongs to; 0 none"))
     for name, values, text in flags:
         data[name] = (space, values.astype(np.int8), {"units": "1", "long_name": text})
     coordinates = {
-        axis: (axis, grid.along(k), {"units": "m", "long_name": f"middle of the cell along {axis}, base frame"}) for k, axis in enumerate(space)
+        axis: (axis, grid.centres_along(k), {"units": "m", "long_name": f"cell centre along {axis}, base frame"}) for k, axis in enumerate(space)
     }
     attributes = {"arm": found.arm.name, "seed": str(found.seed), "cell": grid.edge, "level": found.level, "by": found.by}
     return xarray.Dataset(data, coordinates, attributes)

@@ -1,4 +1,4 @@
-"""How far off is the tool at many poses, and what does that make of cells: their best, mean and worst pose, with the ends of what each may be?"""
+"""Position errors at many poses, and the figures of grid cells by their best, mean and worst pose."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-By = Literal["best", "mean", "worst"]
-BYS: Final[tuple[By, ...]] = get_args(By)
+Configuration = Literal["best", "mean", "worst"]
+CONFIGURATIONS: Final[tuple[Configuration, ...]] = get_args(Configuration)
 MEAN, QUANTILE = 0, 1
 _CHUNK: Final = 65_536
 
 
 @dataclass(frozen=True, repr=False)
-class Errors:
-    """The position error at each of many poses, m: its mean and what a share of it stays below.
+class PoseErrors:
+    """Position error at each of many poses, m: mean and quantile.
 
-    low, high (measure, pose) between which mean and quantile lie: figures less and plus their uncertainty
-    valid     (pose,) whether both figures are known to 5 %: a level may fall into a gap between the lengths of a few two-sided errors
+    low, high (measure, pose) mean and quantile less and plus their uncertainty
+    valid     (pose,) whether both figures are known to 5 %: a level may fall into a gap between the lengths of a few two-valued errors
     """
 
     mean: Floats
@@ -37,8 +37,8 @@ class Errors:
     valid: np.ndarray
 
 
-def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None) -> Errors:
-    """Return how far off the tool is at each of these poses, by sums over terms."""
+def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None) -> PoseErrors:
+    """Return the position errors at these poses by sums over terms, without sampling."""
     count = len(q)
     values, off = np.empty((2, 2, count))
     valid = np.empty(count, bool)
@@ -50,23 +50,23 @@ def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads:
         values[:, here] = found.mean, found.quantiles[:, 0]
         off[:, here] = found.mean_uncertainty, found.quantiles_uncertainty[:, 0]
         valid[here] = found.valid
-    return Errors(values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid)
+    return PoseErrors(values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid)
 
 
-def by_cell(found: Errors, cell: np.ndarray, cells: int) -> Floats:
-    """What are mean and quantile (measure, by, cell) of each of so many cells by its best, mean and worst pose? NaN where it has none.
+def cell_figures(found: PoseErrors, cell: np.ndarray, cells: int) -> Floats:
+    """Return mean and quantile (measure, configuration, cell) of each cell by its best, mean and worst pose; NaN for cells without poses.
 
-    cell (pose,) is the cell of each pose. Poses whose figures are not valid are left out where a cell has others.
+    `cell` (pose,) is the cell of each pose. Poses with invalid figures count only in cells without others.
     """
     chosen, begins = _chosen(found, cell, cells)
     return _over(np.stack([found.mean, found.quantile])[:, chosen], cell[chosen], begins, cells)
 
 
-def ends_by_cell(found: Errors, cell: np.ndarray, cells: int, drawn: np.ndarray) -> Floats:
-    """Between which ends (end, measure, by, cell) does each figure of `by_cell` lie?
+def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.ndarray) -> Floats:
+    """Return lower and upper bounds (end, measure, configuration, cell) of the figures of `cell_figures`.
 
-    drawn   (cell,) whether the poses of a cell are drawn out of a family without end. Then their mean has the 95 % interval of such a sample besides
-            (Student; not known of one pose), and nothing is known of how much better the best pose is, nor of how much worse the worst
+    `drawn` (cell,) marks cells whose poses are a sample of infinitely many configurations. The bounds of their mean include the 95 % confidence
+    interval of a sample (Student; NaN for a single pose); the lower bound of their best and the upper bound of their worst pose are unknown (NaN).
     """
     chosen, begins = _chosen(found, cell, cells)
     out = np.stack([_over(end[:, chosen], cell[chosen], begins, cells) for end in (found.low, found.high)])
@@ -86,8 +86,8 @@ def ends_by_cell(found: Errors, cell: np.ndarray, cells: int, drawn: np.ndarray)
     return out
 
 
-def _chosen(found: Errors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which poses do the cells' figures rest on, by cell, and where among them does each cell begin?"""
+def _chosen(found: PoseErrors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the poses on which the cells' figures are based, sorted by cell, and the start of each cell among them."""
     some_valid = np.bincount(cell[found.valid], minlength=cells) > 0
     chosen = np.flatnonzero(found.valid | ~some_valid[cell])
     chosen = chosen[np.argsort(cell[chosen], kind="stable")]
@@ -96,8 +96,8 @@ def _chosen(found: Errors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np
 
 
 def _over(values: Floats, at: np.ndarray, begins: np.ndarray, cells: int) -> Floats:
-    """Take least, mean and largest (measure, by, cell) of values (measure, pose) of poses that lie by cell, `at` (pose,)."""
-    out = np.full((2, len(BYS), cells), np.nan)
+    """Return minimum, mean and maximum (measure, configuration, cell) of values (measure, pose) of poses sorted by cell, `at` (pose,)."""
+    out = np.full((2, len(CONFIGURATIONS), cells), np.nan)
     if len(at):
         sizes = np.diff(np.r_[begins, len(at)])
         low, high = np.minimum.reduceat(values, begins, axis=1), np.maximum.reduceat(values, begins, axis=1)

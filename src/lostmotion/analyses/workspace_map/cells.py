@@ -1,4 +1,4 @@
-"""Which cell of a grid does a tool point lie in? Cubes with their corners at whole multiples of their edge from the base's origin."""
+"""Cubic grid cells of the workspace, with corners at integer multiples of their edge from the base's origin, and poses by cell."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from lostmotion.errors import refuse_argument
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# Cells along the longest side of the workspace where nothing is asked for, before rounding to 1, 2 or 5 times a power of ten.
+# Default number of cells along the longest side of the workspace, before rounding of the edge.
 _CELLS_ALONG: Final = 30
 MOST_CELLS: Final = 2_000_000
-# An axis along which tool points differ by less than this share of the longest extent is one that the tool cannot move along.
+# Share of the longest extent below which the tool cannot move along an axis.
 _FLAT: Final = 1e-9
 
 
@@ -24,10 +24,9 @@ _FLAT: Final = 1e-9
 class Grid:
     """Cubic cells (x, y, z) of one edge, m, in the base's axes.
 
-    first   number of the first cell along each axis, counted from the base's origin
-    shape   how many cells along each axis
-    plane   (3,) where along an axis the tool stays, m, if it cannot move along it; NaN for the others. Such an axis has one cell, with the tool in
-            its middle
+    first   index of the first cell along each axis, counted from the base's origin
+    shape   number of cells along each axis
+    plane   (3,) constant coordinate of the tool along an axis that it cannot move along, m; else NaN. Such an axis has one cell, centred on it
     """
 
     edge: float
@@ -37,12 +36,12 @@ class Grid:
 
     @property
     def low(self) -> Floats:
-        """Give the corner (3,) of the first cell, m."""
+        """Return the lower corner (3,) of the first cell, m."""
         return np.asarray(self.edge * np.array(self.first) + self._shift)
 
     @property
     def flat(self) -> np.ndarray:
-        """Tell which axes the tool cannot move along (3,)."""
+        """Return which axes the tool cannot move along (3,)."""
         return np.array([math.isfinite(at) for at in self.plane])
 
     @property
@@ -51,46 +50,46 @@ class Grid:
 
     @property
     def dimensions(self) -> int:
-        """Tell along how many axes the tool can move."""
+        """Return the number of axes that the tool can move along."""
         return 3 - int(self.flat.sum())
 
     @property
     def cell_size(self) -> float:
-        """Give the size of a cell: m^3, of a tool that stays in a plane m^2, on a line m."""
+        """Return the size of a cell: m^3; for motion in a plane m^2, on a line m."""
         return float(self.edge**self.dimensions)
 
-    def number(self, points: Floats) -> np.ndarray:
-        """Which cell holds each of these points (point, 3)? The cell's number (point,), row by row, -1 outside the grid."""
-        at = self.steps(points)
+    def cell_numbers(self, points: Floats) -> np.ndarray:
+        """Return the flat index (point,) of the cell that contains each point (point, 3); -1 outside the grid."""
+        at = self.indices(points)
         inside = ((at >= 0) & (at < np.array(self.shape))).all(axis=1)
         return np.asarray(np.where(inside, np.ravel_multi_index(tuple(np.where(inside.reshape(-1, 1), at, 0).T), self.shape), -1))
 
-    def steps(self, points: Floats) -> np.ndarray:
-        """Which cell along each axis holds these points (point, 3)? Whole numbers (point, 3), beyond the grid as well."""
-        # From the base's origin, so that a grid of other extent has the same cells to the last bit.
+    def indices(self, points: Floats) -> np.ndarray:
+        """Return the cell index along each axis (point, 3) for points (point, 3), beyond the grid as well."""
+        # From the base's origin, so that grids of different extent have identical cells.
         return np.asarray(np.floor((points - self._shift) / self.edge).astype(np.int64) - np.array(self.first))
 
     def centres(self, numbers: np.ndarray) -> Floats:
-        """Give the middles (cell, 3) of these cells, m."""
+        """Return the centres (cell, 3) of these cells, m."""
         return np.asarray(self.edge * (np.array(self.first) + np.column_stack(np.unravel_index(numbers, self.shape)) + 0.5) + self._shift)
 
-    def along(self, axis: int) -> Floats:
-        """Give the middles of the cells along an axis, m."""
+    def centres_along(self, axis: int) -> Floats:
+        """Return the centres of the cells along an axis, m."""
         return np.asarray(self.edge * (self.first[axis] + np.arange(self.shape[axis]) + 0.5) + self._shift[axis])
 
-    def around(self, numbers: np.ndarray) -> Grid:
-        """Give the smallest grid of the same cells that holds these cells."""
+    def cropped_to(self, numbers: np.ndarray) -> Grid:
+        """Return the smallest grid of the same cells that contains these cells."""
         at = np.column_stack(np.unravel_index(numbers, self.shape))
         low, high = at.min(axis=0), at.max(axis=0)
         first = tuple(int(a + b) for a, b in zip(self.first, low, strict=True))
         return Grid(self.edge, first, tuple(int(n) for n in high - low + 1), self.plane)  # type: ignore[arg-type]
 
 
-def grid_over(points: Floats, edge: float | None = None, margin: float = 0.15) -> Grid:
-    """Which grid holds these points (point, 3) with a margin, a share of their extent, around them?
+def grid_around(points: Floats, edge: float | None = None, margin: float = 0.15) -> Grid:
+    """Return a grid that contains these points (point, 3), with a margin as a share of their extent.
 
-    `edge` left out: about a thirtieth of the longest extent, rounded to 1, 2 or 5 times a power of ten. Raises InputError for an edge that is not a
-    positive length, longer than all of the extent, or so small that there would be more than `MOST_CELLS` cells.
+    `edge` None: about a thirtieth of the longest extent, rounded to 1, 2 or 5 times a power of ten. Raises InputError for an edge that is not
+    positive, longer than the extent, or so small that there would be more than `MOST_CELLS` cells.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     extent = high - low
@@ -102,9 +101,7 @@ def grid_over(points: Floats, edge: float | None = None, margin: float = 0.15) -
     if 0 < longest < edge:
         found = f"{edge * 1e3:.4g} mm around a workspace of {' x '.join(f'{x * 1e3:.4g}' for x in extent)} mm"
         example = f"{longest * 1e3 / _CELLS_ALONG:.2g} mm"
-        raise refuse_argument(
-            "cell", found, f"an edge shorter than the workspace, {longest * 1e3:.4g} mm: one cell tells no places apart", cell=example
-        )
+        raise refuse_argument("cell", found, f"an edge shorter than the workspace, {longest * 1e3:.4g} mm", cell=example)
     flat = extent <= _FLAT * longest
     first = np.where(flat, 0, np.floor((low - margin * longest) / edge)).astype(float)
     count = np.where(flat, 1, np.floor((high + margin * longest) / edge) - first + 1)
@@ -118,28 +115,56 @@ def grid_over(points: Floats, edge: float | None = None, margin: float = 0.15) -
 
 
 def _round(length: float) -> float:
-    """Round a length to the nearest of 1, 2 and 5 times a power of ten, by ratio."""
+    """Return the nearest of 1, 2 and 5 times a power of ten, by ratio."""
     power = 10.0 ** math.floor(math.log10(length))
     return min((step * power for step in (1.0, 2.0, 5.0, 10.0)), key=lambda step: abs(math.log(step / length)))
 
 
-def near(cells: np.ndarray) -> np.ndarray:
-    """Which cells (x, y, z) are these or touch one of them, at a corner at least?"""
+def dilated(cells: np.ndarray) -> np.ndarray:
+    """Return these cells (x, y, z) and all that touch one of them, at least at a corner."""
     from scipy.ndimage import binary_dilation
 
     return np.asarray(binary_dilation(cells, np.ones((3, 3, 3), bool)))
 
 
-def within(cells: np.ndarray, flat: np.ndarray) -> np.ndarray:
-    """Which of these cells (x, y, z) have all their neighbours among them, at corners too? Along a flat axis there are none."""
+def interior(cells: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    """Return which of these cells (x, y, z) have all their neighbours among them, including diagonal ones; a flat axis has no neighbours."""
     from scipy.ndimage import binary_erosion
 
     return np.asarray(binary_erosion(cells, np.ones(tuple(1 if still else 3 for still in flat), bool)))
 
 
-def amid(cells: np.ndarray, dimensions: int) -> np.ndarray:
-    """Which cells (x, y, z) are these, or have more than half of their faces towards them?"""
+def mostly_enclosed(cells: np.ndarray, dimensions: int) -> np.ndarray:
+    """Return these cells (x, y, z) and those with more than half of their faces adjacent to them."""
     from scipy.ndimage import convolve, generate_binary_structure
 
     faces = convolve(cells.astype(np.int64), generate_binary_structure(3, 1).astype(np.int64), mode="constant") - cells
     return np.asarray(cells | (faces > dimensions))
+
+
+@dataclass(frozen=True)
+class CellPoses:
+    """Poses by grid cell, sorted by cell and then in the order of discovery.
+
+    q         (pose, joint) rad or m
+    points    (pose, 3) position of the tool, m: the centre of the cell, or a point in it where the centre is out of reach
+    cell      (pose,) flat index of the cell
+    members   (pose,) index of the independent sample that the pose comes from
+    brought   (pose,) whether the pose was moved from another cell by inverse kinematics
+    sampled   number of sampled poses
+    centre    (x, y, z) whether the centre of the cell was reached
+    """
+
+    grid: Grid
+    q: Floats
+    points: Floats
+    cell: np.ndarray
+    members: np.ndarray
+    brought: np.ndarray
+    sampled: int
+    centre: np.ndarray
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Return the number of poses in each cell (x, y, z)."""
+        return np.bincount(self.cell, minlength=int(np.prod(self.grid.shape))).reshape(self.grid.shape)

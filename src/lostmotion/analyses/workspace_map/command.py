@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.workspace_map.result import AccuracyMap
 
-By = Literal["best", "mean", "worst"]
+Configuration = Literal["best", "mean", "worst"]
 # An arm and its work are no larger than this, m.
 _MOST: Final = 1000.0
 _LENGTH: Final = Quantity("m", "50 mm", above=0, high=_MOST)
@@ -36,7 +36,7 @@ def map(  # noqa: A001 - the name on both sides
     arm: ArmArgument,
     *,
     cell: Annotated[Amount | None, Argument("Edge of the cells, '50 mm'. Default: about a thirtieth of the workspace.", _LENGTH)] = None,
-    by: Annotated[By, Argument("Configuration of the arm that a cell is judged by, of those that reach it.")] = "mean",
+    by: Annotated[Configuration, Argument("Configuration of the arm that a cell is judged by, of those that reach it.")] = "mean",
     target: Annotated[
         Amount | None,
         Argument("Largest acceptable error, '0.5 mm', for the share of the workspace within it.", Quantity("m", "0.5 mm", above=0, high=_MOST)),
@@ -87,16 +87,16 @@ def map(  # noqa: A001 - the name on both sides
     asked = read_arguments(map, locals())
     import numpy as np
 
-    from lostmotion.analyses.workspace_map.map import Wish, zones
+    from lostmotion.analyses.workspace_map.map import MapRequest, map_workspace
     from lostmotion.analyses.workspace_map.result import AccuracyMap
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.propagation.first_order import refuse_large_errors
 
-    stated = {name: value for name in Wish.__dataclass_fields__ if (value := getattr(asked, name)) is not None}
-    wish = Wish(**stated)
+    stated = {name: value for name in MapRequest.__dataclass_fields__ if (value := getattr(asked, name)) is not None}
+    request = MapRequest(**stated)
     refuse_undescribed(asked.arm)
     refuse_large_errors(asked.arm)
     asked.ready()
     threads = asked.threads or os.cpu_count() or 1
-    found = zones(asked.arm, wish, seed=asked.seed, approach=asked.approach, threads=threads, progress=progress)
+    found = map_workspace(asked.arm, request, seed=asked.seed, approach=asked.approach, threads=threads, progress=progress)
     return AccuracyMap(**vars(found), at=None if asked.at is None else np.asarray(asked.at))

@@ -1,7 +1,7 @@
-"""How accurate is the arm in each cell of its workspace, which share of that is good enough, and which part is to blame where?
+"""Accuracy map of an arm: error in each cell of its workspace, share within a target, error budget by zone, best placement for a task.
 
-Every figure of a cell is over the poses looked at there: the best and the worst of them bound what the arm can do from one side only, and move on
-with more poses; their mean does not. The tool may stand in any direction.
+Figures of a cell refer to the evaluated poses. Best and worst pose are one-sided bounds that change with more poses; the mean does not. Any
+orientation of the tool counts.
 """
 
 from __future__ import annotations
@@ -13,12 +13,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE, By, Errors, by_cell, ends_by_cell, errors
-from lostmotion.analyses.workspace_map.cells import within
-from lostmotion.analyses.workspace_map.placement import Boxes, best_boxes, keeping_clear
-from lostmotion.analyses.workspace_map.reach import Reached, reach, reach_points
-from lostmotion.analyses.workspace_map.validation_points import SAMPLED as SAMPLED_AFRESH
-from lostmotion.analyses.workspace_map.validation_points import Afresh, look_afresh, of_count
+from lostmotion.analyses.workspace_map.cell_statistics import (
+    CONFIGURATIONS,
+    QUANTILE,
+    Configuration,
+    PoseErrors,
+    bounds_by_cell,
+    cell_figures,
+    errors,
+)
+from lostmotion.analyses.workspace_map.cells import CellPoses, interior
+from lostmotion.analyses.workspace_map.configurations import configurations_at
+from lostmotion.analyses.workspace_map.placement import Placements, best_placements, clear_cells
+from lostmotion.analyses.workspace_map.reach import reachable_cells
+from lostmotion.analyses.workspace_map.validation_points import SAMPLED as VALIDATION_SAMPLES
+from lostmotion.analyses.workspace_map.validation_points import ValidationPoints, of_count, validate
 from lostmotion.error_model.budget import Cost, Tally, costs
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
@@ -36,12 +45,12 @@ _MOST_IN_BUDGET: Final = 16_384
 
 
 @dataclass(frozen=True, repr=False)
-class Looked:
-    """The poses by the cells that they reach, and the error of each; `level` is the share that the quantile is of."""
+class EvaluatedPoses:
+    """Poses by cell with the position error at each; `level` is the probability of the quantile."""
 
-    reached: Reached
+    reached: CellPoses
     level: float
-    errors: Errors
+    errors: PoseErrors
 
     @property
     def uncertain(self) -> np.ndarray:
@@ -50,20 +59,20 @@ class Looked:
         some, valid = (np.bincount(self.reached.cell[kept], minlength=count) > 0 for kept in (slice(None), self.errors.valid))
         return np.asarray(some & ~valid)
 
-    def poses_of(self, cells: np.ndarray, by: By, figures: Floats) -> np.ndarray:
-        """Which poses do these cells' figures (cell numbers, of `figures`) rest on? The best or the worst of each, or all."""
+    def poses_of(self, cells: np.ndarray, by: Configuration, figures: Floats) -> np.ndarray:
+        """Return the poses on which the figures of these cells (cell numbers) are based: the best or the worst of each, or all."""
         mine = np.isin(self.reached.cell, cells) & (self.errors.valid | self.uncertain[self.reached.cell])
         if by == "mean":
             return np.flatnonzero(mine)
-        same = np.flatnonzero(mine & (self.errors.quantile == figures[QUANTILE, BYS.index(by)][self.reached.cell]))
+        same = np.flatnonzero(mine & (self.errors.quantile == figures[QUANTILE, CONFIGURATIONS.index(by)][self.reached.cell]))
         return same[np.unique(self.reached.cell[same], return_index=True)[1]]
 
 
 @dataclass(frozen=True, slots=True)
-class Within:
-    """How much of the workspace is within the target: the share, and its size (m^3, in a plane m^2, on a line m), as `Afresh.share`.
+class ShareWithinTarget:
+    """Share of the workspace within the target, and its size (m^3, in a plane m^2, on a line m), as `ValidationPoints.share`.
 
-    Where no point could be looked at afresh it is the share of the cells, with the interval as if those were drawn.
+    Without validation points it is the share of the cells, with the interval of as many independent draws.
     cells   (x, y, z) whose figure is within the target
     """
 
@@ -75,7 +84,7 @@ class Within:
 
 @dataclass(frozen=True, slots=True)
 class ZoneBudget:
-    """What each part costs in a zone, over the poses that its cells' figures rest on: exact sums over terms."""
+    """Error budget of a zone over the poses on which its cells' figures are based: exact sums over terms."""
 
     zone: str
     cells: int
@@ -85,75 +94,75 @@ class ZoneBudget:
 
 
 @dataclass(frozen=True, repr=False)
-class Zones:
-    """The accuracy map of an arm; figures (measure, by, x, y, z) in m with NaN where no pose was found.
+class WorkspaceMap:
+    """The accuracy map of an arm; figures (measure, configuration, x, y, z) in m, NaN where no pose was found.
 
-    ends      (end, measure, by, x, y, z) between which each figure lies, as `by_cell.ends_by_cell`
-    looked    every pose with its error
-    afresh    points drawn evenly over the workspace, with figures; None where none was reached
-    size      of the whole workspace, as `Within.size`; without points afresh from cells all of whose neighbours are reached to all reached
-    uncertain (x, y, z) cells at none of whose poses both figures are known to 5 %
+    bounds         (end, measure, configuration, x, y, z) lower and upper bounds of each figure, as `bounds_by_cell`
+    evaluated      every pose with its error
+    validation     uniformly sampled points of the workspace with figures; None where none was reached
+    size           size of the whole workspace, as `ShareWithinTarget.size`; without validation points from the cells
+    uncertain      (x, y, z) cells without a pose at which both figures are known to 5 %
     """
 
     arm: Arm
-    by: By
+    by: Configuration
     per_cell: int
     seed: int
     approach: float
-    looked: Looked
+    evaluated: EvaluatedPoses
     figures: Floats
-    ends: Floats
+    bounds: Floats
     uncertain: np.ndarray
-    afresh: Afresh | None
+    validation: ValidationPoints | None
     size: Estimate
-    within: Within | None
-    boxes: Boxes | None
+    within_target: ShareWithinTarget | None
+    placements: Placements | None
     budgets: tuple[ZoneBudget, ...]
 
     @property
     def level(self) -> float:
-        """Give the share of errors that the quantile is of."""
-        return self.looked.level
+        """Return the probability of the quantile."""
+        return self.evaluated.level
 
     @property
-    def reached(self) -> Reached:
-        """Give the poses by cell."""
-        return self.looked.reached
+    def reached(self) -> CellPoses:
+        """Return the poses by cell."""
+        return self.evaluated.reached
 
     @property
-    def shown(self) -> Floats:
-        """Give the quantile (x, y, z) by the configuration asked for."""
-        return np.asarray(self.figures[QUANTILE, BYS.index(self.by)])
+    def selected(self) -> Floats:
+        """Return the quantile (x, y, z) for the selected configuration."""
+        return np.asarray(self.figures[QUANTILE, CONFIGURATIONS.index(self.by)])
 
     @property
     def centre(self) -> np.ndarray:
-        """Tell which cells (x, y, z) were reached in their middle; where none was, all that were reached."""
-        return _counted(self.reached)
+        """Return which cells (x, y, z) were reached at their centre; where none was, all reached cells."""
+        return _cells_with_figures(self.reached)
 
     @property
     def best_place(self) -> Floats:
-        """Give the middle (3,) of the best box, or where none was asked for or fits of the most accurate cell that others surround, m."""
-        if self.boxes is not None and self.boxes.found:
-            return self.boxes.found[0].centre
-        inner = within(self.centre, self.reached.grid.flat)
-        shown = np.where(inner if inner.any() else np.isfinite(self.shown), self.shown, np.nan)
-        return np.asarray(self.reached.grid.centres(np.array([np.nanargmin(shown)]))[0])
+        """Return the centre (3,) of the best placement, or without one of the most accurate cell surrounded by others, m."""
+        if self.placements is not None and self.placements.best:
+            return self.placements.best[0].centre
+        inner = interior(self.centre, self.reached.grid.flat)
+        eligible = np.where(inner if inner.any() else np.isfinite(self.selected), self.selected, np.nan)
+        return np.asarray(self.reached.grid.centres(np.array([np.nanargmin(eligible)]))[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wish:
-    """What a map is asked for; lengths in m.
+class MapRequest:
+    """Arguments of a map; lengths in m.
 
-    cell         edge of the cells; None: chosen
-    by, level    the configuration of the arm that a cell is judged by, and the share of errors that its figure stays below
-    target       an error that is good enough
-    box          three sides of the work to be placed; box_by_mean: by the mean of its cells, else by the worst; turned: at other yaws as well
-    clear, floor the box keeps this far off the base's z axis, and above this height
-    poses        how many are sampled; per_cell: how many are looked at in a cell
+    cell         edge of the cells; None: chosen automatically
+    by, level    configuration of the arm by which a cell is evaluated, and probability of its quantile
+    target       acceptable error
+    box          three sides of the box to be placed; box_by_mean: by the mean of its cells, else by the worst; turned: at other yaws as well
+    clear, floor smallest distance of the box from the base's z axis, and its lowest height
+    poses        number of sampled poses; per_cell: number of configurations in a cell
     """
 
     cell: float | None = None
-    by: By = "mean"
+    by: Configuration = "mean"
     level: float = 0.95
     target: float | None = None
     box: tuple[float, float, float] | None = None
@@ -165,9 +174,9 @@ class Wish:
     per_cell: int = PER_CELL
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be asked for, in one message each."""
-        if self.by not in BYS:
-            raise refuse_argument("by", self.by, "one of " + ", ".join(BYS), by="best")
+        """Refuse invalid arguments, one message each."""
+        if self.by not in CONFIGURATIONS:
+            raise refuse_argument("by", self.by, "one of " + ", ".join(CONFIGURATIONS), by="best")
         self._refuse_kinds()
         if not 0.25 <= self.level <= 0.9995:  # noqa: PLR2004 - as `analytic`
             raise refuse_argument("level", self.level, "a share from 0.25 to 0.9995", level=0.95)
@@ -179,125 +188,127 @@ class Wish:
             raise refuse_argument("clear", self.clear, "a length, zero or more, m", clear=0.2)
         if math.isnan(self.floor):
             raise refuse_argument("floor", self.floor, "a height, m", floor=0.0)
-        if not 2 <= self.per_cell <= 1024:  # noqa: PLR2004 - best and worst of one are no two figures
+        if not 2 <= self.per_cell <= 1024:  # noqa: PLR2004 - best and worst differ only with two
             raise refuse_argument("per_cell", self.per_cell, "from 2 to 1024 poses", per_cell=PER_CELL)
 
     def _refuse_kinds(self) -> None:
-        """Refuse lengths that are no numbers, and what only counts for a box where none is asked for."""
+        """Refuse lengths that are not numbers, and arguments of a box without a box."""
         for name in ("cell", "target", "clear", "floor"):
             if not isinstance(getattr(self, name), Real | None):
                 raise refuse_argument(name, getattr(self, name), "a number of metres", **{name: "50 mm"})
         for name in ("box_by_mean", "turned", "clear", "floor"):
             if self.box is None and getattr(self, name) != type(self).__dataclass_fields__[name].default:
-                raise refuse_argument(name, getattr(self, name), "a box beside it, which alone it counts for", box=(0.3, 0.2, 0.1))
+                raise refuse_argument(name, getattr(self, name), "a box, to which alone it applies", box=(0.3, 0.2, 0.1))
 
 
-def zones(
+def map_workspace(
     arm: Arm,
-    wish: Wish,
+    request: MapRequest,
     *,
     seed: int = 1,
     approach: float = 0.0,
     threads: int = 1,
     progress: Progress | None = None,
-) -> Zones:
-    """How accurate is this arm in each cell of its workspace, and where should work stand?
+) -> WorkspaceMap:
+    """Return the accuracy map of an arm, and the best placements of the requested box.
 
-    `approach` and `threads` as in `analytic`; threads change no bit. Errors of position over all robots and visits, by sums over terms.
-    Raises InputError for cells too small, and for a box that has a side along an axis that the tool cannot move along.
+    `approach` and `threads` as in `analytic`; results do not depend on `threads`. Position errors over all robots and visits, by sums over terms.
+    Raises InputError for cells too small, and for a box with a side along an axis that the tool cannot move along.
     """
-    tell = progress or (lambda *_: None)
-    reached = reach(arm, wish.poses, wish.cell, wish.per_cell, seed, threads=threads, progress=tell)
-    looked = Looked(reached, wish.level, errors(arm, reached.q, wish.level, approach=approach, threads=threads, progress=tell))
+    report = progress or (lambda *_: None)
+    reached = reachable_cells(arm, request.poses, request.cell, request.per_cell, seed, threads=threads, progress=report)
+    evaluated = EvaluatedPoses(reached, request.level, errors(arm, reached.q, request.level, approach=approach, threads=threads, progress=report))
     shape = reached.grid.shape
     cells = int(np.prod(shape))
-    figures = by_cell(looked.errors, reached.cell, cells)
-    # More joints than the point needs: a family of configurations without end, of which some are looked at.
+    figures = cell_figures(evaluated.errors, reached.cell, cells)
+    # A redundant arm reaches a point in infinitely many configurations, of which these are a sample.
     family = len(arm.tree.drives) > reached.grid.dimensions
-    ends = ends_by_cell(looked.errors, reached.cell, cells, family | ~reached.centre.ravel())
-    shown = figures[QUANTILE, BYS.index(wish.by)]
-    centre = _counted(reached)
-    new = look_afresh(arm, reached, wish.level, wish.per_cell, seed + 2, approach=approach, threads=threads, progress=tell)
-    size = _size(reached) if new is None else new.size
-    share = None if wish.target is None else _within(new, wish.by, wish.target, shown.reshape(shape), centre, size)
-    boxes = None
-    if wish.box is not None:
-        tell("looking for places", 0, 1)
+    bounds = bounds_by_cell(evaluated.errors, reached.cell, cells, family | ~reached.centre.ravel())
+    shown = figures[QUANTILE, CONFIGURATIONS.index(request.by)]
+    centre = _cells_with_figures(reached)
+    validation = validate(arm, reached, request.level, request.per_cell, seed + 2, approach=approach, threads=threads, progress=report)
+    size = _size(reached) if validation is None else validation.size
+    share = None if request.target is None else _within(validation, request.by, request.target, shown.reshape(shape), centre, size)
+    placements = None
+    if request.box is not None:
+        report("searching for placements", 0, 1)
 
-        column = BYS.index(wish.by)
+        column = CONFIGURATIONS.index(request.by)
 
-        def afresh(points: Floats) -> tuple[Floats, Floats, int]:
-            q, at = reach_points(arm, points, SAMPLED_AFRESH, wish.per_cell, seed + 1, reached.grid.edge, threads)
-            found = errors(arm, q, wish.level, approach=approach, threads=threads)
-            between = ends_by_cell(found, at, len(points), np.full(len(points), family))
-            return by_cell(found, at, len(points))[QUANTILE, column], between[:, QUANTILE, column], len(q)
+        def at_points(points: Floats) -> tuple[Floats, Floats, int]:
+            q, at = configurations_at(arm, points, VALIDATION_SAMPLES, request.per_cell, seed + 1, reached.grid.edge, threads)
+            found = errors(arm, q, request.level, approach=approach, threads=threads)
+            between = bounds_by_cell(found, at, len(points), np.full(len(points), family))
+            return cell_figures(found, at, len(points))[QUANTILE, column], between[:, QUANTILE, column], len(q)
 
-        allowed = keeping_clear(reached.grid, wish.clear, wish.floor)
-        boxes = best_boxes(
+        allowed = clear_cells(reached.grid, request.clear, request.floor)
+        placements = best_placements(
             arm,
             reached,
             shown.reshape(shape),
-            wish.box,
+            request.box,
             allowed,
-            ends=ends[:, QUANTILE, column],
-            by_mean=wish.box_by_mean,
-            turned=wish.turned,
-            afresh=afresh,
+            bounds=bounds[:, QUANTILE, column],
+            by_mean=request.box_by_mean,
+            turned=request.turned,
+            validation=at_points,
         )
-    wanted: dict[str, np.ndarray] = {}
-    if boxes is not None and boxes.found:
-        wanted["best box"] = boxes.found[0].cells
+    zones: dict[str, np.ndarray] = {}
+    if placements is not None and placements.best:
+        zones["best box"] = placements.best[0].cells
     if share is not None and share.cells.any():
-        wanted["within the target"] = np.flatnonzero(share.cells)
-    wanted["all cells"] = np.flatnonzero(np.isfinite(shown))
-    tell("adding up parts", 0, 1)
-    budgets = tuple(_budget(arm, looked, name, cells, wish.by, figures, approach) for name, cells in wanted.items())
-    return Zones(
+        zones["within the target"] = np.flatnonzero(share.cells)
+    zones["all cells"] = np.flatnonzero(np.isfinite(shown))
+    report("computing error budgets", 0, 1)
+    budgets = tuple(_budget(arm, evaluated, name, cells, request.by, figures, approach) for name, cells in zones.items())
+    return WorkspaceMap(
         arm,
-        wish.by,
-        wish.per_cell,
+        request.by,
+        request.per_cell,
         seed,
         approach,
-        looked,
-        figures.reshape(2, len(BYS), *shape),
-        ends.reshape(2, 2, len(BYS), *shape),
-        looked.uncertain.reshape(shape),
-        new,
+        evaluated,
+        figures.reshape(2, len(CONFIGURATIONS), *shape),
+        bounds.reshape(2, 2, len(CONFIGURATIONS), *shape),
+        evaluated.uncertain.reshape(shape),
+        validation,
         size,
         share,
-        boxes,
+        placements,
         budgets,
     )
 
 
-def _counted(reached: Reached) -> np.ndarray:
-    """Which cells (x, y, z) count: those reached in their middle; where none was, all that were reached."""
+def _cells_with_figures(reached: CellPoses) -> np.ndarray:
+    """Return the cells (x, y, z) that count: those reached at their centre; where none was, all reached cells."""
     return reached.centre if reached.centre.any() else np.asarray(reached.counts > 0)
 
 
-def _size(reached: Reached) -> Estimate:
-    """How large is the workspace? The cells reached in their middle; at least those surrounded by such, at most all that were reached."""
+def _size(reached: CellPoses) -> Estimate:
+    """Return the size of the workspace: the cells reached at their centre; at least those surrounded by such, at most all reached cells."""
     visited = reached.counts > 0
-    centre, inner = reached.centre, within(visited, reached.grid.flat)
-    # A surface has cells that are reached, hardly one of them in its middle, and no size.
+    centre, inner = reached.centre, interior(visited, reached.grid.flat)
+    # A surface has reached cells, hardly any of them at the centre, and no volume.
     return Estimate(*(float(np.count_nonzero(cells)) * reached.grid.cell_size for cells in (centre, inner & centre, visited)))
 
 
-def _within(new: Afresh | None, by: By, target: float, shown: Floats, centre: np.ndarray, size: Estimate) -> Within:
-    """How much of the workspace is within the target, and which cells (x, y, z) are?"""
+def _within(
+    validation: ValidationPoints | None, by: Configuration, target: float, shown: Floats, centre: np.ndarray, size: Estimate
+) -> ShareWithinTarget:
+    """Return the share of the workspace within the target, and the cells (x, y, z) within it."""
     cells = shown <= target
-    if new is not None:
-        return Within(target, *new.share(QUANTILE, by, target), cells)
+    if validation is not None:
+        return ShareWithinTarget(target, *validation.share(QUANTILE, by, target), cells)
     counted = centre & np.isfinite(shown)
     share = of_count(int(np.count_nonzero(cells & counted)), int(np.count_nonzero(counted)))
-    return Within(target, share, Estimate(share.value * size.value, share.low * size.low, share.high * size.high), cells)
+    return ShareWithinTarget(target, share, Estimate(share.value * size.value, share.low * size.low, share.high * size.high), cells)
 
 
-def _budget(arm: Arm, looked: Looked, name: str, cells: np.ndarray, by: By, figures: Floats, approach: float) -> ZoneBudget:
-    """What does each part cost in a zone, over at most so many of its poses in equal steps?"""
-    which = looked.poses_of(cells, by, figures)
+def _budget(arm: Arm, evaluated: EvaluatedPoses, name: str, cells: np.ndarray, by: Configuration, figures: Floats, approach: float) -> ZoneBudget:
+    """Return the error budget of a zone, over at most so many of its poses in equal steps."""
+    which = evaluated.poses_of(cells, by, figures)
     which = which[np.unique(np.linspace(0, len(which) - 1, min(len(which), _MOST_IN_BUDGET)).astype(int))]
-    q = looked.reached.q[which]
+    q = evaluated.reached.q[which]
     tally = Tally.of(screws(arm, q[:_BLOCK], approach=approach))
     for start in range(_BLOCK, len(q), _BLOCK):
         tally = tally + Tally.of(screws(arm, q[start : start + _BLOCK], approach=approach))

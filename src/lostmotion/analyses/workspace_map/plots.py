@@ -1,4 +1,4 @@
-"""The plots of an accuracy map: slices, surfaces of equal error, a radial section, the share of the workspace by error, parts to blame by zone."""
+"""Plots of an accuracy map: slices, isosurfaces, radial section, share of the workspace by error, error budget by zone."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE
-from lostmotion.analyses.workspace_map.radial import radial
+from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.analyses.workspace_map.radial import radial_section
 from lostmotion.analyses.workspace_map.surfaces import level_surface
-from lostmotion.analyses.workspace_map.tables.map_labels import by_said, level_said, size_said
+from lostmotion.analyses.workspace_map.tables.map_labels import configuration_label, percentile_label, size_label
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, named
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-    from lostmotion.analyses.workspace_map.map import Zones
-    from lostmotion.analyses.workspace_map.placement import Box
+    from lostmotion.analyses.workspace_map.map import WorkspaceMap
+    from lostmotion.analyses.workspace_map.placement import Placement
     from lostmotion.spatial import Floats
 
 _SCALE: Final = ((0.0, "#c8df3a"), (0.2, "#5ec962"), (0.4, "#21918c"), (0.6, "#31688e"), (0.8, "#443983"), (1.0, "#2b0040"))
 _TONES: Final = ("#b8d433", "#5ec962", "#21918c", "#31688e", "#443983")
-# Shares of the cells between which surfaces of equal error are drawn.
+# Quantiles over the cells at which isosurfaces are drawn.
 _LEVELS: Final = (0.1, 0.3, 0.5, 0.7, 0.9)
-# Surfaces of a finer grid than this are drawn on every second, third … cell, so that the page stays small.
+# Most cells for isosurfaces; finer grids are thinned to limit the size of the page.
 _MOST_CELLS: Final = 60_000
 _PARTS_SHOWN: Final = 12
 _OF_BY: Final = {"best": GREEN, "mean": BLUE, "worst": ORANGE}
-# Pixels of a plot's inside across, and what titles, axes and the colour bar take.
+# Width of the plot area, and height of titles and axes, in pixels.
 _ACROSS: Final = 470
 _AROUND: Final = 140
 
 
-def zones_plots(found: Zones, at: Floats | None = None) -> list[Plot]:
-    """Which plots does an accuracy map have? In reading order; slices go through the point `at` (3,) m, left out: through the best place."""
+def map_plots(found: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
+    """Return the plots of an accuracy map, in reading order; slices through the point `at` (3,) m, or through the best place."""
     through = found.best_place if at is None else at
     out = []
     for across, up in ((0, 1), (0, 2), (1, 2)):
@@ -46,35 +46,35 @@ def zones_plots(found: Zones, at: Floats | None = None) -> list[Plot]:
     surfaces = surfaces_of_equal_error(found, through)
     if surfaces is not None:
         out.append(Plot("surfaces", "map", surfaces, "Surfaces of equal error in space, the near half cut away."))
-    section = radial_section(found)
+    section = radial_plot(found)
     if section is not None:
-        out.append(Plot("radial", "map", section, "Section through the first axis: the error by distance from it and height, over all azimuths."))
-    out.append(Plot("share", "within", share_by_error(found), "Curves of the share of the workspace against the error that it stays within."))
+        out.append(Plot("radial", "map", section, "Error by distance from the first axis and height, over all azimuths."))
+    out.append(Plot("share", "within", share_by_error(found), "Share of the workspace within each error."))
     if found.budgets and found.budgets[0].costs:
         out.append(Plot("budget", "budget", budget_by_zone(found), "Bars of each part's share of the mean-square error, by zone."))
     return out
 
 
-def slice_through(found: Zones, across: int, up: int, through: Floats) -> go.Figure:
-    """How accurate is the arm in a plane through this point (3,), m, across two of the base's axes?"""
+def slice_through(found: WorkspaceMap, across: int, up: int, through: Floats) -> go.Figure:
+    """Return a slice of the map through this point (3,), m, spanned by two of the base's axes."""
     grid, names = found.reached.grid, "xyz"
     other = 3 - across - up
     index = int(np.clip(np.floor((through[other] - grid.low[other]) / grid.edge), 0, grid.shape[other] - 1))
-    values = np.take(found.shown, index, axis=other)  # axes stay in order: across before up
-    x, y = grid.along(across), grid.along(up)
-    height = f"{names[other]} = {grid.along(other)[index] * 1e3:.4g} mm"
+    values = np.take(found.selected, index, axis=other)  # axes stay in order: across before up
+    x, y = grid.centres_along(across), grid.centres_along(up)
+    height = f"{names[other]} = {grid.centres_along(other)[index] * 1e3:.4g} mm"
     traces: list[Any] = [_heat(found, x, y, values, (names[across], names[up]))]
-    if found.within is not None and np.isfinite(values).any():
+    if found.within_target is not None and np.isfinite(values).any():
         traces.append(_contour(found, x, y, values))
     figure = framed(f"{names[across]}-{names[up]} slice at {height}", *traces, height=420)
-    for box in () if found.boxes is None else found.boxes.found:
-        _outline(figure, box, (across, up, other), float(grid.along(other)[index]), grid.edge)
+    for box in () if found.placements is None else found.placements.best:
+        _outline(figure, box, (across, up, other), float(grid.centres_along(other)[index]), grid.edge)
     return _equal(figure, (x, y), grid.edge, f"{names[across]} [mm]", f"{names[up]} [mm]")
 
 
-def radial_section(found: Zones) -> go.Figure | None:
-    """How accurate is the arm by distance from its first axis and by height? None unless that axis is vertical and turns fully."""
-    section = radial(found)
+def radial_plot(found: WorkspaceMap) -> go.Figure | None:
+    """Return the error by distance from the first axis and height; None unless that axis is vertical and turns fully."""
+    section = radial_section(found)
     if section is None:
         return None
     edge = found.reached.grid.edge
@@ -82,20 +82,20 @@ def radial_section(found: Zones) -> go.Figure | None:
     return _equal(figure, (section.r, section.z), edge, "distance from the first axis [mm]", "z [mm]")
 
 
-def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
-    """Where in space does the error pass certain values? The half of the workspace beyond the x-z plane through a point; None without depth."""
+def surfaces_of_equal_error(found: WorkspaceMap, through: Floats) -> go.Figure | None:
+    """Return isosurfaces of the error in the half of the workspace beyond the x-z plane through a point; None for a flat workspace."""
     import plotly.graph_objects as go
 
     grid = found.reached.grid
-    if min(grid.shape) < 2:  # noqa: PLR2004 - a surface needs cubes
+    if min(grid.shape) < 2:  # noqa: PLR2004 - a surface needs volume
         return None
-    step = max(math.ceil((found.shown.size / _MOST_CELLS) ** (1 / 3)), 1)
+    step = max(math.ceil((found.selected.size / _MOST_CELLS) ** (1 / 3)), 1)
     cut = int(np.clip(np.floor((through[1] - grid.low[1]) / grid.edge), 0, grid.shape[1] - 2))
-    beyond = np.where(found.centre, found.shown, np.nan)[::step, cut::step, ::step]
-    values = found.shown[found.centre & np.isfinite(found.shown)]
+    beyond = np.where(found.centre, found.selected, np.nan)[::step, cut::step, ::step]
+    values = found.selected[found.centre & np.isfinite(found.selected)]
     unit, factor = _unit(found)
-    middles = [grid.along(0)[::step], grid.along(1)[cut::step], grid.along(2)[::step]]
-    figure = framed(f"Surfaces of equal error beyond y = {grid.along(1)[cut] * 1e3:.4g} mm", height=580)
+    middles = [grid.centres_along(0)[::step], grid.centres_along(1)[cut::step], grid.centres_along(2)[::step]]
+    figure = framed(f"Surfaces of equal error beyond y = {grid.centres_along(1)[cut] * 1e3:.4g} mm", height=580)
     for part, colour in zip(_LEVELS, _TONES, strict=True):
         level = float(np.quantile(values, part))
         vertices, faces = level_surface(beyond, level)
@@ -107,25 +107,25 @@ def surfaces_of_equal_error(found: Zones, through: Floats) -> go.Figure | None:
                 x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.5, name=text, showlegend=True, hovertemplate=f"{text}<extra></extra>"
             )
             figure.add_trace(mesh)
-    for box in () if found.boxes is None else found.boxes.found[:1]:
+    for box in () if found.placements is None else found.placements.best[:1]:
         figure.add_trace(_edges(box))
     axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
     scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
     figure.update_layout(
         scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 0.7, "y": -1.9, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.05}}},
-        legend={**LEGEND, "y": 0, "yanchor": "top", "title": {"text": f"{level_said(found)} below, {by_said(found)}", "side": "top"}},
+        legend={**LEGEND, "y": 0, "yanchor": "top", "title": {"text": f"{percentile_label(found)}, {configuration_label(found)}", "side": "top"}},
         margin={"l": 0, "r": 0, "t": 40, "b": 90},
     )
     return figure
 
 
-def share_by_error(found: Zones) -> go.Figure:
-    """Which share of the workspace is within which error, by the best, the mean and the worst configuration?"""
+def share_by_error(found: WorkspaceMap) -> go.Figure:
+    """Return the share of the workspace within each error, for the best, mean and worst configuration."""
     import plotly.graph_objects as go
 
     unit, factor = _unit(found)
     curves = []
-    for k, by in enumerate(BYS):
+    for k, by in enumerate(CONFIGURATIONS):
         values = found.figures[QUANTILE, k][found.centre]
         values = np.sort(values[np.isfinite(values)]) * factor
         shares = 100 * np.arange(1, len(values) + 1) / len(values)
@@ -135,19 +135,19 @@ def share_by_error(found: Zones) -> go.Figure:
         name = "mean over configurations" if by == "mean" else f"{by} configuration"
         curves.append(go.Scatter(x=values[thin], y=shares[thin], mode="lines", line=line, name=name, hovertemplate=hover))
     figure = framed("Share of the workspace by error", *curves, height=400)
-    if found.within is not None:
-        target = found.within.target * factor
+    if found.within_target is not None:
+        target = found.within_target.target * factor
         figure.add_shape(type="line", x0=target, x1=target, y0=0, y1=1, yref="y domain", line={"color": RED, "width": 1.3, "dash": "dot"})
         text = {"text": "target", "font": {"color": RED, "size": 12}, "showarrow": False, "xanchor": "left", "yanchor": "bottom", "xshift": 4}
         figure.add_annotation(x=target, y=0, yref="y domain", **text)
-    figure.update_xaxes(title_text=f"{level_said(found)} of errors below [{unit}]", rangemode="tozero")
+    figure.update_xaxes(title_text=f"{percentile_label(found)} of the error [{unit}]", rangemode="tozero")
     figure.update_yaxes(title_text="share of the workspace [%]", range=[0, 102])
     figure.update_layout(legend=LEGEND, margin_t=80)
     return figure
 
 
-def budget_by_zone(found: Zones) -> go.Figure:
-    """Which part costs which share of the mean square (%), in each zone? The largest contributor of the first zone on top."""
+def budget_by_zone(found: WorkspaceMap) -> go.Figure:
+    """Return each part's share of the mean square (%) in each zone, the largest contributor of the first zone on top."""
     import plotly.graph_objects as go
 
     first = found.budgets[0].costs[:_PARTS_SHOWN]
@@ -172,38 +172,38 @@ def budget_by_zone(found: Zones) -> go.Figure:
     return figure
 
 
-def _unit(found: Zones) -> tuple[str, float]:
-    """Choose the unit of all maps by the largest error shown."""
-    unit = length(float(np.nanmax(found.shown))).unit
+def _unit(found: WorkspaceMap) -> tuple[str, float]:
+    """Return the unit of all slices, from the largest error."""
+    unit = length(float(np.nanmax(found.selected))).unit
     return unit, PER_UNIT[unit]
 
 
-def _heat(found: Zones, x: Floats, y: Floats, values: Floats, names: tuple[str, str]) -> go.Heatmap:
-    """Colour cells by their error; all maps share one scale."""
+def _heat(found: WorkspaceMap, x: Floats, y: Floats, values: Floats, names: tuple[str, str]) -> go.Heatmap:
+    """Return a heat map of the cells' errors; all share one scale."""
     import plotly.graph_objects as go
 
     unit, factor = _unit(found)
-    title = {"text": f"{level_said(found)} below, {by_said(found)} [{unit}]", "side": "right", "font": {"size": 12}}
+    title = {"text": f"{percentile_label(found)}, {configuration_label(found)} [{unit}]", "side": "right", "font": {"size": 12}}
     hover = f"{names[0]} %{{x:.0f}}, {names[1]} %{{y:.0f}} mm<br>%{{z:.4~g}} {unit}<extra></extra>"
     return go.Heatmap(
         x=np.round(x * 1e3, 6),
         y=np.round(y * 1e3, 6),
         z=(values.T * factor).astype(np.float32),
         colorscale=[list(stop) for stop in _SCALE],
-        zmin=float(np.nanmin(found.shown)) * factor,
-        zmax=float(np.nanmax(found.shown)) * factor,
+        zmin=float(np.nanmin(found.selected)) * factor,
+        zmax=float(np.nanmax(found.selected)) * factor,
         colorbar={"title": title, "thickness": 12, "outlinewidth": 0, "ticks": "outside", "len": 0.95, "nticks": 7},
         hovertemplate=hover,
         hoverongaps=False,
     )
 
 
-def _contour(found: Zones, x: Floats, y: Floats, values: Floats) -> go.Contour:
-    """Draw the line on which the target is met."""
+def _contour(found: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> go.Contour:
+    """Return the contour line of the target."""
     import plotly.graph_objects as go
 
     unit, factor = _unit(found)
-    target = 0.0 if found.within is None else found.within.target * factor
+    target = 0.0 if found.within_target is None else found.within_target.target * factor
     return go.Contour(
         x=np.round(x * 1e3, 6),
         y=np.round(y * 1e3, 6),
@@ -218,8 +218,8 @@ def _contour(found: Zones, x: Floats, y: Floats, values: Floats) -> go.Contour:
     )
 
 
-def _outline(figure: go.Figure, box: Box, axes: tuple[int, int, int], height: float, edge: float) -> None:
-    """Draw where a box is cut by a slice, if it is; of a turned one seen from the side its whole extent."""
+def _outline(figure: go.Figure, box: Placement, axes: tuple[int, int, int], height: float, edge: float) -> None:
+    """Add the outline of a box to a slice that cuts it; for a box with yaw in side view its whole extent."""
     across, up, other = axes
     cos, sin = math.cos(box.yaw), math.sin(box.yaw)
     wide = np.array([abs(cos) * box.size[0] + abs(sin) * box.size[1], abs(sin) * box.size[0] + abs(cos) * box.size[1], box.size[2]])
@@ -232,11 +232,11 @@ def _outline(figure: go.Figure, box: Box, axes: tuple[int, int, int], height: fl
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) / 2 * wide[[across, up]] + box.centre[[across, up]]
     path = "M" + " L".join(f"{x * 1e3:.1f},{y * 1e3:.1f}" for x, y in corners)
     first = not figure.layout.shapes
-    figure.add_shape(type="path", path=path, line={"color": RED, "width": 2}, name="best places", showlegend=first, legendgroup="places")
+    figure.add_shape(type="path", path=path, line={"color": RED, "width": 2}, name="best placements", showlegend=first, legendgroup="places")
 
 
-def _edges(box: Box) -> go.Scatter3d:
-    """Draw the twelve edges of a box in one stroke, broken between."""
+def _edges(box: Placement) -> go.Scatter3d:
+    """Return the twelve edges of a box as one broken line."""
     import plotly.graph_objects as go
 
     cos, sin = math.cos(box.yaw), math.sin(box.yaw)
@@ -248,12 +248,12 @@ def _edges(box: Box) -> go.Scatter3d:
             if np.abs(signs[i] - signs[j]).sum() == 2:  # noqa: PLR2004 - one sign differs
                 line += [(corners[i] * 1e3).tolist(), (corners[j] * 1e3).tolist(), [None, None, None]]
     x, y, z = ([point[c] for point in line] for c in range(3))
-    name = f"best place for {size_said(box.size)}"
+    name = f"best placement for {size_label(box.size)}"
     return go.Scatter3d(x=x, y=y, z=z, mode="lines", line={"color": RED, "width": 5}, name=name, hoverinfo="skip")
 
 
 def _equal(figure: go.Figure, middles: tuple[Floats, Floats], edge: float, x_title: str, y_title: str) -> go.Figure:
-    """Give both axes one scale, and the figure the height that this asks for."""
+    """Return the figure with the same scale on both axes, and its height adjusted."""
     spans = [(float(each[0] - edge) * 1e3, float(each[-1] + edge) * 1e3) for each in middles]
     wide, tall = (high - low for low, high in spans)
     figure.update_xaxes(title_text=x_title, range=spans[0], constrain="domain", showgrid=False)

@@ -1,4 +1,4 @@
-"""What does the map look like in a plane through a vertical first axis that turns without limit?"""
+"""Accuracy map in a half plane through a vertical first axis that turns without limit."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE, by_cell
+from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
 from lostmotion.mechanism.serial import frames
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.workspace_map.map import Zones
+    from lostmotion.analyses.workspace_map.map import WorkspaceMap
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -22,16 +22,16 @@ _PARALLEL: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Radial:
-    """The quantile (r, z) over all poses at a distance r from the first axis and a height z, m, by the configuration asked for; NaN where none is."""
+class RadialSection:
+    """Quantile (r, z) over all poses at a distance r from the first axis and a height z, m, for the selected configuration; NaN if unreached."""
 
     r: Floats
     z: Floats
     values: Floats
 
 
-def radial(found: Zones) -> Radial | None:
-    """How accurate is the arm by distance from its first axis and by height, over all azimuths? None unless that axis is vertical and turns fully."""
+def radial_section(found: WorkspaceMap) -> RadialSection | None:
+    """Return the quantile by distance from the first axis and height, over all azimuths; None unless that axis is vertical and turns fully."""
     axis = vertical_axis(found.arm)
     if axis is None:
         return None
@@ -39,12 +39,12 @@ def radial(found: Zones) -> Radial | None:
     at = np.floor(np.hypot(points[:, 0] - axis[0], points[:, 1] - axis[1]) / grid.edge).astype(int)
     rings, heights = int(at.max()) + 1, grid.shape[2]
     up = np.unravel_index(found.reached.cell, grid.shape)[2]
-    values = by_cell(found.looked.errors, at * heights + up, rings * heights)[QUANTILE, BYS.index(found.by)]
-    return Radial(np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float), grid.along(2), values.reshape(rings, heights))
+    values = cell_figures(found.evaluated.errors, at * heights + up, rings * heights)[QUANTILE, CONFIGURATIONS.index(found.by)]
+    return RadialSection(np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float), grid.centres_along(2), values.reshape(rings, heights))
 
 
 def vertical_axis(arm: Arm) -> tuple[float, float] | None:
-    """Where does the first axis stand (x, y; m) if it is vertical and turns through 360°? None where not."""
+    """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°; else None."""
     first = arm.tree.drives[0]
     joint = arm.moving[first]
     if not isinstance(joint, RevoluteJoint) or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.result import Result
-from lostmotion.analyses.workspace_map.map import Zones
+from lostmotion.analyses.workspace_map.map import WorkspaceMap
 from lostmotion.error_model.provenance import States, states
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class AccuracyMap(Zones, Result):
-    """An accuracy map: every attribute of `Zones`; the slices of the report go through the point `at` (3,), m."""
+class AccuracyMap(WorkspaceMap, Result):
+    """An accuracy map: every attribute of `WorkspaceMap`; the slices of the report go through the point `at` (3,), m."""
 
     at: Floats | None = None
 
@@ -33,23 +33,23 @@ class AccuracyMap(Zones, Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.workspace_map.tables.map import zones_sheet
+        from lostmotion.analyses.workspace_map.tables.map import map_sheet
 
-        return zones_sheet(self, self.at)
+        return map_sheet(self, self.at)
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.workspace_map.plots import zones_plots
+        from lostmotion.analyses.workspace_map.plots import map_plots
 
-        return zones_plots(self, self.at)
+        return map_plots(self, self.at)
 
     @property
     def failure(self) -> str:
-        """Return that no place holds the box, where none does."""
-        from lostmotion.analyses.workspace_map.tables.placement import boxes_said
+        """Return that no placement of the box is within reach, where that is so; else nothing."""
+        from lostmotion.analyses.workspace_map.tables.placement import placement_sentence
 
-        return boxes_said(self.boxes, self) if self.boxes is not None and not self.boxes.found else ""
+        return placement_sentence(self.placements, self) if self.placements is not None and not self.placements.best else ""
 
     def arrays(self) -> xarray.Dataset:
         """Return the map cell by cell with names, units and coordinates."""

@@ -1,6 +1,7 @@
-"""Where does a field on a grid take a value? Triangles within cubes known at all corners; plotly's own isosurfaces take the unknown for zero.
+"""Isosurfaces of a field on a grid that may have unknown values.
 
-Each cube is cut into six tetrahedra along its diagonal, in each of which the field is linear, so that surfaces have no holes but at the field's end.
+Each cube is cut into six tetrahedra along its diagonal, in which the field is linear, so that surfaces have no holes except at the field's boundary.
+Plotly's own isosurfaces treat unknown values as zero.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ import numpy as np
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# From one corner of the cube to the far one, an axis at a time, in each order of the axes: four corners each.
+# Paths from one corner of the cube to the opposite one, an axis at a time, in each order of the axes: four corners each.
 _TETRAHEDRA: Final = tuple(
     tuple(np.cumsum([(0, 0, 0), *(np.eye(3, dtype=int)[axis] for axis in order)], axis=0).tolist()) for order in itertools.permutations(range(3))
 )
 
 
 def level_surface(field: Floats, level: float) -> tuple[Floats, np.ndarray]:
-    """Which triangles make the surface on which the field (x, y, z) has this value? (vertex, 3) in steps of the grid, and (triangle, 3) of these.
+    """Return the triangles of the isosurface of the field (x, y, z) at this level.
 
-    NaN is unknown: no surface runs through a cube with such a corner.
+    Vertices (vertex, 3) in grid steps, and their indices (triangle, 3). Cubes with a NaN at a corner contain no surface.
     """
     shape = np.array(field.shape)
     if (shape < 2).any():  # noqa: PLR2004 - a cube has two corners along each axis
@@ -37,7 +38,7 @@ def level_surface(field: Floats, level: float) -> tuple[Floats, np.ndarray]:
         crossed = np.isfinite(values).all(axis=1) & above.any(axis=1) & ~above.all(axis=1)
         at, above = at[crossed], above[crossed]
         count = above.sum(axis=1)
-        # Those above first, so that each case has its corners at known places.
+        # Corners above the level first, so that each case has its corners at fixed positions.
         at = np.take_along_axis(at, np.argsort(~above, axis=1, kind="stable"), axis=1)
         for number, triangles in ((1, (((0, 1), (0, 2), (0, 3)),)), (3, (((3, 0), (3, 1), (3, 2)),)), (2, _QUAD)):
             mine = at[count == number]
@@ -50,5 +51,5 @@ def level_surface(field: Floats, level: float) -> tuple[Floats, np.ndarray]:
     return np.asarray(first + share * (second - first)), faces.reshape(-1, 3)
 
 
-# Two corners above and two below: four edges are crossed, two triangles between them.
+# Two corners above and two below: two triangles between the four crossed edges.
 _QUAD: Final = (((0, 2), (0, 3), (1, 3)), ((0, 2), (1, 3), (1, 2)))

@@ -1,6 +1,6 @@
-"""Which share of the workspace is within a target, and how large is the workspace? From points of space drawn evenly, each looked at afresh.
+"""Size of the workspace and share of it within a target, from points sampled uniformly in space and evaluated independently of the map.
 
-Middles of cells are no sample of the points between them: no cell may be within a target that some points of cells keep. Points drawn evenly are.
+Cell centres do not represent the points between them: no cell may be within a target that some points of the cells meet. Uniform points do.
 """
 
 from __future__ import annotations
@@ -10,32 +10,34 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import BYS, By, by_cell, ends_by_cell, errors
-from lostmotion.analyses.workspace_map.cells import near
-from lostmotion.analyses.workspace_map.reach import brought_to, reach_points
+from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, Configuration, bounds_by_cell, cell_figures, errors
+from lostmotion.analyses.workspace_map.cells import dilated
+from lostmotion.analyses.workspace_map.configurations import configurations_at, solve_positions
 from lostmotion.error_model.intervals import Estimate
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.workspace_map.reach import Progress, Reached
+    from lostmotion.analyses.workspace_map.cells import CellPoses
+    from lostmotion.analyses.workspace_map.reach import Progress
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Points drawn, and poses sampled from which the tool is brought to them.
+# Number of points, and of sampled poses from which their configurations are solved.
 _POINTS: Final = 2048
 SAMPLED: Final = 32_768
-# Of an interval that an error of either side leaves equally often.
+# Probability beyond either limit of an interval.
 _TAIL: Final = 0.025
 
 
 @dataclass(frozen=True, repr=False)
-class Afresh:
-    """Points drawn evenly over the cells that the tool reaches and those that touch them; figures of the ones in reach.
+class ValidationPoints:
+    """Points sampled uniformly over the reachable cells and those that touch them, with the figures of the reachable ones.
 
-    region   size of those cells, m^3 (in a plane m^2, on a line m); drawn: how many points
-    points   (point, 3) that were reached, m
-    poses    how many configurations were looked at there, none of them the map's
-    figures  (measure, by, point) m; ends (end, measure, by, point) between which each lies, as `by_cell.ends_by_cell`, the best's and the worst's
-             over the configurations that were looked at
+    region   size of those cells, m^3 (in a plane m^2, on a line m)
+    drawn    number of sampled points
+    points   (point, 3) reachable ones, m
+    poses    number of configurations evaluated there, none of them from the map
+    figures  (measure, by, point) m
+    bounds   (end, measure, by, point) lower and upper bounds, as `bounds_by_cell`; best and worst refer to the evaluated configurations
     """
 
     region: float
@@ -43,88 +45,92 @@ class Afresh:
     points: Floats
     poses: int
     figures: Floats
-    ends: Floats
+    bounds: Floats
 
     @property
     def size(self) -> Estimate:
-        """Tell how large the workspace is."""
-        return self._of(len(self.points), len(self.points), len(self.points))
+        """Return the size of the workspace."""
+        return self._size_of(len(self.points), len(self.points), len(self.points))
 
-    def share(self, measure: int, by: By, target: float) -> tuple[Estimate, Estimate]:
-        """How much of the workspace is within a target (m): the share, and its size?
+    def share(self, measure: int, by: Configuration, target: float) -> tuple[Estimate, Estimate]:
+        """Return the share of the workspace within a target (m), and its size.
 
-        The intervals are those of Clopper and Pearson (Biometrika 26 (1934) 404), from the count of points that are surely within it, whatever the
-        bounds of their figures, to that of points that may be. Evenly drawn points know no less than independent ones, which these are for.
+        Clopper-Pearson intervals (Biometrika 26 (1934) 404). The lower limit counts the points whose upper bound is within the target, the upper
+        limit those whose lower bound is. The points are a low-discrepancy sequence, which is at least as precise as the independent points that the
+        intervals assume.
         """
-        column = BYS.index(by)
-        sure, value, may = (int(np.count_nonzero(each[measure, column] <= target)) for each in (self.ends[1], self.figures, self.ends[0]))
+        column = CONFIGURATIONS.index(by)
+        low, value, high = (int(np.count_nonzero(each[measure, column] <= target)) for each in (self.bounds[1], self.figures, self.bounds[0]))
         count = len(self.points)
-        return Estimate(value / count, _least(sure, count), _most(may, count)), self._of(sure, value, may)
+        return Estimate(value / count, _lower_limit(low, count), _upper_limit(high, count)), self._size_of(low, value, high)
 
-    def quantile(self, measure: int, by: By, share: float) -> Estimate:
-        """Which figure (m) does this share of the workspace stay within? Between order statistics, whatever the law; NaN of too few points."""
+    def quantile(self, measure: int, by: Configuration, share: float) -> Estimate:
+        """Return the figure (m) below which this share of the workspace lies, with a distribution-free interval from order statistics.
+
+        The limits are NaN for too few points.
+        """
         from scipy.stats import binom
 
-        column, count = BYS.index(by), len(self.points)
+        column, count = CONFIGURATIONS.index(by), len(self.points)
         value = float(np.quantile(self.figures[measure, column], share))
         ranks = int(binom.ppf(_TAIL, count, share)) - 1, int(binom.ppf(1 - _TAIL, count, share))
         low, high = (
-            float(np.sort(ends[measure, column])[rank]) if 0 <= rank < count else np.nan for rank, ends in zip(ranks, self.ends, strict=True)
+            float(np.sort(bounds[measure, column])[rank]) if 0 <= rank < count else np.nan for rank, bounds in zip(ranks, self.bounds, strict=True)
         )
         return Estimate(value, low, high)
 
-    def _of(self, sure: int, value: int, may: int) -> Estimate:
-        return Estimate(self.region * value / self.drawn, self.region * _least(sure, self.drawn), self.region * _most(may, self.drawn))
+    def _size_of(self, low: int, value: int, high: int) -> Estimate:
+        return Estimate(self.region * value / self.drawn, self.region * _lower_limit(low, self.drawn), self.region * _upper_limit(high, self.drawn))
 
 
 def of_count(count: int, of: int) -> Estimate:
-    """Which share is this count of so many draws, with its 95 % interval?"""
-    return Estimate(count / of, _least(count, of), _most(count, of))
+    """Return the proportion of `count` in `of` draws, with its 95 % confidence interval."""
+    return Estimate(count / of, _lower_limit(count, of), _upper_limit(count, of))
 
 
-def _least(count: int, of: int) -> float:
+def _lower_limit(count: int, of: int) -> float:
     from scipy.stats import beta
 
     return float(beta.ppf(_TAIL, count, of - count + 1)) if count else 0.0
 
 
-def _most(count: int, of: int) -> float:
+def _upper_limit(count: int, of: int) -> float:
     from scipy.stats import beta
 
     return float(beta.ppf(1 - _TAIL, count + 1, of - count)) if count < of else 1.0
 
 
-def look_afresh(  # noqa: PLR0913 - a study is these numbers
-    arm: Arm, reached: Reached, level: float, each: int, seed: int, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None
-) -> Afresh | None:
-    """How far off is the tool at points drawn evenly over the workspace? None where none is reached: the workspace is a surface, or next to nothing.
+def validate(  # noqa: PLR0913 - a study is these numbers
+    arm: Arm, reached: CellPoses, level: float, each: int, seed: int, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None
+) -> ValidationPoints | None:
+    """Return the errors at points sampled uniformly over the workspace; None where none is reachable, as for a workspace without volume.
 
-    Up to `each` configurations of every point, brought there from a sample of their own.
+    Up to `each` configurations of every point, solved from a sample of their own.
     """
     if progress is not None:
-        progress("looking afresh", 0, 1)
-    drawn, region = _drawn(reached, seed)
-    q, done = brought_to(arm, reached, drawn, threads)
+        progress("evaluating validation points", 0, 1)
+    drawn, region = _points_label(reached, seed)
+    q, done = solve_positions(arm, reached, drawn, threads)
     points = drawn[done]
     if not len(points):
         return None
-    new, at = reach_points(arm, points, SAMPLED, each, seed, reached.grid.edge, threads)
-    # Points that the sample's poses were not brought to keep the pose that reached them.
+    new, at = configurations_at(arm, points, SAMPLED, each, seed, reached.grid.edge, threads)
+    # Points not reached from this sample keep the pose that reached them first.
     lost = np.setdiff1d(np.arange(len(points)), at)
     new, at = np.vstack([new, q[done][lost]]), np.r_[at, lost]
     order = np.argsort(at, kind="stable")
     new, at = new[order], at[order]
     found = errors(arm, new, level, approach=approach, threads=threads)
-    ends = ends_by_cell(found, at, len(points), np.zeros(len(points), bool))
-    return Afresh(region, len(drawn), points, len(new), by_cell(found, at, len(points)), ends)
+    bounds = bounds_by_cell(found, at, len(points), np.zeros(len(points), bool))
+    return ValidationPoints(region, len(drawn), points, len(new), cell_figures(found, at, len(points)), bounds)
 
 
-def _drawn(reached: Reached, seed: int) -> tuple[Floats, float]:
-    """Draw points (point, 3) evenly, m, over all cells in reach and those that touch them; and how large are these together?"""
+def _points_label(reached: CellPoses, seed: int) -> tuple[Floats, float]:
+    """Return points (point, 3) sampled uniformly over all reachable cells and those that touch them, m, and the total size of these cells."""
     from scipy.stats import qmc
 
     grid = reached.grid
-    cells = np.argwhere(near(np.pad(reached.counts > 0, [(0, 0) if still else (1, 1) for still in grid.flat])))
+    cells = np.argwhere(dilated(np.pad(reached.counts > 0, [(0, 0) if still else (1, 1) for still in grid.flat])))
     cells -= np.where(grid.flat, 0, 1)
     draws = qmc.Sobol(4, scramble=True, rng=np.random.default_rng(seed)).random(_POINTS)
     low = cells[(draws[:, 0] * len(cells)).astype(int)]

@@ -1,1 +1,1 @@
-"""Tables of this analysis."""
+"""Tables of an accuracy map."""

@@ -1,4 +1,4 @@
-"""The figures of an accuracy map's places: where work should stand, and how accurate the arm is there."""
+"""Tables of the best placements for a task."""
 
 from __future__ import annotations
 
@@ -7,86 +7,85 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.tables.map_labels import by_said, level_said, place_said, size_said
+from lostmotion.analyses.workspace_map.tables.map_labels import configuration_label, percentile_label, placement_label, size_label
 from lostmotion.reporting.sheet import Row, Section, length
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.workspace_map.map import Zones
-    from lostmotion.analyses.workspace_map.placement import Box, Boxes
+    from lostmotion.analyses.workspace_map.map import WorkspaceMap
+    from lostmotion.analyses.workspace_map.placement import Placement, Placements
 
 
-def boxes_said(boxes: Boxes, found: Zones) -> str:
-    """Say where the box should stand, or that it fits nowhere, and which one would."""
-    if boxes.found:
-        box = boxes.found[0]
+def placement_sentence(placements: Placements, found: WorkspaceMap) -> str:
+    """Return the best placement in words, or that there is none and the largest box that fits."""
+    if placements.best:
+        box = placements.best[0]
         return (
-            f"Work of {size_said(boxes.size)} is best placed around {place_said(box)}: {level_said(found)} within "
-            f"{length(box.worst)} in the worst of its cells ({len(box.cells)}); looked at afresh, "
-            f"{length(box.afresh_worst)}."
+            f"The best placement of a task of {size_label(placements.size)} is centred at {placement_label(box)}: {percentile_label(found)} "
+            f"{length(box.worst)} in its worst cell of {len(box.cells)}, {length(box.validated_worst)} at its worst validation point."
         )
-    if boxes.largest is None:
-        return f"No box of the proportions {size_said(boxes.size)} fits into the reach on this grid, however small."
-    return f"No place within reach holds {size_said(boxes.size)}; the largest box of these proportions that fits here is {size_said(boxes.largest)}."
+    if placements.largest is None:
+        return f"No box of the proportions {size_label(placements.size)} fits into the workspace on this grid, however small."
+    largest = size_label(placements.largest)
+    return f"No placement of {size_label(placements.size)} is within reach; the largest box of these proportions that fits is {largest}."
 
 
-def places_section(found: Zones) -> Section | None:
-    """Where should the work stand, and how accurate is the arm there? None where none was asked to be placed."""
-    boxes = found.boxes
-    if boxes is None:
+def placement_section(found: WorkspaceMap) -> Section | None:
+    """Return the table of the best placements; None where none was requested."""
+    placements = found.placements
+    if placements is None:
         return None
-    title = f"Where work of {size_said(boxes.size)} should stand"
-    if not boxes.found:
-        return Section("places", title, ("value",), (), boxes_said(boxes, found))
+    title = f"Best placement for a task of {size_label(placements.size)}"
+    if not placements.best:
+        return Section("places", title, ("value",), (), placement_sentence(placements, found))
     rows, places = [], []
-    for number, box in enumerate(boxes.found, start=1):
+    for number, box in enumerate(placements.best, start=1):
         cells = f"{len(box.cells)} cells of the map"
-        other = f"{box.afresh_reached} of {box.afresh_points} other points reached, {box.afresh_poses} other poses"
+        other = f"{box.validation_reached} of {box.validation_points} other points reached, {box.validation_poses} other poses"
         low, high = (np.round(end, 9) + 0.0 for end in (box.centre - box.size / 2, box.centre + box.size / 2))  # no -0
         sides = ", ".join(f"{axis} {a * 1e3:.0f} … {b * 1e3:.0f}" for axis, a, b in zip("xyz", low, high, strict=True)) + " mm"
-        sides = sides if not box.yaw else f"sides along x, y turned by {math.degrees(box.yaw):.0f}°"
-        said = (
+        sides = sides if not box.yaw else f"yaw {math.degrees(box.yaw):.0f}°"
+        figures = (
             ("worst cell", box.worst, cells),
             ("mean of cells", box.mean, cells),
-            ("worst point, afresh", box.afresh_worst, other),
-            ("mean, afresh", box.afresh_mean, other),
+            ("worst validation point", box.validated_worst, other),
+            ("mean of validation points", box.validated_mean, other),
         )
-        for (what, value, counted), (low, high) in zip(said, box.ends.T, strict=True):
-            figure = length(value, float(low), float(high), counted)
-            rows.append(Row(f"{number}. {what}", (figure,), _counts_said(box, afresh=counted == other)))
-        places.append(f"{number}. around {place_said(box)}: {sides}")
-    judged = "mean over its cells" if boxes.by_mean else "worst cell"
-    turned = ", any yaw in steps of 15°" if boxes.turned else ""
+        for (name, value, samples), (low, high) in zip(figures, box.bounds.T, strict=True):
+            figure = length(value, float(low), float(high), samples)
+            rows.append(Row(f"{number}. {name}", (figure,), _counts_label(box, validation=samples == other)))
+        places.append(f"{number}. centre {placement_label(box)}: {sides}")
+    criterion = "mean over its cells" if placements.by_mean else "worst cell"
+    turned = ", any yaw in steps of 15°" if placements.turned else ""
     note = (
-        f"{level_said(found)} of errors by the {by_said(found)}; judged by the {judged}; the best of all {boxes.tried} places on the grid"
-        f"{turned} of which the tool was brought to every cell's middle and corners; no two share a cell"
+        f"{percentile_label(found)} of the error, {configuration_label(found)}; ranked by the {criterion}, out of {placements.tried} placements "
+        f"on the grid{turned} with the centre and corners of every cell in reach; no two share a cell"
     )
-    note = (
-        "; ".join(places) + ". " + note + ". Interval: the uncertainty of the sums over terms, and of means over drawn configurations 95 % (Student)"
-    )
-    if boxes.largest is not None:
-        note += f". The largest box of these proportions in reach: {size_said(boxes.largest)}"
+    note = f"{'; '.join(places)}. {note}. Interval: uncertainty of the sums over terms, and 95 % confidence interval of means over configurations"
+    if placements.largest is not None:
+        note += f". Largest box of these proportions in reach: {size_label(placements.largest)}"
     return Section("places", title, ("value",), tuple(rows), note)
 
 
-def _counts_said(box: Box, *, afresh: bool) -> str:
-    if not afresh:
+def _counts_label(box: Placement, *, validation: bool) -> str:
+    """Return the number of cells, or of validation points and poses."""
+    if not validation:
         return f"{len(box.cells)} cell{'s' * (len(box.cells) != 1)}"
-    return f"{box.afresh_reached} of {box.afresh_points} points, {box.afresh_poses} poses"
+    return f"{box.validation_reached} of {box.validation_points} points, {box.validation_poses} poses"
 
 
-def places_facts(boxes: Boxes) -> dict[str, Any]:
-    """Give the places as plain data, SI."""
+def placement_facts(placements: Placements) -> dict[str, Any]:
+    """Return the placements as plain data, SI."""
     return {
-        "box_m": list(boxes.size),
-        "largest_box_m": None if boxes.largest is None else boxes.largest.tolist(),
+        "box_m": list(placements.size),
+        "largest_box_m": None if placements.largest is None else placements.largest.tolist(),
         "places": [
             {
                 "centre_m": box.centre.tolist(),
                 "yaw_rad": box.yaw,
                 "worst_m": box.worst,
                 "mean_m": box.mean,
-                "afresh_worst_m": box.afresh_worst if math.isfinite(box.afresh_worst) else None,
+                "afresh_worst_m": box.validated_worst if math.isfinite(box.validated_worst) else None,
             }
-            for box in boxes.found
+            for box in placements.best
         ],
     }

@@ -1,4 +1,4 @@
-"""The cells, corners and configurations that a map reaches, against closed-form inverse kinematics of an arm of three joints."""
+"""Reachable cells, corners and configurations of a map against the closed-form inverse kinematics of an arm of three joints."""
 
 import math
 
@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from lostmotion import Arm
-from lostmotion.analyses.workspace_map.placement import whole_cells
-from lostmotion.analyses.workspace_map.reach import distinct, reach
+from lostmotion.analyses.workspace_map.configurations import distinct_configurations
+from lostmotion.analyses.workspace_map.placement import fully_reachable_cells
+from lostmotion.analyses.workspace_map.reach import reachable_cells
 
 HEIGHT, UPPER, FORE = 0.2, 0.3, 0.2
 LIMITS = np.radians([[-100, 140], [-30, 100], [-140, 140]])
@@ -15,25 +16,25 @@ EDGE = 0.05
 
 
 def turret(**parts):
-    """Give an arm that turns about z, with two links in the vertical plane; `parts` of its joints by name."""
+    """Return an arm that rotates about z, with two links in the vertical plane; `parts` of its joints by name."""
     axes, lengths = ("z", "-y", "-y"), (0.0, UPPER, FORE)
     joints = [
         {
             "name": name,
             "type": "revolute",
             "axis": axis,
-            "limits": [f"{end} rad" for end in ends],
+            "limits": [f"{end} rad" for end in bounds],
             "link": {"length": f"{length} m"},
             **parts.get(name, {}),
         }
-        for name, axis, length, ends in zip("SAB", axes, lengths, LIMITS.tolist(), strict=True)
+        for name, axis, length, bounds in zip("SAB", axes, lengths, LIMITS.tolist(), strict=True)
     ]
     joints[0]["origin"] = {"xyz": ["0 m", "0 m", f"{HEIGHT} m"]}
     return Arm.model_validate({"name": "turret", "joints": joints, "payload": {"mass": "3 kg"}})
 
 
 def configurations(point):
-    """Say which joint values within the limits bring the tool there: towards it or overhead, either elbow."""
+    """Return the joint values within the limits that bring the tool there: forward or overhead, either elbow."""
     x, y, z = point[0], point[1], point[2] - HEIGHT
     out = []
     for turn, r in ((math.atan2(y, x), math.hypot(x, y)), (math.atan2(-y, -x), -math.hypot(x, y))):
@@ -50,12 +51,12 @@ def configurations(point):
 
 @pytest.fixture(scope="module")
 def reached():
-    """Look over the arm from few samples, three to a cell."""
-    return reach(turret(), 8000, EDGE, 8, 1)
+    """Map the arm's reach from few samples, three per cell."""
+    return reachable_cells(turret(), 8000, EDGE, 8, 1)
 
 
 def test_every_configuration_of_a_cell_is_found_once(reached):
-    """At the middle of each cell stand all configurations that exist, none of them twice, where no two melt into one."""
+    """Each cell centre has every existing configuration exactly once, except where two coincide."""
     cells = np.flatnonzero(reached.centre)
     compared = 0
     for cell, middle in zip(cells, reached.grid.centres(cells), strict=True):
@@ -69,28 +70,28 @@ def test_every_configuration_of_a_cell_is_found_once(reached):
 
 
 def test_no_middle_or_corner_in_reach_is_missed(reached, monkeypatch):
-    """The tool is brought to every middle and every corner that closed form says is in reach, stretched-out ones too, and to no other."""
+    """The tool reaches every centre and corner that the closed form reaches, including the stretched arm, and no other."""
     everywhere = np.argwhere(np.ones(reached.grid.shape, bool))
     middles = reached.grid.low + EDGE * (everywhere + 0.5)
     assert np.array_equal(reached.centre.ravel(), [bool(configurations(middle)) for middle in middles])
     from lostmotion.analyses.workspace_map import placement
 
-    asked = []
-    plain = placement.in_reach
+    calls = []
+    plain = placement.solve_positions
 
     def listening(arm, found, wanted):
-        asked.append((wanted, plain(arm, found, wanted)))
-        return asked[-1][1]
+        calls.append((wanted, plain(arm, found, wanted)))
+        return calls[-1][1]
 
-    monkeypatch.setattr(placement, "in_reach", listening)
-    whole_cells(turret(), reached)
-    ((corners, told),) = asked
-    assert np.array_equal(told, [bool(configurations(corner)) for corner in corners])
-    assert 2000 < told.sum() < len(told)
+    monkeypatch.setattr(placement, "solve_positions", listening)
+    fully_reachable_cells(turret(), reached)
+    ((corners, (_, solved)),) = calls
+    assert np.array_equal(solved, [bool(configurations(corner)) for corner in corners])
+    assert 2000 < solved.sum() < len(solved)
 
 
 def test_what_counts_as_one_configuration():
-    """Whole turns and hairs are no difference; a cell's poses are compared with each other alone."""
+    """Full turns and tiny differences do not count; poses are compared only within their cell."""
     q = np.array([[0.1, 0.2, 0.3], [0.1 + 2 * math.pi, 0.2, 0.3], [0.1, 0.2, 0.35], [0.1, 0.2, 0.301], [0.1, 0.2, 0.3]])
-    assert distinct(turret(), q, np.array([4, 4, 4, 4, 7]), EDGE).tolist() == [True, False, True, False, True]
-    assert distinct(turret(), q[:0], np.zeros(0, int), EDGE).tolist() == []
+    assert distinct_configurations(turret(), q, np.array([4, 4, 4, 4, 7]), EDGE).tolist() == [True, False, True, False, True]
+    assert distinct_configurations(turret(), q[:0], np.zeros(0, int), EDGE).tolist() == []

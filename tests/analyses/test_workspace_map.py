@@ -1,4 +1,4 @@
-"""The accuracy map against a planar arm of two joints, of which everything is known in closed form, and against itself."""
+"""Accuracy map of a planar arm of two joints against closed forms, and its invariances."""
 
 import dataclasses
 import math
@@ -11,11 +11,11 @@ from scipy.special import ndtr
 from scipy.stats import truncnorm
 
 from lostmotion import Arm, InputError
-from lostmotion.analyses.workspace_map.cell_statistics import BYS, QUANTILE
-from lostmotion.analyses.workspace_map.cells import grid_over, within
-from lostmotion.analyses.workspace_map.map import Wish, zones
-from lostmotion.analyses.workspace_map.placement import YAWS, best_boxes, footprint, judged, keeping_clear
-from lostmotion.analyses.workspace_map.reach import reach
+from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.analyses.workspace_map.cells import grid_around, interior
+from lostmotion.analyses.workspace_map.map import MapRequest, map_workspace
+from lostmotion.analyses.workspace_map.placement import YAWS, best_placements, clear_cells, footprint, placement_scores
+from lostmotion.analyses.workspace_map.reach import reachable_cells
 from lostmotion.parts.frame import Frame
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import by_rays
@@ -29,7 +29,7 @@ GRAVITY = 9.81
 
 
 def planar(turned=0.0, second=("-179.9 deg", "179.9 deg")):
-    """Give two links in the x-z plane, or in that plane turned about z, with encoders' zeros, drives that give way, and no other error."""
+    """Return two links in the x-z plane, or in that plane rotated about z, with errors of encoder zeros and drive compliance only."""
 
     def joint(name, length, zero, stiffness, limits):
         return {
@@ -49,7 +49,7 @@ def planar(turned=0.0, second=("-179.9 deg", "179.9 deg")):
 
 
 def by_hand(q):
-    """Say for one pose of the planar arm where its tool is, its sag and its covariance in the plane, by hand."""
+    """Return the tool position, sag and in-plane covariance of the planar arm for one pose, by hand."""
     one, both = q[0], q[0] + q[1]
     elbow = UPPER * np.array([math.cos(one), math.sin(one)])
     tool = elbow + FORE * np.array([math.cos(both), math.sin(both)])
@@ -60,7 +60,7 @@ def by_hand(q):
 
 
 def below(sag, covariance, level=0.95):
-    """Say which distance a share `level` of a normal vector in the plane stays below, by quadrature over one of its principal directions."""
+    """Return the quantile `level` of the length of a normal vector in the plane, by quadrature over one principal direction."""
     values, axes = np.linalg.eigh(covariance)
     b, s = axes.T @ sag, np.sqrt(np.maximum(values, 1e-30))
 
@@ -69,8 +69,8 @@ def below(sag, covariance, level=0.95):
             y = math.sqrt(max(t * t - x * x, 0.0))
             return math.exp(-(((x - b[1]) / s[1]) ** 2) / 2) * (ndtr((y - b[0]) / s[0]) - ndtr((-y - b[0]) / s[0]))
 
-        near = [x for x in (b[1] - 4 * s[1], b[1], b[1] + 4 * s[1]) if -t < x < t]
-        return quad(part, -t, t, points=near or None, limit=200)[0] / (s[1] * math.sqrt(2 * math.pi))
+        dilated = [x for x in (b[1] - 4 * s[1], b[1], b[1] + 4 * s[1]) if -t < x < t]
+        return quad(part, -t, t, points=dilated or None, limit=200)[0] / (s[1] * math.sqrt(2 * math.pi))
 
     size = math.hypot(*sag) + 4 * math.sqrt(values.sum())
     return brentq(lambda t: share(t) - level, 1e-3 * size, 2 * size, xtol=1e-9)
@@ -78,12 +78,12 @@ def below(sag, covariance, level=0.95):
 
 @pytest.fixture(scope="module")
 def plane():
-    """Map the planar arm, with a target and a place for work."""
-    return zones(planar(), Wish(cell=0.04, by="best", target=2.5e-3, box=(0.2, 0.0, 0.1), poses=16384, per_cell=12))
+    """Map the planar arm, with a target and a box to be placed."""
+    return map_workspace(planar(), MapRequest(cell=0.04, by="best", target=2.5e-3, box=(0.2, 0.0, 0.1), poses=16384, per_cell=12))
 
 
 def test_figures_are_the_closed_form(plane):
-    """Best, mean and worst of a cell are those of its poses' sag and covariance, and lie in that order."""
+    """Best, mean and worst of a cell follow from its poses' sag and covariance, and are in that order."""
     reached = plane.reached
     rng = np.random.default_rng(5)
     for cell in rng.choice(np.unique(reached.cell), 12, replace=False):
@@ -99,12 +99,12 @@ def test_figures_are_the_closed_form(plane):
     assert (low <= middle).all()
     assert (middle <= high).all()
     assert (low < high).any()
-    assert plane.looked.errors.valid.all()
+    assert plane.evaluated.errors.valid.all()
     assert not plane.uncertain.any()
 
 
 def test_both_elbows_are_looked_at(plane):
-    """Sag differs with the elbow up and down: nearly every cell has poses of both kinds."""
+    """Sag differs between elbow up and down, and nearly every cell has poses of both kinds."""
     reached = plane.reached
     both = [len(set(np.sign(reached.q[reached.cell == cell, 1]))) == 2 for cell in np.unique(reached.cell)]
     assert np.mean(both) > 0.9
@@ -112,10 +112,10 @@ def test_both_elbows_are_looked_at(plane):
 
 @pytest.mark.parametrize("edge", [0.05, pytest.param(0.013, marks=pytest.mark.slow)])
 def test_no_cell_in_reach_is_missed(edge):
-    """Every cell whose middle lies in the annulus that the arm can reach has poses, and was reached in its middle; few samples or many."""
-    found = reach(planar(), 2048, edge, 4, 1)
+    """Every cell with its centre in the reachable annulus has poses and was reached at its centre, from few samples or many."""
+    found = reachable_cells(planar(), 2048, edge, 4, 1)
     grid = found.grid
-    x, z = np.meshgrid(grid.along(0), grid.along(2), indexing="ij")
+    x, z = np.meshgrid(grid.centres_along(0), grid.centres_along(2), indexing="ij")
     from_base = np.hypot(x, z)
     inside = (from_base > UPPER - FORE + 1e-3 * edge) & (from_base < UPPER + FORE - 1e-3 * edge)
     inside &= np.abs(from_base - (UPPER - FORE)) > 2e-6  # folded further than the second joint goes
@@ -130,14 +130,14 @@ def test_no_cell_in_reach_is_missed(edge):
     assert np.count_nonzero(inside) == count
     assert grid.dimensions == 2
     assert np.allclose(found.points[:, 1], 0, atol=1e-12)
-    assert np.array_equal(grid.number(found.points), found.cell)
+    assert np.array_equal(grid.cell_numbers(found.points), found.cell)
     middle = grid.centres(found.cell)
     there = found.centre.ravel()[found.cell]
     assert (np.abs(found.points - middle)[there] < 1e-3 * edge).all()
 
 
 def best_below(points):
-    """Say for points (point, 2) in the annulus the 95 % distance by the better elbow; the quadrature is held to the closed form above."""
+    """Return the 95 % distance at points (point, 2) in the annulus by the better elbow; the quadrature agrees with the closed form above."""
     sags, wide = np.zeros((2, len(points), 3)), np.zeros((2, len(points), 3, 3))
     for k, (x, z) in enumerate(points):
         bend = math.acos((x * x + z * z - UPPER**2 - FORE**2) / (2 * UPPER * FORE))
@@ -151,23 +151,23 @@ def best_below(points):
 
 
 def test_size_and_share_hold_the_closed_form(plane):
-    """The annulus' area lies in its interval; so does the share within the target, by a fine grid of closed forms."""
+    """The interval of the size contains the area of the annulus, that of the share within the target the share of a fine grid of closed forms."""
     area = math.pi * ((UPPER + FORE) ** 2 - (UPPER - FORE) ** 2)
     assert plane.size.low < area < plane.size.high
     assert plane.size.value == pytest.approx(area, rel=0.01)
     x, z = np.meshgrid(np.arange(-0.79, 0.8, 0.02), np.arange(-0.79, 0.8, 0.02))
     r = np.hypot(x, z)
     fine = best_below(np.column_stack([each[(r > UPPER - FORE) & (r < UPPER + FORE)] for each in (x, z)]))
-    share = plane.within.share
-    assert share.low <= np.mean(fine <= plane.within.target) <= share.high
+    share = plane.within_target.share
+    assert share.low <= np.mean(fine <= plane.within_target.target) <= share.high
     assert share.high - share.low < 0.3
     assert 0.05 < share.value < 0.95
 
 
 def test_cells_are_judged_at_their_middles(plane):
-    """The best of each cell whose middle is in reach is the closed form's better elbow there."""
+    """The best of each cell with its centre in reach is the closed form of the better elbow there."""
     at = np.argwhere(plane.reached.centre[:, 0, :])
-    points = np.column_stack([plane.reached.grid.along(axis)[at[:, k]] for k, axis in enumerate((0, 2))])
+    points = np.column_stack([plane.reached.grid.centres_along(axis)[at[:, k]] for k, axis in enumerate((0, 2))])
     found = plane.figures[QUANTILE, 0, at[:, 0], 0, at[:, 1]]
     ratio = found / best_below(points)
     assert (np.abs(ratio - 1) < 5e-3).mean() > 0.9
@@ -176,48 +176,48 @@ def test_cells_are_judged_at_their_middles(plane):
 
 
 def test_a_box_stands_where_it_is_said_to(plane):
-    """All of the best box is within reach; by closed form the better elbow errs there as the map says, and all over it as the look afresh says."""
-    box = plane.boxes.found[0]
-    assert box.afresh_reached == box.afresh_points == 6 * 4
+    """All of the best placement is in reach; the closed form of the better elbow gives the map's errors there, and those of the validation points."""
+    box = plane.placements.best[0]
+    assert box.validation_reached == box.validation_points == 6 * 4
     x, z = np.meshgrid(np.linspace(-0.1, 0.1, 6), np.linspace(-0.05, 0.05, 4))
-    assert box.afresh_worst == pytest.approx(best_below(box.centre[[0, 2]] + np.column_stack([x.ravel(), z.ravel()])).max(), rel=0.05)
+    assert box.validated_worst == pytest.approx(best_below(box.centre[[0, 2]] + np.column_stack([x.ravel(), z.ravel()])).max(), rel=0.05)
     middles = plane.reached.grid.centres(box.cells)[:, [0, 2]]
     assert box.worst == pytest.approx(best_below(middles).max(), rel=0.05)
-    taken = np.concatenate([each.cells for each in plane.boxes.found])
-    assert len(plane.boxes.found) == 3
+    taken = np.concatenate([each.cells for each in plane.placements.best])
+    assert len(plane.placements.best) == 3
     assert len(np.unique(taken)) == len(taken)
-    assert [each.worst for each in plane.boxes.found] == sorted(each.worst for each in plane.boxes.found)
+    assert [each.worst for each in plane.placements.best] == sorted(each.worst for each in plane.placements.best)
 
 
 def test_budgets_add_up(plane):
-    """Shares of every zone add to one, and each is the mean square of the poses that its figures rest on: here the best of each cell."""
+    """Shares of every zone sum to one, and each zone has the mean square of the poses on which its figures are based."""
     assert [each.zone for each in plane.budgets] == ["best box", "within the target", "all cells"]
     for each in plane.budgets:
         assert sum(cost.share for cost in each.costs) == pytest.approx(1, abs=1e-12)
         assert each.poses == each.cells
-    which = plane.looked.poses_of(plane.boxes.found[0].cells, "best", plane.figures.reshape(2, 3, -1))
+    which = plane.evaluated.poses_of(plane.placements.best[0].cells, "best", plane.figures.reshape(2, 3, -1))
     squares = [sag @ sag + np.trace(covariance) for _, sag, covariance in map(by_hand, plane.reached.q[which])]
     assert plane.budgets[0].rms == pytest.approx(math.sqrt(np.mean(squares)), rel=1e-9)
 
 
 def test_threads_change_no_bit(plane):
-    """Whatever the threads, every number is the same."""
-    other = zones(planar(), Wish(cell=0.04, by="best", target=2.5e-3, box=(0.2, 0.0, 0.1), poses=16384, per_cell=12), threads=3)
+    """Every number is the same for any number of threads."""
+    other = map_workspace(planar(), MapRequest(cell=0.04, by="best", target=2.5e-3, box=(0.2, 0.0, 0.1), poses=16384, per_cell=12), threads=3)
     assert np.array_equal(plane.figures, other.figures, equal_nan=True)
     assert np.array_equal(plane.reached.q, other.reached.q)
-    assert plane.within.share == other.within.share
+    assert plane.within_target.share == other.within_target.share
     assert plane.budgets == other.budgets
-    for one, two in zip(plane.boxes.found, other.boxes.found, strict=True):
+    for one, two in zip(plane.placements.best, other.placements.best, strict=True):
         assert all(np.array_equal(getattr(one, field.name), getattr(two, field.name)) for field in dataclasses.fields(one))
 
 
 def test_turning_the_base_turns_the_map(plane):
-    """The arm's plane turned by 90° gives the same cells in the other plane; where poses were sampled, the same figures to rounding."""
-    other = zones(planar(90), Wish(cell=0.04, by="best", poses=16384, per_cell=12))
+    """The arm's plane rotated by 90° gives the same cells in the other plane, and the same figures for sampled poses, to rounding."""
+    other = map_workspace(planar(90), MapRequest(cell=0.04, by="best", poses=16384, per_cell=12))
     assert np.array_equal(plane.reached.counts[:, 0, :] > 0, other.reached.counts[0] > 0)
-    sampled = ~np.isin(np.arange(plane.shown.size), plane.reached.cell[plane.reached.brought]).reshape(plane.shown.shape)[:, 0, :]
+    sampled = ~np.isin(np.arange(plane.selected.size), plane.reached.cell[plane.reached.brought]).reshape(plane.selected.shape)[:, 0, :]
     assert sampled.sum() > 300
-    for by in range(len(BYS)):
+    for by in range(len(CONFIGURATIONS)):
         one, two = plane.figures[QUANTILE, by, :, 0, :], other.figures[QUANTILE, by, 0]
         assert np.allclose(one[sampled], two[sampled], rtol=1e-9, equal_nan=True)
         assert np.nanmedian(np.abs(one / two - 1)) < 1e-9
@@ -225,20 +225,20 @@ def test_turning_the_base_turns_the_map(plane):
 
 @pytest.mark.slow
 def test_a_half_turn_of_a_spatial_arm_turns_its_map(arm):
-    """An arm in space on a base turned by 180°: the grid, the reach and the figures of sampled cells turn with it."""
-    wish = Wish(cell=0.1, poses=16384, per_cell=4)
+    """For a spatial arm on a base rotated by 180°, grid, reach and figures of sampled cells rotate with it."""
+    request = MapRequest(cell=0.1, poses=16384, per_cell=4)
     first = arm.joints[0].model_copy(update={"origin": Frame(rpy=(0.0, 0.0, math.pi))})
     turned = Arm(name="turned", joints=(first, *arm.joints[1:]), payload=arm.payload)
-    one, two = zones(arm, wish), zones(turned, wish)
+    one, two = map_workspace(arm, request), map_workspace(turned, request)
     assert one.reached.grid.shape == two.reached.grid.shape
-    a, b = one.shown, two.shown[::-1, ::-1, :]
+    a, b = one.selected, two.selected[::-1, ::-1, :]
     assert np.array_equal(np.isfinite(a), np.isfinite(b))
     close = np.isclose(a, b, rtol=1e-6)
     assert close[np.isfinite(a)].mean() > 0.99
 
 
 def test_sliding_windows_are_brute_force():
-    """Worst and mean under every footprint, holes included, are those of trying each place by itself."""
+    """Worst and mean under every footprint, holes included, equal those of a separate evaluation of each placement."""
     rng = np.random.default_rng(3)
     field = rng.random((9, 8, 6))
     field[rng.random(field.shape) < 0.03] = np.inf
@@ -250,7 +250,7 @@ def test_sliding_windows_are_brute_force():
         ((0.0, 0.3, 0.2), 0.0),
     ):
         cover = footprint(size, yaw, 0.1)
-        worst, mean = (judged(field, cover, by_mean=by_mean) for by_mean in (False, True))
+        worst, mean = (placement_scores(field, cover, by_mean=by_mean) for by_mean in (False, True))
         for at in np.ndindex(field.shape):
             part = tuple(slice(i, i + n) for i, n in zip(at, cover.shape, strict=True))
             fits = all(i + n <= m for i, n, m in zip(at, cover.shape, field.shape, strict=True))
@@ -261,7 +261,7 @@ def test_sliding_windows_are_brute_force():
 
 @pytest.mark.parametrize("yaw", YAWS[1:])
 def test_a_turned_footprint_holds_the_box(yaw):
-    """Every point of the turned box lies in a cell of its footprint, and every cell of the footprint holds or nearly holds one."""
+    """Every point of the rotated box is in a cell of its footprint, and every cell of the footprint contains, or nearly contains, one."""
     size, edge = np.array([0.43, 0.17, 0.1]), 0.05
     cover = footprint(size, yaw, edge)[:, :, 0]
     u, v = np.meshgrid(np.linspace(-0.5, 0.5, 801) * size[0], np.linspace(-0.5, 0.5, 801) * size[1])
@@ -274,24 +274,24 @@ def test_a_turned_footprint_holds_the_box(yaw):
 
 
 def test_a_box_too_large_is_said_to_be(plane):
-    """Where no place holds the box the largest of its proportions is told: that one fits, and one a cell wider does not."""
-    figures = plane.shown
-    found = best_boxes(planar(), plane.reached, figures, (1.2, 0.0, 1.2))
-    assert not found.found
+    """Where no placement is in reach the largest box of the proportions is reported; it fits, and one a cell wider does not."""
+    figures = plane.selected
+    found = best_placements(planar(), plane.reached, figures, (1.2, 0.0, 1.2))
+    assert not found.best
     assert found.largest is not None
     # Beside the hole the largest square in an annulus of 0.2 to 0.8 m reaches from 0.2 m to the circle of 0.8 m.
     ideal = brentq(lambda a: math.hypot(0.2 + a, a / 2) - 0.8, 0.1, 0.8)
     assert ideal - 0.1 <= found.largest[0] <= ideal + 1e-9
-    again = best_boxes(planar(), plane.reached, figures, tuple(found.largest))
-    assert again.found
-    assert not best_boxes(planar(), plane.reached, figures, tuple(found.largest * 1.02)).found
+    again = best_placements(planar(), plane.reached, figures, tuple(found.largest))
+    assert again.best
+    assert not best_placements(planar(), plane.reached, figures, tuple(found.largest * 1.02)).best
     with pytest.raises(InputError, match="cannot leave y = 0 mm"):
-        best_boxes(planar(), plane.reached, figures, (0.2, 0.1, 0.1))
+        best_placements(planar(), plane.reached, figures, (0.2, 0.1, 0.1))
 
 
 @pytest.mark.parametrize("size", [(1e-6, 0.0, 0.3), (1e3, 0.0, 1e3)])
 def test_no_footprint_is_larger_than_the_grid(plane, monkeypatch, size):
-    """A box with one side next to nothing, or far too large, is looked for without footprints that no grid holds."""
+    """A box with a tiny side, or far too large, is placed without footprints larger than the grid."""
     grid = plane.reached.grid
 
     def small(size, yaw, edge):
@@ -299,50 +299,50 @@ def test_no_footprint_is_larger_than_the_grid(plane, monkeypatch, size):
         return footprint(size, yaw, edge)
 
     monkeypatch.setattr("lostmotion.analyses.workspace_map.placement.footprint", small)
-    found = best_boxes(planar(), plane.reached, plane.shown, size)
-    assert bool(found.found) == (max(size) < 1)
-    assert found.tried > 0 or not found.found
+    found = best_placements(planar(), plane.reached, plane.selected, size)
+    assert bool(found.best) == (max(size) < 1)
+    assert found.tried > 0 or not found.best
     assert found.largest is not None
     assert found.largest[2] / found.largest[0] == pytest.approx(size[2] / size[0])
 
 
 def test_cells_that_spread_beyond_the_sampled_ones_are_counted(monkeypatch):
-    """Few sampled poses lead to many cells: those, too, are refused where their poses would be too many."""
+    """Few sampled poses lead to many cells, which are refused too where their poses would be too many."""
     monkeypatch.setattr("lostmotion.analyses.workspace_map.reach.MOST_POSES", 1000)
     with pytest.raises(InputError, match="at most 1000 poses"):
-        reach(planar(), 16, 0.05, 4, 1)
+        reachable_cells(planar(), 16, 0.05, 4, 1)
 
 
 def test_boxes_keep_clear(plane):
-    """A box keeps off the base's axis and above the floor where that is asked for."""
+    """A box keeps the requested clearance from the base's axis and stays above the floor."""
     grid = plane.reached.grid
-    allowed = keeping_clear(grid, 0.4, 0.1)
-    found = best_boxes(planar(), plane.reached, plane.shown, (0.2, 0.0, 0.1), allowed)
-    for box in found.found:
+    allowed = clear_cells(grid, 0.4, 0.1)
+    found = best_placements(planar(), plane.reached, plane.selected, (0.2, 0.0, 0.1), allowed)
+    for box in found.best:
         assert abs(box.centre[0]) - 0.1 >= 0.4 - 1e-9
         assert box.centre[2] - 0.05 >= 0.1 - 1e-9
-    assert found.found[0].worst >= plane.boxes.found[0].worst
+    assert found.best[0].worst >= plane.placements.best[0].worst
 
 
 def test_cells_are_counted_from_the_base():
-    """The same edge gives the same cells whatever the points; the extent says the default; too small a cell is refused with one that does."""
+    """The same edge gives the same cells for any points; the extent sets the default; too small a cell is refused with a valid example."""
     rng = np.random.default_rng(1)
     points = rng.normal(size=(1000, 3))
-    grid, wider = grid_over(points, 0.1), grid_over(1.3 * points, 0.1)
-    assert np.allclose(grid.centres(grid.number(points)), wider.centres(wider.number(points)), atol=1e-12)
-    assert (np.abs(points - grid.centres(grid.number(points))) <= 0.05 + 1e-12).all()
-    assert grid.around(grid.number(points)).shape <= grid.shape
-    assert grid_over(points).edge in (0.1, 0.2, 0.5)
+    grid, wider = grid_around(points, 0.1), grid_around(1.3 * points, 0.1)
+    assert np.allclose(grid.centres(grid.cell_numbers(points)), wider.centres(wider.cell_numbers(points)), atol=1e-12)
+    assert (np.abs(points - grid.centres(grid.cell_numbers(points))) <= 0.05 + 1e-12).all()
+    assert grid.cropped_to(grid.cell_numbers(points)).shape <= grid.shape
+    assert grid_around(points).edge in (0.1, 0.2, 0.5)
     with pytest.raises(InputError, match="cell") as caught:
-        grid_over(points, 0.001)
-    grid_over(points, float(caught.value.problems[0].example.split('"')[1].removesuffix(" mm")) / 1e3)
+        grid_around(points, 0.001)
+    grid_around(points, float(str(dict(caught.value.problems[0].passing)["cell"]).removesuffix(" mm")) / 1e3)
     cells = np.zeros((5, 1, 5), bool)
     cells[1:4, 0, 1:4] = True
-    assert within(cells, np.array([False, True, False])).sum() == 1
+    assert interior(cells, np.array([False, True, False])).sum() == 1
 
 
 @pytest.mark.parametrize(
-    "wish",
+    "arguments",
     [
         {"by": "median"},
         {"level": 1.0},
@@ -358,16 +358,16 @@ def test_cells_are_counted_from_the_base():
         {"clear": 0.2},
     ],
 )
-def test_what_cannot_be_asked_is_refused(wish):
-    """One clear message each."""
+def test_what_cannot_be_asked_is_refused(arguments):
+    """Invalid arguments are refused, in one clear message each."""
     with pytest.raises(InputError):
-        Wish(**wish)
+        MapRequest(**arguments)
 
 
 def test_poses_without_a_valid_figure_are_left_out_where_a_cell_has_others(monkeypatch):
-    """An uncertain figure counts only in cells that have no other, which say so."""
+    """An invalid figure counts only in cells without others, which are marked."""
     arm = planar()
-    plain = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
+    plain = map_workspace(arm, MapRequest(cell=0.1, by="worst", poses=1024, per_cell=3))
 
     def unsure(arm, poses, **options):
         found = analytic(arm, poses, **options)
@@ -375,14 +375,14 @@ def test_poses_without_a_valid_figure_are_left_out_where_a_cell_has_others(monke
         return dataclasses.replace(found, quantiles_uncertainty=off)
 
     monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", unsure)
-    found = zones(arm, Wish(cell=0.1, by="worst", poses=1024, per_cell=3))
-    reached, errors = found.reached, found.looked.errors
+    found = map_workspace(arm, MapRequest(cell=0.1, by="worst", poses=1024, per_cell=3))
+    reached, errors = found.reached, found.evaluated.errors
     lost = reached.q[:, 1] > 0
     assert np.array_equal(errors.valid, ~lost)
-    only = np.bincount(reached.cell[~lost], minlength=found.shown.size) == 0
-    cells = only.reshape(found.shown.shape) & np.isfinite(found.shown)
-    both = ~only.reshape(found.shown.shape) & np.isfinite(found.shown)
+    only = np.bincount(reached.cell[~lost], minlength=found.selected.size) == 0
+    cells = only.reshape(found.selected.shape) & np.isfinite(found.selected)
+    both = ~only.reshape(found.selected.shape) & np.isfinite(found.selected)
     assert cells.any()
     assert np.array_equal(found.uncertain, cells)
-    assert (found.shown[both] <= plain.shown[both]).all()
-    assert found.shown[cells] == pytest.approx(plain.shown[cells])
+    assert (found.selected[both] <= plain.selected[both]).all()
+    assert found.selected[cells] == pytest.approx(plain.selected[cells])

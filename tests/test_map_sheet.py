@@ -1,4 +1,4 @@
-"""An accuracy map from the file to the folder: what is asked, said, drawn and written."""
+"""An accuracy map from the file to the folder: arguments, sheet, plots and files."""
 
 import io
 import json
@@ -16,9 +16,10 @@ from rich.console import Console
 import lostmotion
 from lostmotion import Arm
 from lostmotion.analyses.workspace_map.cell_statistics import QUANTILE
-from lostmotion.analyses.workspace_map.plots import zones_plots
-from lostmotion.analyses.workspace_map.radial import radial, vertical_axis
+from lostmotion.analyses.workspace_map.plots import map_plots
+from lostmotion.analyses.workspace_map.radial import radial_section, vertical_axis
 from lostmotion.analyses.workspace_map.surfaces import level_surface
+from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import find_row, length
@@ -41,32 +42,38 @@ def mapped():
 
 
 def test_the_sheet_says_what_was_found(mapped):
-    """Figures on the sheet are the map's own; every plot belongs to a section; the plain data is JSON without NaN."""
+    """Figures on the sheet are those of the map; every plot belongs to a section; the plain data is JSON without NaN."""
     sheet, found = mapped.sheet, mapped
     known = found.figures[QUANTILE, 2][found.centre]
     for cell, value in (("most accurate cell", known.min()), ("median cell", np.median(known)), ("least accurate cell", known.max())):
-        row = find_row(sheet.sections, "map", f"95 % below, worst, {cell}")
+        row = find_row(sheet.sections, "map", f"95th percentile, worst, {cell}")
         assert row.figures[0].value == pytest.approx(1e3 * value)
         assert row.figures[0].low <= row.figures[0].value
         assert math.isnan(row.figures[0].high)  # how much worse other configurations are is not known
     share, size = find_row(sheet.sections, "within", "within 1 mm").figures
-    assert share.value == pytest.approx(100 * np.mean(found.afresh.figures[QUANTILE, 2] <= 1e-3))
+    assert share.value == pytest.approx(100 * np.mean(found.validation.figures[QUANTILE, 2] <= 1e-3))
     assert share.low < share.value < share.high
     assert size.low < size.value < size.high
     assert abs(share.value - 100 * np.mean(known <= 1e-3)) < 10
     columns = next(section for section in sheet.sections if section.key == "budget")
     for k in range(len(columns.columns)):
         assert sum(row.figures[k].value for row in columns.rows[1:]) == pytest.approx(100)
-    assert {plot.section for plot in zones_plots(found)} <= {section.key for section in sheet.sections}
-    assert find_row(sheet.sections, "reach", "cells reached").figures[0].value == np.isfinite(found.shown).sum()
-    box = found.boxes.found[0]
-    assert f"around {', '.join(f'{a} {v * 1e3:.0f}' for a, v in zip('xyz', box.centre, strict=True))} mm" in sheet.verdict
+    assert {plot.section for plot in map_plots(found)} <= {section.key for section in sheet.sections}
+    assert find_row(sheet.sections, "reach", "cells reached").figures[0].value == np.isfinite(found.selected).sum()
+    box = found.placements.best[0]
+    assert f"centred at {', '.join(f'{a} {v * 1e3:.0f}' for a, v in zip('xyz', box.centre, strict=True))} mm" in sheet.verdict
     json.dumps(mapped.result(), allow_nan=False)
     assert "AccuracyMap of 'Z-arm'" in repr(mapped)
 
 
+@pytest.mark.parametrize(("level", "name"), [(0.95, "95th"), (0.5, "50th"), (0.91, "91st"), (0.82, "82nd"), (0.63, "63rd"), (0.997, "99.7th")])
+def test_a_quantile_is_named_as_a_percentile(mapped, level, name):
+    """Ordinal numbers end as in English."""
+    assert percentile_label(replace(mapped, evaluated=replace(mapped.evaluated, level=level))) == f"{name} percentile"
+
+
 def test_every_figure_of_a_map_has_its_interval(mapped):
-    """Cells, shares, sizes, places and the volume have ends, one side open where nothing is known; counts are whole numbers."""
+    """Cells, shares, sizes, placements and the volume have intervals, one-sided where a bound is unknown; counts are integers."""
     for section in mapped.sheet.sections:
         if section.key in {"map", "within", "places"}:
             for note, figure in ((row.note, figure) for row in section.rows for figure in row.figures):
@@ -80,7 +87,7 @@ def test_every_figure_of_a_map_has_its_interval(mapped):
 
 
 def test_a_narrow_screen_cuts_no_word(mapped):
-    """At 80 columns no heading ends in dots, and no remark is broken within a word."""
+    """At 80 columns no heading is truncated, and no note is broken within a word."""
     page = io.StringIO()
     print_sheet(mapped.sheet, Console(file=page, width=80))
     lines = page.getvalue().splitlines()
@@ -91,23 +98,23 @@ def test_a_narrow_screen_cuts_no_word(mapped):
 
 
 def test_plots_show_the_map(mapped):
-    """Slices hold the cells of their height with equal axes and one colour scale; each has the target's line; the surfaces are within the reach."""
+    """Slices show the cells of their height with equal axes, one colour scale and the target's contour; isosurfaces are within reach."""
     found = mapped
     at = np.array([0.4, 0.1, 0.64])
-    plots = {plot.key: plot.figure for plot in zones_plots(found, at)}
+    plots = {plot.key: plot.figure for plot in map_plots(found, at)}
     assert set(plots) == {"slice-xy", "slice-xz", "slice-yz", "surfaces", "share", "budget"}
     grid = found.reached.grid
     for key, axis in (("slice-xy", 2), ("slice-xz", 1), ("slice-yz", 0)):
         heat, line = plots[key].data[0], plots[key].data[1]
-        index = int(np.argmin(np.abs(grid.along(axis) - at[axis])))
-        assert np.allclose(np.asarray(heat.z), 1e3 * np.take(found.shown, index, axis=axis).T, rtol=1e-6, equal_nan=True)
+        index = int(np.argmin(np.abs(grid.centres_along(axis) - at[axis])))
+        assert np.allclose(np.asarray(heat.z), 1e3 * np.take(found.selected, index, axis=axis).T, rtol=1e-6, equal_nan=True)
         assert plots[key].layout.yaxis.scaleanchor == "x"
-        assert heat.colorbar.title.text == "95 % below, worst configuration [mm]"
-        assert (heat.zmin, heat.zmax) == (1e3 * np.nanmin(found.shown), 1e3 * np.nanmax(found.shown))
+        assert heat.colorbar.title.text == "95th percentile, worst configuration [mm]"
+        assert (heat.zmin, heat.zmax) == (1e3 * np.nanmin(found.selected), 1e3 * np.nanmax(found.selected))
         assert line.contours.start == 1.0
-        assert f"{grid.along(axis)[index] * 1e3:.4g} mm" in plots[key].layout.title.text
+        assert f"{grid.centres_along(axis)[index] * 1e3:.4g} mm" in plots[key].layout.title.text
     for mesh in plots["surfaces"].data[:-1]:
-        assert np.min(mesh.y) >= 1e3 * grid.along(1)[0]
+        assert np.min(mesh.y) >= 1e3 * grid.centres_along(1)[0]
         assert len(mesh.i)
     assert plots["surfaces"].layout.scene.aspectmode == "data"
     curve = plots["share"].data[2]
@@ -116,24 +123,24 @@ def test_plots_show_the_map(mapped):
 
 
 def test_the_map_is_written_with_names_and_units(mapped, tmp_path):
-    """arrays.nc reads back as the map, each variable with unit and meaning, on the cells' middles; an existing folder is left alone."""
+    """arrays.nc reads back as the map, each variable with unit and meaning, at the cell centres; an existing folder is not overwritten."""
     folder = mapped.report(tmp_path / "out")
     assert sorted(path.name for path in folder.iterdir()) == ["arrays.nc", "report.html", "result.json"]
     data = xarray.load_dataset(io.BytesIO((folder / "arrays.nc").read_bytes()), engine="scipy")
     found = mapped
-    assert np.array_equal(data["error_quantile_worst"], found.shown, equal_nan=True)
-    assert np.array_equal(data["x"], found.reached.grid.along(0))
+    assert np.array_equal(data["error_quantile_worst"], found.selected, equal_nan=True)
+    assert np.array_equal(data["x"], found.reached.grid.centres_along(0))
     assert all(one.attrs["units"] and one.attrs["long_name"] for one in data.variables.values())
     assert set(np.unique(data["place"])) <= {0, 1, 2, 3}
-    assert int((data["within_target"] == 1).sum()) == (found.shown <= 1e-3).sum()
+    assert int((data["within_target"] == 1).sum()) == (found.selected <= 1e-3).sum()
     assert float(data.sel(x=0.4, y=0.1, z=0.6, method="nearest")["error_quantile_worst"]) > 0
     with pytest.raises(lostmotion.OutputExistsError):
         mapped.report(tmp_path / "out")
 
 
 def test_turned_places_hold_the_box(mapped):
-    """Whatever their yaw, places keep above the floor and share no cell."""
-    places = mapped.boxes.found
+    """Placements with any yaw stay above the floor and share no cell."""
+    places = mapped.placements.best
     assert places
     assert all(box.centre[2] - box.size[2] / 2 >= 0.2 - 1e-9 for box in places)
     cells = np.concatenate([box.cells for box in places])
@@ -141,7 +148,7 @@ def test_turned_places_hold_the_box(mapped):
 
 
 def test_surfaces_are_where_the_value_is():
-    """The surface of a linear field is its plane, that of a distance a sphere, closed, with its area; unknown corners are left out."""
+    """The isosurface of a linear field is its plane, that of a distance a closed sphere with its area; cubes with unknown corners are excluded."""
     x, y, z = np.meshgrid(*[np.arange(24.0)] * 3, indexing="ij")
     vertices, faces = level_surface(x + 2 * y - z, 13.3)
     assert np.allclose(vertices @ [1, 2, -1], 13.3)
@@ -160,21 +167,21 @@ def test_surfaces_are_where_the_value_is():
 
 
 def test_a_first_axis_that_turns_fully_has_a_radial_section():
-    """With a vertical first axis that turns through 360° a map has a section by radius: the UR5e's; the paper's arm turns by ±170°."""
+    """A vertical first axis with 360° gives a radial section, as for the UR5e; the paper's arm with ±170° has none."""
     assert vertical_axis(lostmotion.read(Z_ARM)) is None
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     assert vertical_axis(arm) == pytest.approx((0, 0), abs=1e-9)
     found = lostmotion.map(arm, cell=0.2, by="best", poses=4096, per_cell=3)
-    section = radial(found)
+    section = radial_section(found)
     known = np.isfinite(section.values)
-    assert np.nanmin(section.values) == np.nanmin(found.shown)
+    assert np.nanmin(section.values) == np.nanmin(found.selected)
     away = np.hypot(found.reached.points[:, 0], found.reached.points[:, 1])
     assert known.any(axis=1).sum() == math.ceil(away.max() / 0.2)
-    assert "radial" in {plot.key for plot in zones_plots(found)}
+    assert "radial" in {plot.key for plot in map_plots(found)}
 
 
 def test_a_planar_arm_has_one_slice():
-    """An arm whose tool stays in a plane has a map of that plane, areas instead of volumes, and no surfaces."""
+    """An arm in a plane has a map of that plane, areas instead of volumes, and no isosurfaces."""
     links = [
         {
             "name": name,
@@ -187,7 +194,7 @@ def test_a_planar_arm_has_one_slice():
         for name in "AB"
     ]
     mapped = lostmotion.map(Arm.model_validate({"name": "plane", "joints": links}), cell=0.05, poses=1024, per_cell=3, box=(0.1, 0, 0.1))
-    assert {plot.key for plot in zones_plots(mapped)} == {"slice-xz", "share", "budget"}
+    assert {plot.key for plot in map_plots(mapped)} == {"slice-xz", "share", "budget"}
     row = find_row(mapped.sheet.sections, "reach", "area")
     assert row.figures[0].unit == "m²"
     assert row.figures[0].low < row.figures[0].value <= row.figures[0].high
@@ -195,7 +202,7 @@ def test_a_planar_arm_has_one_slice():
 
 
 def test_a_share_and_its_size_agree():
-    """Where all cells are equally accurate every share is the whole, and so is its size."""
+    """Where all cells are equally accurate, every share and its size are those of the whole workspace."""
     slide = {"name": "A", "type": "prismatic", "axis": "x", "limits": (0.0, 0.5), "encoder": {"zero": 1e-5}, "link": {"length": 0.1}}
     asked = lostmotion.map(Arm(name="slide", joints=[slide]), cell=0.05, poses=512, per_cell=2)
     whole = asked.size.value
@@ -207,7 +214,7 @@ def test_a_share_and_its_size_agree():
 
 
 def uncertain(monkeypatch, where):
-    """Let the quantile be uncertain by a fifth at poses whose first joint value passes `where`."""
+    """Make the quantile uncertain by a fifth at poses whose first joint value fulfils `where`."""
 
     def unsure(arm, poses, **more):
         found = analytic(arm, poses, **more)
@@ -218,22 +225,22 @@ def uncertain(monkeypatch, where):
 
 
 def slid(**asked):
-    """Map an arm that slides, of play and of a position that is not well known."""
+    """Map a prismatic arm with backlash and an uncertain zero."""
     encoder, play = {"zero": 1e-4}, {"ratio": 1, "backlash": "50 µm"}
     slide = {"name": "A", "type": "prismatic", "axis": "x", "limits": (0.0, 0.5), "encoder": encoder, "gearbox": play, "link": {"length": 0.1}}
     return lostmotion.map(Arm(name="slide", joints=[slide]), cell=0.05, poses=512, per_cell=2, **asked)
 
 
 def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
-    """Where no figure is valid, intervals hold the uncertainty, a share within a target may be none or all, and the page says so."""
-    target = 1.02 * float(np.nanmax(slid().shown))
+    """Where no figure is valid, intervals contain the uncertainty, a share within a target may be none or all, and the page states it."""
+    target = 1.02 * float(np.nanmax(slid().selected))
     true = slid(target=target).sheet
     assert "100 % (" in true.verdict
     assert not any("without a valid figure" in note for note in true.notes)
     uncertain(monkeypatch, lambda q: q >= -1)
     mapped = slid(target=target)
     found, sheet = mapped, mapped.sheet
-    assert found.uncertain[np.isfinite(found.shown)].all()
+    assert found.uncertain[np.isfinite(found.selected)].all()
     assert any(f"{int(found.uncertain.sum())} cells without a valid figure" in note for note in sheet.notes)
     share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
     assert share.low < 1
@@ -244,8 +251,8 @@ def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
 
 
 def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
-    """Where half of the cells are uncertain, only what rests on them has a wide interval."""
-    target = 0.95 * float(np.nanmin(slid().shown))
+    """With half of the cells uncertain, only figures based on them have a wide interval."""
+    target = 0.95 * float(np.nanmin(slid().selected))
     uncertain(monkeypatch, lambda q: q > 0.25)
     sheet = slid(target=target).sheet
     share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
@@ -254,12 +261,12 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
 
 
 def test_mapping_works_out_of_the_box(tmp_path):
-    """`lostmotion map` prints, writes and ends well; the same input gives the same bytes on other threads; an existing folder is left alone."""
+    """`lostmotion map` prints and writes; the same input gives the same bytes on other threads; an existing folder is not overwritten."""
     words = (Z_ARM, *QUICK, "--target", "1 mm", "--box", "400 x 200 x 200 mm", "--by", "best", "--at", "400 mm, 0 mm, 600 mm")
     first = ran(*words, "--threads", 1, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "z-arm-map/report.html\n" in first.stdout
-    assert "Where work of 400 x 200 x 200 mm should stand" in first.stdout
+    assert "Best placement for a task of 400 x 200 x 200 mm" in first.stdout
     second = ran(*words, "--threads", 3, "--out", "again", cwd=tmp_path)
     assert second.returncode == 0
     for name in ("result.json", "arrays.nc", "report.html"):
@@ -280,7 +287,7 @@ def test_mapping_works_out_of_the_box(tmp_path):
     ],
 )
 def test_what_cannot_be_is_refused(tmp_path, words, said):
-    """One message, exit code 2, nothing written."""
+    """Invalid options give one message and exit code 2, and nothing is written."""
     done = ran(Z_ARM, *words, cwd=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
@@ -288,35 +295,35 @@ def test_what_cannot_be_is_refused(tmp_path, words, said):
 
 
 def test_a_box_that_fits_nowhere_is_said_to():
-    """A box larger than the reach gets no place, and the largest of its proportions is told."""
+    """A box larger than the workspace has no placement, and the largest of its proportions is reported."""
     mapped = lostmotion.map(lostmotion.read(Z_ARM), cell=0.2, poses=4096, per_cell=3, box=(3, 3, 3))
     said = mapped.result()
     assert said["places"] == []
     assert 0 < said["largest_box_m"][0] < 3
-    assert "No place within reach holds 3000 x 3000 x 3000 mm" in mapped.sheet.verdict
+    assert "No placement of 3000 x 3000 x 3000 mm is within reach" in mapped.sheet.verdict
     assert next(section for section in mapped.sheet.sections if section.key == "places").note in mapped.sheet.verdict
 
 
 def test_a_point_beyond_the_reach_is_said_to_be(mapped):
-    """Slices go through the cells nearest to it, with a word; a point that the arm reaches gets none."""
+    """Slices through an unreachable point show the nearest cells, with a note; a reachable point needs none."""
     grid, counts = mapped.reached.grid, mapped.reached.counts
     missed = grid.centres(np.flatnonzero(counts.ravel() == 0)[:1])[0]
     words = [replace(mapped, at=np.array(at)).sheet.notes for at in ((50.0, 0.0, 0.3), missed, mapped.best_place)]
-    assert any("x 50000, y 0, z 300 mm is out of reach" in note for note in words[0])
-    assert any("no pose was found that reaches the cell of the point x " in note for note in words[1])
+    assert any("x 50000, y 0, z 300 mm is outside the map" in note for note in words[0])
+    assert any("no pose found in the cell of the point x " in note for note in words[1])
     assert words[2] == mapped.sheet.notes
 
 
 def test_no_place_for_a_box_is_an_answer_of_its_own(tmp_path):
-    """The folder is written, the verdict goes to standard error, exit code 1: as where no sections hold the limits of `size`."""
+    """Without a placement the folder is written, the verdict goes to standard error, and the exit code is 1."""
     done = ran(Z_ARM, "--cell", "200 mm", "--poses", "64", "--per-cell", "2", "--box", "50 x 50 x 50 m", cwd=tmp_path)
     assert done.returncode == 1
-    assert "No place within reach holds 50000 x 50000 x 50000 mm" in done.stderr
+    assert "No placement of 50000 x 50000 x 50000 mm is within reach" in done.stderr
     assert (tmp_path / "z-arm-map" / "report.html").is_file()
 
 
 def test_python_refuses_unknown_wishes():
-    """Names that are none, and points that are none."""
+    """Unknown names and invalid points are refused."""
     arm = lostmotion.read(Z_ARM)
     with pytest.raises(TypeError, match="bx"):
         lostmotion.map(arm, bx=3)
