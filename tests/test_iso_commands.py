@@ -1,4 +1,4 @@
-"""Which commands are measured readings judged by? Those of the file, of a file of commands, or of a cube that is stated; never of a cube found."""
+"""Commands of measured readings: those of the file, of a file of commands, or of a stated cube; never of a cube found by search."""
 
 import math
 from pathlib import Path
@@ -13,7 +13,7 @@ PLACE = {"cube": "500 mm", "centre": "520 mm, 0 mm, 1050 mm"}
 
 
 def rows_of(folder, *, path, pose):
-    """Write the example's readings at the full load, without their commands: those along the path, those at the poses, or both."""
+    """Write the example's readings at full load without their commands: along the path, at the poses, or both."""
     lines = [line.split(",") for line in LOADS.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
     kept = [line for line in lines[1:] if line[3] == "100" and (path if line[1] else pose)]
     file = folder / "visits.csv"
@@ -30,7 +30,7 @@ def rows_of(folder, *, path, pose):
     ],
 )
 def test_a_cube_found_by_search_commands_nothing(tmp_path, monkeypatch, kinds, said):
-    """Readings without commands are refused once, by file and rows, before a cube is looked for: the largest one is not where the robot was sent."""
+    """Readings without commands are refused once, by file and rows, before a search for a cube, which need not be where the robot was sent."""
     from lostmotion.analyses.iso9283 import largest_cube as search
 
     monkeypatch.setattr(search, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube"))
@@ -40,13 +40,13 @@ def test_a_cube_found_by_search_commands_nothing(tmp_path, monkeypatch, kinds, s
 
 @pytest.fixture(scope="module")
 def stated():
-    """Judge the same readings with the commands that their file states."""
+    """Evaluate the same readings with the commands stated in their file."""
     return lostmotion.iso9283(measured=LOADS).measured.loads[0]
 
 
 @pytest.mark.parametrize("arm", [None, Z_ARM])
 def test_a_stated_cube_commands_its_poses_and_lines(tmp_path, stated, arm):
-    """With the cube stated, with or without an arm, each figure is that of the file which states its commands."""
+    """With a stated cube, with or without an arm, each figure equals that of the file with its own commands."""
     file = rows_of(tmp_path, path=True, pose=True)
     found = lostmotion.iso9283(None if arm is None else lostmotion.read(arm), file, robots=3, visits=2, **PLACE)
     (load,) = found.measured.loads
@@ -57,7 +57,7 @@ def test_a_stated_cube_commands_its_poses_and_lines(tmp_path, stated, arm):
 
 
 def test_poses_in_a_file_of_commands_tell_the_cube(tmp_path, stated):
-    """Commands of P1 to P5 in their own file tell the cube that robots are predicted in, though a path alone was measured."""
+    """Commands of P1 to P5 in their own file define the cube of the predicted robots, even if only a path was measured."""
     rows = {line.split(",")[0]: line.split(",")[7:] for line in LOADS.read_text(encoding="utf-8").splitlines() if line.startswith("P")}
     commands = tmp_path / "commands.csv"
     commands.write_text("pose,x [mm],y [mm],z [mm]\n" + "\n".join(f"{name},{','.join(at)}" for name, at in rows.items()), encoding="utf-8")
@@ -69,7 +69,7 @@ def test_poses_in_a_file_of_commands_tell_the_cube(tmp_path, stated):
 
 
 def test_the_orientation_of_a_stated_cube_is_the_stated_one(tmp_path):
-    """Turns are told against --tool-rpy alone; without it the tool's commanded orientation is not known, whatever robots are predicted with."""
+    """Orientation errors need --tool-rpy; without it the commanded orientation is unknown, whatever the orientation of the predicted robots."""
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     file = tmp_path / "visits.csv"
     points = {"P1": (400, 0, 400), "P2": (360, -40, 360), "P3": (440, -40, 360), "P4": (440, 40, 440), "P5": (360, 40, 440)}
@@ -84,10 +84,10 @@ def test_the_orientation_of_a_stated_cube_is_the_stated_one(tmp_path):
 
 
 def test_an_accuracy_that_no_such_arm_has_is_doubted(tmp_path):
-    """Judged by a cube 37 mm away the sheet says so, with the predicted figure where there is one."""
+    """For a cube stated 37 mm off the sheet warns about the commands, with the predicted figure where there is one."""
     file = rows_of(tmp_path, path=True, pose=True)
     off = {"cube": "500 mm", "centre": "520 mm, 37 mm, 1050 mm"}
     notes = lostmotion.iso9283(measured=file, **off).sheet.notes
-    assert [note for note in notes if "AP_p on the average over poses is 37." in note and "sent to" in note]
+    assert [note for note in notes if "mean AP_p over poses is 37." in note and "sent to" in note]
     beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, visits=2, **off).sheet.notes
-    assert [note for note in beside if "AT_p along P2-P4 is" in note and "95 % of the robots predicted stay below" in note]
+    assert [note for note in beside if "AT_p along P2-P4 is" in note and "above the 95th percentile of the predicted robots" in note]

@@ -1,4 +1,4 @@
-"""Predicted and measured side by side: what is compared, how it is judged, and what is said of the rest."""
+"""Comparison of predicted and measured robots: which figures are compared, how, and the notes on the others."""
 
 import io
 from pathlib import Path
@@ -19,7 +19,7 @@ HEADER = "pose,cycle,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg],xc [mm],yc [mm
 
 
 def written(folder, cube, *, held=None, columns=14):
-    """Write visits to P1 to P5 of a cube, each turned by a degree's share about the base's z; commanded as the arm holds its tool, or `held`."""
+    """Write visits to P1 to P5 of a cube, each rotated by a fraction of a degree about the base's z; commanded as the arm's tool, or `held`."""
     lines = [",".join(HEADER.split(",")[:columns])]
     for cycle in range(1, 6):
         for name, pose in zip(NAMES, cube.poses, strict=True):
@@ -35,32 +35,32 @@ def written(folder, cube, *, held=None, columns=14):
 
 @pytest.fixture(scope="module")
 def arm():
-    """Read the arm with five joints, which holds its tool as it comes."""
+    """Read the arm with five joints, whose orientation follows from the position."""
     return lostmotion.read(EXAMPLES / "z-arm.toml")
 
 
 @pytest.fixture(scope="module")
 def cube(arm):
-    """Stand in a cube of 300 mm."""
+    """Return a cube of 300 mm."""
     return cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.3)
 
 
 def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
-    """An arm of five joints: turns that were measured about the command stand in the sheet, beside the robots', which hold the tool alike."""
+    """For an arm of five joints, orientation errors about the command are listed and compared with robots of the same orientation."""
     found = lostmotion.iso9283(arm, written(tmp_path, cube), robots=20)
     row = find_row(found.sheet.sections, "measured-axes", "P1-c")
     assert row.figures[0].value == pytest.approx(0.023 * 60, abs=1e-4)
     assert row.figures[1].value == pytest.approx(3 * np.std(np.arange(5) * 0.06, ddof=1), rel=1e-3)
     assert {each.name for each in found.compared} >= {"AP_a", "AP_b", "AP_c", "RP_a", "RP_b", "RP_c"}
     assert find_row(found.sheet.sections, "compared", "RP_c, P1") is not None
-    # Tools held in several orientations tell a tool frame too; robots predicted are fitted by a base alone.
-    assert found.measured.loads[0].fit.told > 6
+    # Several orientations determine a tool frame too; predicted robots are fitted with a base frame only.
+    assert found.measured.loads[0].fit.rank > 6
     assert "AP_p fitted" not in {each.name for each in found.compared}
-    assert any("tell a tool frame too" in note for note in found.sheet.notes)
+    assert any("fitted with base and tool frame" in note for note in found.sheet.notes)
 
 
 def test_a_tool_held_otherwise_is_shown_and_not_compared(arm, cube, tmp_path):
-    """Measured as the arm does not hold it: the turns stand in the sheet, and it is said why nothing is set beside them."""
+    """Orientations other than the arm's are listed but not compared, with a note."""
     found = lostmotion.iso9283(arm, written(tmp_path, cube, held=Rotation.from_euler("x", 40, degrees=True).as_matrix()), robots=20)
     assert find_row(found.sheet.sections, "measured-axes", "P1-c").figures[0].value == pytest.approx(0.023 * 60, abs=1e-4)
     assert {each.name for each in found.compared} >= {"AP_p", "RP_l", "AP_x", "AP_p fitted"}
@@ -69,7 +69,7 @@ def test_a_tool_held_otherwise_is_shown_and_not_compared(arm, cube, tmp_path):
 
 
 def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
-    """Orientations without commanded ones: RP_a,b,c about their average, AP_a,b,c not known, and it is said which columns are missing."""
+    """Orientations without commands have RP_a,b,c about their mean, unknown AP_a,b,c, and a note on the missing columns."""
     found = lostmotion.iso9283(measured=written(tmp_path, cube, columns=11))
     whole = lostmotion.iso9283(measured=written(tmp_path, cube))
     row, beside = (find_row(each.sheet.sections, "measured-axes", "P3-c") for each in (found, whole))
@@ -81,12 +81,12 @@ def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
 
 @pytest.fixture(scope="module")
 def loads(arm):
-    """Judge the example's robot under two loads."""
+    """Evaluate the example's robot under two loads."""
     return lostmotion.iso9283(arm, LOADS, robots=60, instrument=5e-6)
 
 
 def test_signed_parts_of_ap_are_compared(loads):
-    """AP_x, AP_y, AP_z have a table of their own, judged by sign: a robot off the other way lies outside however small it is."""
+    """AP_x, AP_y, AP_z have a signed comparison of their own: the wrong sign is outside, however small the error."""
     rows = next(section for section in loads.sheet.sections if section.key == "compared-axes").rows
     assert [row.label for row in rows] == [f"AP_{axis}, {pose}" for axis in "xyz" for pose in NAMES]
     one = next(each for each in loads.compared if (each.name, each.pose, each.load) == ("AP_y", "P1", 1.0))
@@ -98,7 +98,7 @@ def test_signed_parts_of_ap_are_compared(loads):
 
 
 def test_at_80_columns_a_word_stands_in_the_row(loads):
-    """Two loads, each in its table: high and low stand beside the value; nothing is told line by line below."""
+    """With two loads in separate tables, high and low are printed in the row of the value, not below the table."""
     screen = Console(width=80, record=True, file=io.StringIO())
     print_sheet(loads.sheet, screen)
     lines = screen.export_text().splitlines()
@@ -111,18 +111,18 @@ def test_at_80_columns_a_word_stands_in_the_row(loads):
 
 
 def test_the_sheet_says_that_thirty_visits_read_low(loads):
-    """Beside RP_l stands what a normal scatter would show of 30 visits, and its limit, larger: 2.2 % where it is round."""
+    """The note on RP_l states the expectation for 30 visits and its larger limit, 2.2 % for isotropic scatter."""
     for sheet in loads.predicted.loads:
         assert (sheet.limit > 1.02 * sheet.expected).all()
         note = next(section for section in loads.sheet.sections if section.key == f"rp{100 * sheet.load:.0f}").note
-        assert "of 30 visits, which read low" in note
+        assert "with 30 visits, " in note
         assert f"{1e6 * sheet.limit[0]:.3g} µm" in note
     assert "on the average (AP_p)" not in loads.sheet.verdict
-    assert "In 95 % of them the average of an arm's visits will lie within" in loads.sheet.verdict
+    assert "For 95 % of them the mean of an arm's visits is within" in loads.sheet.verdict
 
 
 def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
-    """A measured file whose P1 to P5 the arm does not reach is named with the poses; no option that was not given, and no tool held alike."""
+    """A measured file whose P1 to P5 the arm does not reach is named with the poses; no option that was not given, and no constant orientation."""
     file = written(tmp_path, cube)
     rows = [line.split(",") for line in file.read_text(encoding="utf-8").splitlines()]
     file.write_text("\n".join(",".join([*row[:8], *(f"{float(x) + 400:.4f}" for x in row[8:11])]) for row in rows[1:]), encoding="utf-8")
@@ -130,20 +130,20 @@ def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
     with pytest.raises(lostmotion.InputError, match=r"turned.csv: commanded positions of P1 to P5(.|\n)*P4 at \(1040, 520, 1570\) mm") as caught:
         lostmotion.iso9283(arm, file, robots=2)
     assert "--cube" not in str(caught.value)
-    assert "held alike" not in str(caught.value)
-    with pytest.raises(lostmotion.InputError, match="a cube all of which the tool reaches") as caught:
+    assert "constant orientation" not in str(caught.value)
+    with pytest.raises(lostmotion.InputError, match="a cube that the tool reaches entirely") as caught:
         lostmotion.iso9283(arm, cube=3.0, centre=(0.5, 0.0, 0.5), robots=2)
-    assert "held alike" not in str(caught.value)
+    assert "constant orientation" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("name", "said"), [("ur5e.urdf", ", held alike"), ("z-arm.toml", "")])
-def test_six_joints_hold_their_tool_alike(name, said):
-    """Only of an arm that can hold its tool is it asked to."""
-    assert orientation_clause(lostmotion.read(EXAMPLES / name)) == said
+@pytest.mark.parametrize(("name", "clause"), [("ur5e.urdf", ", with constant orientation of the tool"), ("z-arm.toml", "")])
+def test_only_six_joints_can_hold_a_constant_orientation(name, clause):
+    """A message mentions the constant orientation only for an arm that can hold one."""
+    assert orientation_clause(lostmotion.read(EXAMPLES / name)) == clause
 
 
 def test_where_a_word_has_no_room_it_is_told_once_for_all_its_rows():
-    """On a narrow terminal rows with the same word below the table are told together, those without one not at all."""
+    """On a narrow terminal rows with the same remark are listed together below the table, those without one not at all."""
     words = {"AP_p, P1": "low", "AP_p, P2": "", "RP_l, P1": "high", "RP_l, P2": "low"}
     rows = tuple(Row(label, (Figure(0.25, "mm"),), word) for label, word in words.items())
     screen = Console(width=20, record=True, file=io.StringIO())

@@ -1,4 +1,4 @@
-"""ISO 9283 from the file to the folder: what is asked, said, drawn and written."""
+"""ISO 9283 from the file to the folder: arguments, sheet, plots and files."""
 
 import io
 import json
@@ -27,12 +27,12 @@ def ran(*words, cwd):
 
 @pytest.fixture(scope="module")
 def both():
-    """Predict the paper's arm and judge a robot of it, once."""
+    """Predict the paper's arm and evaluate a robot of it, once."""
     return lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, visits=10, instrument=5e-6, warm_up="25 K")
 
 
 def test_the_sheet_says_what_was_found(both):
-    """Figures of the sheet are those of the study, in the units they are shown in; every plot belongs to a section; all of it is plain data."""
+    """Figures of the sheet are those of the study in their displayed units; every plot belongs to a section; all of it is plain data."""
     sheet, found = both.sheet, both.predicted
     mean = find_row(sheet.sections, "ap100", "P4").figures[0]
     assert mean.value * {"mm": 1e-3, "µm": 1e-6}[mean.unit] == pytest.approx(found.loads[0].accuracy[3].mean())
@@ -49,11 +49,11 @@ def test_the_sheet_says_what_was_found(both):
     assert {plot.section for plot in drawn} <= set(keys)
     assert len({plot.key for plot in drawn}) == len(drawn) == 8
     json.dumps(both.result(), allow_nan=False)
-    assert "of 20 measured figures lie within" in sheet.verdict
+    assert "of 20 measured figures lie between" in sheet.verdict
 
 
 def test_the_measured_cube_is_the_one_predicted_in(both):
-    """Where P1 to P5 were commanded in the file, robots are predicted in that cube; each figure stands beside its own."""
+    """Robots are predicted in the cube of the commanded P1 to P5 of the file, and each figure is compared with its own."""
     assert both.predicted.cube.centre == pytest.approx([0.52, 0.0, 1.05])
     said = both.result()
     row = next(each for each in said["compared"] if each["figure"] == "RP_l" and each["pose"] == "P3")
@@ -62,7 +62,7 @@ def test_the_measured_cube_is_the_one_predicted_in(both):
 
 
 def test_robots_are_compared_as_often_visited(both):
-    """The robot was visited 30 times and the sheet asked for 10: RP_l is compared with that of 30 visits, the sheet keeps 10."""
+    """With 30 measured visits and 10 requested, RP_l is compared with that of 30 visits, and the sheet keeps 10."""
     assert both.predicted.cycles == 10
     again = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=60, visits=30, instrument=5e-6)
     for one, other in zip(both.compared, again.compared, strict=True):
@@ -70,7 +70,7 @@ def test_robots_are_compared_as_often_visited(both):
 
 
 def test_a_measured_robot_alone():
-    """Without an arm the measured sheet stands by itself, with commands and frames."""
+    """Without an arm the sheet has the measured robot only, with commands and frames."""
     found = lostmotion.iso9283(measured=VISITS)
     assert found.predicted is None
     assert find_row(found.sheet.sections, "measured-data", "visits").figures[0].value == 420
@@ -79,7 +79,7 @@ def test_a_measured_robot_alone():
 
 
 def test_no_table_is_wider_than_a_terminal(both, tmp_path):
-    """Two loads, an instrument, sides, a path and warmth: at 80 columns no line is longer, and no figure, interval or head is cut."""
+    """With two loads, an instrument, sides, a path and a temperature rise, no line exceeds 80 columns, and no figure or heading is truncated."""
     rows = [line.split(",") for line in VISITS.read_text(encoding="utf-8").splitlines() if not line.startswith("#")][1:]
     path = [line.split(",") for line in LOADS.read_text(encoding="utf-8").splitlines() if ",P2-P4," in line]
     lines = ["pose,path,cycle,side,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]"]
@@ -102,12 +102,12 @@ def test_no_table_is_wider_than_a_terminal(both, tmp_path):
 
 @pytest.fixture(scope="module")
 def loads():
-    """Judge the robot measured at both loads and along the path beside those predicted, once."""
+    """Evaluate the robot measured at both loads and along the path, and compare it with predicted robots, once."""
     return lostmotion.iso9283(lostmotion.read(Z_ARM), LOADS, robots=60, instrument=5e-6)
 
 
 def test_every_interval_on_the_measured_sheet_is_of_the_figure_beside_it(loads):
-    """Each interval holds the figure that it stands beside, as computed and as printed, and only signed figures have ends below zero."""
+    """Each interval contains its figure, as computed and as printed, and only signed figures have negative limits."""
     rows = [(section.key, row) for section in loads.sheet.sections if section.key.startswith(("measured", "compared")) for row in section.rows]
     figures = [(key, row.label, figure) for key, row in rows for figure in row.figures if figure.between and "?" not in figure.between]
     assert len(figures) > 60
@@ -119,7 +119,7 @@ def test_every_interval_on_the_measured_sheet_is_of_the_figure_beside_it(loads):
 
 
 def test_both_loads_and_the_path_are_on_the_sheet(loads):
-    """Each figure stands under each load, in the measured part and beside the robots that carry it; plots and result.json have them too."""
+    """Each figure is listed under each load, measured and compared; plots and result.json have them too."""
     sections, said = loads.sheet.sections, loads.result()
     heavy, light = loads.measured.loads
     for load, each, key in (("100%", heavy, "compared"), ("10%", light, "compared-10")):
@@ -147,7 +147,7 @@ def test_both_loads_and_the_path_are_on_the_sheet(loads):
 
 
 def test_a_load_that_no_column_names_is_named_for_the_file():
-    """Another load than the two predicted is predicted as well, to stand beside it; without an arm the sheet stands alone."""
+    """A third load is predicted as well, for comparison; without an arm the sheet has the measured robot only."""
     found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, load="50 %")
     assert {each.load for each in found.compared} == {0.5}
     assert [sheet.load for sheet in found.predicted.loads] == [1.0, 0.1]
@@ -157,7 +157,7 @@ def test_a_load_that_no_column_names_is_named_for_the_file():
 
 
 def test_the_measured_path_is_the_one_predicted(tmp_path):
-    """Where --path is left out, robots follow the line that was measured."""
+    """Without --path, robots follow the measured line."""
     text = LOADS.read_text(encoding="utf-8")
     path = tmp_path / "other.csv"
     path.write_text("\n".join(line for line in text.splitlines() if ",P2-P4," not in line) + "\n" + other_path(text), encoding="utf-8")
@@ -168,7 +168,7 @@ def test_the_measured_path_is_the_one_predicted(tmp_path):
 
 
 def other_path(text):
-    """Give readings along P5 to P3: those along P2 to P4 with z upside down about the middle of the cube, backwards in x."""
+    """Return readings along P5 to P3: those along P2 to P4 mirrored in z about the centre of the cube, and reversed in x."""
     rows = [line.split(",") for line in text.splitlines() if ",P2-P4," in line]
     return "\n".join(
         ",".join(["", "P5-P3", row[2], row[3], row[4], f"{-float(row[5]):.4f}", f"{2100 - float(row[6]):.4f}", "", "", ""]) for row in rows
@@ -176,7 +176,7 @@ def other_path(text):
 
 
 def test_the_measured_file_is_read_once(monkeypatch):
-    """Where its commands tell the cube, too."""
+    """The file is read once, also where its commands define the cube."""
     from lostmotion.analyses.iso9283 import measured_file
 
     seen = []
@@ -187,7 +187,7 @@ def test_the_measured_file_is_read_once(monkeypatch):
 
 
 def test_other_poses_are_not_compared():
-    """Measured poses that are no test cube are told beside the prediction, not compared with it, and that is said."""
+    """Measured poses that are not those of the test cube are listed, not compared, with a note."""
     found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, visits=3, cube=0.3, centre=(0.52, 0.0, 1.0))
     assert not found.compared
     assert any("not compared" in note for note in found.sheet.notes)
@@ -203,7 +203,7 @@ def test_questions_without_an_answer_are_refused(asked):
 
 
 def test_the_command_writes_the_same_bytes_twice(tmp_path):
-    """`lostmotion iso9283` prints, writes report and figures and nothing else, repeats itself, and leaves an existing folder alone."""
+    """`lostmotion iso9283` prints, writes report and figures only, repeats exactly, and does not overwrite an existing folder."""
     words = (Z_ARM, "--cube", "300 mm", "--centre", "550 mm, 0 mm, 800 mm", "--robots", "20", "--cycles", "5", "--warm-up", "25 K")
     first = ran(*words, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
@@ -221,7 +221,7 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
     ("words", "said"),
     [
         (("--centre", "1 mm, 2 mm"), "three lengths"),
-        (("--cube", "3 m", "--centre", "500 mm, 0 mm, 500 mm"), "all of which the tool reaches"),
+        (("--cube", "3 m", "--centre", "500 mm, 0 mm, 500 mm"), "that the tool reaches entirely"),
         (("--measured", "nowhere.csv"), "no such file"),
         (("--measured", LOADS, "--load", "100 %"), "10 % of the payload, where 100 % is named"),
         (("--measured", VISITS, "--load", "100"), "at most 2"),
@@ -229,7 +229,7 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
     ],
 )
 def test_mistakes_are_one_message(tmp_path, words, said):
-    """A mistake in an option ends with code 2, one message and no folder."""
+    """A mistake in an option gives exit code 2, one message and no folder."""
     done = ran(*((Z_ARM,) if words else ()), *words, cwd=tmp_path)
     assert done.returncode == 2
     assert said in done.stderr
@@ -245,7 +245,7 @@ def test_mistakes_are_one_message(tmp_path, words, said):
         ((Z_ARM, "--path", "P1 P9"), "two different ones of P1"),
         ((Z_ARM, "--cube", "400 mm"), '--cube, --centre\n(.|\n)*--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"\n'),
         ((Z_ARM, "--load", "10 %"), '--measured "visits.csv" --load "10 %"\n'),
-        ((), 'ARM, --measured\n(.|\n)*example   --measured "visits.csv"'),
+        ((), 'ARM, --measured\n(.|\n)*example   --measured "visits.csv"\n'),
         ((Z_ARM,), "--force"),
     ],
 )
@@ -299,7 +299,7 @@ LOOP = 'gearbox = { hysteresis = "1 arcmin", ratio = 100, rated_torque = "50 N m
 
 
 def loops(tmp_path, text):
-    """Predict the sheet of an arm that is written so."""
+    """Predict the sheet of an arm written like this."""
     path = tmp_path / "loops.toml"
     path.write_text(text, encoding="utf-8")
     return lostmotion.iso9283(lostmotion.read(path), robots=70, visits=4)
@@ -307,16 +307,14 @@ def loops(tmp_path, text):
 
 @pytest.mark.parametrize("last", [LOOP, ""])
 def test_a_zero_is_never_a_headline(tmp_path, last):
-    """Loops repeat exactly where every joint arrives from one side: then no repeatability is predicted there, and the other figure leads."""
+    """Hysteresis repeats exactly where every joint arrives from one side: no repeatability is predicted there, and the other figure comes first."""
     found = loops(tmp_path, LOOPS.replace("GEARBOX", last))
     sheet = found.sheet
     assert found.predicted.loads[0].repeatability.max() < 1e-15
     either = find_row(sheet.sections, "either", "worst").figures[0]
     bound = "" if last else "at least "
-    assert sheet.verdict.startswith(
-        f"Of the arms built to this design 95 % will repeat within {bound}{either} ({either.interval}) where joints arrive"
-    )
-    assert "from one side nothing that is described varies from visit to visit, so no repeatability is predicted there" in sheet.verdict
+    assert sheet.verdict.startswith(f"95 % of the arms of this design repeat within {bound}{either} ({either.interval}) where joints arrive")
+    assert "from one side no described error varies from visit to visit, so no repeatability is predicted" in sheet.verdict
     assert not re.search(r"(within|least|most) 0 ", sheet.verdict)
     fitted = find_row(sheet.sections, "fitted", "worst").figures[0]
     assert f"{bound}{fitted} ({fitted.interval}) with best-fit frames" in sheet.verdict
@@ -330,8 +328,8 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
 
 
 def test_an_arm_whose_errors_never_change_has_no_repeatability(tmp_path):
-    """Tilted axes are tilted at every visit: the headline says that no repeatability is predicted, and the cards begin with accuracy."""
+    """Tilted axes are tilted at every visit: the headline predicts no repeatability, and the cards start with accuracy."""
     text = re.sub(r'hysteresis = "1 arcmin", ', "", LOOPS.replace("GEARBOX", ""))
     sheet = loops(tmp_path, text).sheet
-    assert sheet.verdict.startswith("Nothing that is described varies from visit to visit, from whichever side joints arrive")
+    assert sheet.verdict.startswith("No described error varies from visit to visit, from either side of approach")
     assert sheet.cards[0].title == "AP_p, 95 % of arms"

@@ -77,6 +77,7 @@ def test_every_printed_figure_has_its_key(results):
     [
         ("95 % below", "p95"),
         ("95th percentile", "p95"),
+        ("95 %", "p95"),
         ("worst pose, 95 % below", "worst_pose_p95"),
         ("AP, 95 % of robots below", "AP_p95"),
         ("A bearing", "A_bearing"),

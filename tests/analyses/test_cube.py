@@ -1,4 +1,4 @@
-"""The test cube of ISO 9283: its geometry, and that the largest one found is reached all over."""
+"""Test cube of ISO 9283: its geometry, and reach of the largest one."""
 
 from pathlib import Path
 
@@ -15,14 +15,14 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def gantry(ranges=("500 mm", "400 mm", "700 mm")):
-    """Give three slides along x, y, z, well in front of the base."""
+    """Return three slides along x, y, z in front of the base."""
     joints = [{"name": name, "type": "prismatic", "axis": name.lower(), "limits": ("0 mm", width)} for name, width in zip("XYZ", ranges, strict=True)]
     joints[0]["origin"] = {"xyz": ["600 mm", "-200 mm", "100 mm"]}
     return lostmotion.Arm.model_validate({"name": "gantry", "joints": joints})
 
 
 def test_the_five_poses_stand_on_the_diagonals_of_one_plane():
-    """P1 is the middle; the others stand a tenth of a diagonal from C1, C2, C7, C8; all lie in the plane C1-C2-C7-C8."""
+    """P1 is the centre; the others are a tenth of a diagonal from C1, C2, C7, C8; all are in the plane C1-C2-C7-C8."""
     centre, side = np.array([0.5, 0.1, 0.3]), 0.4
     corners = centre + side / 2 * CORNERS
     points = five_points(centre, side)
@@ -36,7 +36,7 @@ def test_the_five_poses_stand_on_the_diagonals_of_one_plane():
 
 
 def test_a_gantry_holds_a_cube_of_its_shortest_range():
-    """Of three slides of 500, 400 and 700 mm the largest cube has 400 mm; what is found is no larger and hardly smaller."""
+    """For slides of 500, 400 and 700 mm the largest cube has 400 mm; the one found is no larger and hardly smaller."""
     arm = gantry()
     cube = largest_cube(arm)
     assert cube.side <= 0.4 + 1e-9
@@ -47,14 +47,14 @@ def test_a_gantry_holds_a_cube_of_its_shortest_range():
 
 
 def test_the_floor_bounds_the_cube():
-    """With the floor at 500 mm only 300 mm of height are left."""
+    """With the floor at 500 mm only 300 mm of height remain."""
     cube = largest_cube(gantry(), floor=0.5)
     assert cube.side == pytest.approx(0.3, abs=0.02)
     assert cube.corners[:, 2].min() >= 0.5 - 1e-9
 
 
 def test_a_cube_is_reached_all_over():
-    """Random points of the cube found for the five-joint arm are reached from its middle; its poses stand where the standard wants them."""
+    """Random points of the cube found for the five-joint arm are reached from its centre; its poses are those of the standard."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     cube = largest_cube(arm)
     assert cube.poses[:, :3, 3] == pytest.approx(five_points(cube.centre, cube.side), abs=1e-8)
@@ -67,7 +67,7 @@ def test_a_cube_is_reached_all_over():
 
 @pytest.mark.slow
 def test_six_joints_hold_the_tool_alike_all_over():
-    """All five poses of the six-joint arm have one orientation, and a cube asked for a little smaller there is found too."""
+    """All five poses of the six-joint arm have one orientation, and a slightly smaller stated cube there is reachable too."""
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     cube = largest_cube(arm)
     assert cube.poses[:, :3, :3] == pytest.approx(np.tile(cube.rotation, (5, 1, 1)), abs=1e-8)
@@ -77,9 +77,9 @@ def test_six_joints_hold_the_tool_alike_all_over():
 
 
 def test_what_cannot_be_is_refused():
-    """A cube out of reach, a plane arm, and an orientation for too few joints are refused in one message each."""
+    """A cube out of reach, a planar arm, and an orientation for too few joints are refused in one message each."""
     arm = gantry()
-    with pytest.raises(lostmotion.InputError, match="all of which the tool reaches"):
+    with pytest.raises(lostmotion.InputError, match="that the tool reaches entirely"):
         cube_from_arguments(arm, np.array([0.85, 0.0, 0.45]), 0.41)
     assert cube_from_arguments(arm, np.array([0.85, 0.0, 0.45]), 0.4).side == 0.4
     with pytest.raises(lostmotion.InputError, match="orientation"):

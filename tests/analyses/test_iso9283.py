@@ -1,4 +1,4 @@
-"""ISO 9283 by its definitions: closed forms, the route without sampling, and what robots built would show."""
+"""ISO 9283 characteristics: closed forms, agreement with the figures without sampling, and the sheet of simulated robots."""
 
 from pathlib import Path
 
@@ -9,7 +9,8 @@ import lostmotion
 from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.analyses.iso9283.cube import cube_from_arguments
 from lostmotion.analyses.iso9283.frame_fit import best_fit, residual_after_fit
-from lostmotion.analyses.iso9283.predicted import cycle_approach, predict_robots, side_approach
+from lostmotion.analyses.iso9283.joint_motion import cycle_approach, side_approach
+from lostmotion.analyses.iso9283.predicted import predict_robots
 from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.inverse import jacobian
@@ -20,20 +21,20 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @pytest.mark.parametrize(("axes", "limit"), [(3, 3.61609), (2, 3.21872), (1, 2.60632)])
 def test_rp_of_many_normal_visits_tends_to_its_constant(axes, limit):
-    """RP of a round normal scatter: 3.61609 sigma in space, 3.21872 in a plane, 2.60632 on a line, sampled to 0.3 %."""
+    """RP of isotropic normal scatter is 3.61609 sigma in space, 3.21872 in a plane and 2.60632 on a line, sampled to 0.3 %."""
     visits = np.random.default_rng(2).normal(size=(400_000, axes))
     assert float(iso.pose_repeatability(visits)) == pytest.approx(limit, rel=3e-3)
 
 
 def test_rp_of_thirty_visits_is_low_and_noisy():
-    """At n = 30 RP is 3.536 sigma on the average and varies by 0.329 from one set of visits to the next."""
+    """With n = 30, RP averages 3.536 sigma and has a standard deviation of 0.329 between sets of visits."""
     sets = iso.pose_repeatability(np.random.default_rng(3).normal(size=(20_000, 30, 3)))
     assert sets.mean() == pytest.approx(3.536, abs=4 * 0.329 / np.sqrt(20_000))
     assert sets.std() == pytest.approx(0.329, rel=0.03)
 
 
 def test_rp_of_play_has_a_closed_form():
-    """Play of ±b on one axis: any place alike gives (1/2 + 3 sqrt(1/12)) b = 1.36603 b, stop to stop gives b."""
+    """Backlash of ±b on one axis: RP is (1/2 + 3 sqrt(1/12)) b = 1.36603 b for uniform positions, and b between the two stops."""
     rng, b = np.random.default_rng(4), 2e-5
     anywhere, stops = np.zeros((2, 400_000, 3))
     anywhere[:, 0], stops[:, 0] = rng.uniform(-b, b, len(anywhere)), rng.choice([-b, b], len(stops))
@@ -42,7 +43,7 @@ def test_rp_of_play_has_a_closed_form():
 
 
 def test_characteristics_by_hand():
-    """Two visits each, worked out on paper."""
+    """Two visits each, calculated by hand."""
     visits = np.array([[1.0, 0, 0], [3.0, 0, 0]])
     assert iso.pose_accuracy(visits, np.zeros(3)) == 2
     assert iso.pose_repeatability(visits) == 1  # both one away from the middle: no scatter of the distance
@@ -59,7 +60,7 @@ def test_characteristics_by_hand():
 
 @pytest.mark.parametrize("with_tool", [False, True])
 def test_frames_are_found_again(with_tool):
-    """Positions moved by a known base and tool frame give both back to 1e-12, large turns included."""
+    """Positions moved by a known base and tool frame return both to 1e-12, including large rotations."""
     rng = np.random.default_rng(5)
     command = rng.uniform(-0.5, 0.5, (12, 3))
     rotation = np.stack([pose_of(rpy=angles)[:3, :3] for angles in rng.uniform(-2, 2, (12, 3))])
@@ -70,20 +71,20 @@ def test_frames_are_found_again(with_tool):
     assert fit.base == pytest.approx(base, abs=1e-12)
     assert fit.tool == pytest.approx(tool, abs=1e-12)
     assert np.abs(fit.residual).max() < 1e-12
-    assert fit.told == (9 if with_tool else 6)
+    assert fit.rank == (9 if with_tool else 6)
 
 
 def test_one_orientation_tells_no_tool():
-    """Held alike at all poses, a tool's offset cannot be told from a shift of the base: six numbers are told, and nothing is left."""
+    """With one orientation at all poses a tool offset is indistinguishable from a base shift: six parameters are determined, residuals vanish."""
     command = np.random.default_rng(6).uniform(-0.5, 0.5, (8, 3))
     held = np.tile(pose_of(rpy=(1.0, 0.2, 0.3))[:3, :3], (8, 1, 1))
     fit = best_fit(command + np.array([0.001, 0.002, 0.003]), command, held)
-    assert fit.told == 6
+    assert fit.rank == 6
     assert np.abs(fit.residual).max() < 1e-12
 
 
 def test_small_errors_are_fitted_alike_at_once():
-    """The fit of many robots at once leaves what the exact fit of each leaves, to second order."""
+    """The joint fit of many robots leaves the residuals of each robot's exact fit, to second order."""
     rng = np.random.default_rng(7)
     command = rng.uniform(-0.5, 0.5, (5, 3))
     rotation = np.stack([pose_of(rpy=angles)[:3, :3] for angles in rng.uniform(-2, 2, (5, 3))])
@@ -94,7 +95,7 @@ def test_small_errors_are_fitted_alike_at_once():
 
 
 def elbow():
-    """Give three turning joints with play that no load holds, and noise."""
+    """Return three revolute joints with backlash that no load closes, and noise."""
     joint = {
         "type": "revolute",
         "limits": (-2.5, 2.5),
@@ -108,7 +109,7 @@ def elbow():
 
 
 def test_each_joint_arrives_from_the_pose_before():
-    """In the cycle P5, P4, P3, P2, P1 the sign at a pose is that of the way from the pose before; who stands still keeps the sign before."""
+    """In the cycle P5, P4, P3, P2, P1 the sign at a pose is that of the motion from the previous pose; a joint at rest keeps its sign."""
     q = np.array([[0.0, 1.0, 5.0], [1.0, 1.0, 5.0], [2.0, 0.0, 5.0], [1.0, 0.0, 5.0], [3.0, 2.0, 5.0]])  # P1 to P5
     signs, still = cycle_approach(q)
     assert still.tolist() == [False, False, True]
@@ -118,7 +119,7 @@ def test_each_joint_arrives_from_the_pose_before():
 
 
 def test_signs_of_each_joint_and_pose_are_felt_there():
-    """Errors for signs (pose, joint) are at each pose those of each joint alone."""
+    """The pose matrix for signs (pose, joint) equals, at each pose, that for its signs alone."""
     arm = elbow()
     q = np.array([[0.1, 0.5, -0.8], [0.4, 0.2, 0.9]])
     signs = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 1.0]])
@@ -134,7 +135,7 @@ def test_signs_of_each_joint_and_pose_are_felt_there():
 
 
 def test_vap_of_pure_play_has_a_closed_form():
-    """The barycentres from three sides stand apart by the joints' play on the sides that they arrive from: |J (s - s') b / 2| at the worst pair."""
+    """Barycentres of approaches from three sides differ by the joints' backlash on their sides of arrival: |J (s - s') b / 2| at the worst pair."""
     arm = elbow()
     cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
     found = predict_robots(arm, cube, robots=2, cycles=200, path_points=2)
@@ -148,7 +149,7 @@ def test_vap_of_pure_play_has_a_closed_form():
 
 
 def test_rp_over_robots_is_what_sums_over_terms_expect():
-    """With normal visits only, the mean RP over robots and its deviation are those of the route without sampling."""
+    """For normal visits, mean and standard deviation of RP over robots are those of the expectation without sampling."""
     arm = elbow()
     cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
     sheet = predict_robots(arm, cube, robots=1500, path_points=2).loads[0]
@@ -159,7 +160,7 @@ def test_rp_over_robots_is_what_sums_over_terms_expect():
 
 
 def test_the_sheet_is_that_of_the_study_at_the_same_poses():
-    """AP_p and RP_l with joints arriving from any side are those of the accuracy study's kernel at these poses: the same draws."""
+    """AP_p and RP_l with joints arriving from any side equal those of the accuracy study at these poses, from the same draws."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     cube = cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3)
     found = predict_robots(arm, cube, robots=40, path_points=2, seed=3)
@@ -168,7 +169,7 @@ def test_the_sheet_is_that_of_the_study_at_the_same_poses():
 
 
 def test_more_robots_keep_the_first_and_seeds_repeat():
-    """The same seed gives the same bits; more robots begin with the same ones; another seed gives others."""
+    """The same seed gives identical results, more robots start with the same ones, and another seed gives others."""
     arm = elbow()
     cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
     one, same, more, other = (predict_robots(arm, cube, robots=n, seed=seed, path_points=3) for n, seed in ((8, 1), (8, 1), (16, 1), (8, 2)))
@@ -179,7 +180,7 @@ def test_more_robots_keep_the_first_and_seeds_repeat():
 
 
 def test_a_lighter_load_sags_less():
-    """At 10 % of the load the arm of springs and links misses by less at every pose."""
+    """At 10 % of the load an arm of springs and links has a smaller error at every pose."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     full, light = predict_robots(arm, cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3), robots=100, path_points=2).loads
     assert (full.load, light.load) == (1.0, 0.1)
@@ -194,7 +195,7 @@ def test_a_lighter_load_sags_less():
     [{"robots": 1}, {"cycles": 1}, {"path": (1, 1)}, {"path": (0, 7)}, {"path_points": 1}, {"path_cycles": 1}, {"loads": ()}, {"loads": (-0.1,)}],
 )
 def test_numbers_out_of_range_are_refused(asked):
-    """What the standard cannot be asked for is refused."""
+    """Numbers outside the range of the test are refused."""
     arm = elbow()
     with pytest.raises(lostmotion.InputError):
         predict_robots(arm, cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2), **{"robots": 2, "path_points": 2, **asked})
@@ -202,6 +203,6 @@ def test_numbers_out_of_range_are_refused(asked):
 
 @pytest.mark.parametrize(("asked", "said"), [({"rise": 10.0, "time_constant": 0.0}, "above zero"), ({"rise": float("nan")}, "finite")])
 def test_links_that_warm_at_once_are_refused(asked, said):
-    """A time constant of nothing, or a rise that is no number."""
+    """A time constant of zero and a temperature rise that is not finite are refused."""
     with pytest.raises(lostmotion.InputError, match=said):
         WarmUp(**asked)

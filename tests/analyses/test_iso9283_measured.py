@@ -1,4 +1,4 @@
-"""A measured robot by ISO 9283: intervals that cover, the sheet of made-up visits, and predicted against measured."""
+"""A measured robot by ISO 9283: coverage of intervals, the sheet of synthetic visits, and comparison with predicted robots."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,9 +14,10 @@ from lostmotion.analyses.iso9283.comparison import commanded_cube, compare
 from lostmotion.analyses.iso9283.confidence import accuracy_interval, repeatability_interval, scatter_interval, student_interval
 from lostmotion.analyses.iso9283.cube import cube_from_arguments, five_points
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
+from lostmotion.analyses.iso9283.joint_motion import path_approach, path_poses
 from lostmotion.analyses.iso9283.measured import evaluate
 from lostmotion.analyses.iso9283.measured_file import combined, read_measured
-from lostmotion.analyses.iso9283.predicted import DISTANCE, LOADS, path_approach, path_poses, predict_robots, with_payload_share
+from lostmotion.analyses.iso9283.predicted import DISTANCE, LOADS, predict_robots, with_payload_share
 from lostmotion.analyses.iso9283.visits import Visits
 from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
 from lostmotion.error_model.pose_matrix import screws
@@ -26,7 +27,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def visits_of(errors, command, sides=None, instrument=0.0):
-    """Give visits (pose, visit, 3) of poses P1, P2, ... about their commands."""
+    """Return visits (pose, visit, 3) to poses P1, P2, ... about their commands."""
     poses, count = errors.shape[:2]
     names = tuple(f"P{k + 1}" for k in range(poses) for _ in range(count))
     return Visits(
@@ -58,12 +59,12 @@ def visits_of(errors, command, sides=None, instrument=0.0):
     flat=st.booleans(),
 )
 def test_every_interval_holds_its_figure(seed, poses, count, size, off, flat):
-    """Whatever was measured, each interval holds the figure beside it, and those of lengths and scatters do not reach below zero."""
+    """Each interval contains its figure, and intervals of lengths and scatters are not negative."""
     rng = np.random.default_rng(seed)
     errors = rng.normal(0, size, (poses, count, 3)) * ([1.0, 0.1, 0.0] if flat else 1.0) + rng.normal(0, off, (poses, 1, 3))
     visits = visits_of(errors, rng.uniform(-1, 1, (poses, 3)), instrument=1e-6)
     if count == 1 and poses < 3:
-        with pytest.raises(lostmotion.InputError, match="two visits or more to a pose"):
+        with pytest.raises(lostmotion.InputError, match="at least two visits to a pose"):
             evaluate(visits)
         return
     (found,) = evaluate(visits).loads
@@ -80,7 +81,7 @@ def test_every_interval_holds_its_figure(seed, poses, count, size, off, flat):
 
 
 def test_poses_seen_from_sides_alone_are_refused():
-    """A pose whose visits all have a side has no visits of the cycle: said in one message, not left out."""
+    """A pose visited only from stated sides has no visits of the cycle and is refused in one message."""
     errors = np.random.default_rng(3).normal(0, 1e-5, (2, 4, 3))
     command = np.array([[0.6, 0.0, 0.4], [0.5, 0.1, 0.4]])
     with pytest.raises(lostmotion.InputError, match=r"side.*P2"):
@@ -92,7 +93,7 @@ def test_poses_seen_from_sides_alone_are_refused():
 @pytest.mark.slow
 @pytest.mark.parametrize("scale", [(1.0, 0.7, 0.4), (1.0, 0.3, 0.1)])
 def test_intervals_cover(scale):
-    """Over 1 000 made-up sets of 30 normal visits, 90 % intervals of AP_p, RP_l, AP_x and RP_a hold the true values in 87 to 93 %."""
+    """Over 1 000 synthetic sets of 30 normal visits, 90 % intervals of AP_p, RP_l, AP_x and RP_a cover the true values in 87 to 93 %."""
     rng = np.random.default_rng(8)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] * np.array(scale)
     off = np.array([3.0, -1.0, 2.0])
@@ -113,14 +114,14 @@ def test_intervals_cover(scale):
 
 
 def test_a_vanishing_bias_is_not_excluded():
-    """Where the average stands within its own scatter of the command, the interval of AP_p begins at zero."""
+    """Where the mean is within its own scatter of the command, the interval of AP_p starts at zero."""
     found = accuracy_interval(np.random.default_rng(9).normal(size=(30, 3)))
     assert found.low == 0
     assert found.high > found.value / 2
 
 
 def test_the_sheet_of_made_up_visits():
-    """Values are the definitions'; distance, frames and the instrument's share come with them; poses are counted as people do."""
+    """Values follow the definitions, with distance, frames and the instrument's contribution; poses are in natural order."""
     rng = np.random.default_rng(10)
     command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)
     errors = rng.normal(0, 2e-5, (5, 30, 3)) + rng.normal(0, 1e-4, (5, 1, 3)) + [5e-4, 0, 0]
@@ -140,7 +141,7 @@ def test_the_sheet_of_made_up_visits():
 
 
 def test_visits_from_sides_make_vap_and_nothing_else():
-    """Rows with a side count for vAP alone: barycentres 3 and 4 apart at a right angle are 5 apart."""
+    """Rows with a side count for vAP only: barycentres displaced by 3 and 4 at a right angle are 5 apart."""
     rng = np.random.default_rng(11)
     errors = rng.normal(0, 1e-3, (1, 90, 3))
     errors -= errors.reshape(1, 3, 30, 3).mean(axis=2, keepdims=True).repeat(30, axis=2).reshape(1, 90, 3)
@@ -157,7 +158,7 @@ def test_visits_from_sides_make_vap_and_nothing_else():
 
 
 def test_the_cube_is_known_from_its_commands():
-    """Five poses on the diagonals tell centre and side; moved by 2 mm they are no such five."""
+    """Five poses on the diagonals determine centre and side; with one of them moved by 2 mm they do not."""
     command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)
     centre, side, rotation = commanded_cube(visits_of(np.zeros((5, 2, 3)), command))
     assert centre == pytest.approx([0.5, 0.0, 0.4])
@@ -168,7 +169,7 @@ def test_the_cube_is_known_from_its_commands():
 
 
 def test_robots_predicted_look_like_themselves():
-    """A robot drawn from the design lies within 5 and 95 % of the others in about nine of ten figures; one that misses by 10 mm in AP_p does not."""
+    """A robot drawn from the design lies within the 5th and 95th percentile in about nine of ten figures; one with 10 mm more AP_p does not."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     found = read_measured(EXAMPLES / "measured" / "z-arm.csv", instrument=5e-6)
     centre, side, _ = commanded_cube(found)
@@ -181,7 +182,7 @@ def test_robots_predicted_look_like_themselves():
 
 
 def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
-    """One of the robots predicted, written down along the path at both loads and read again: its own AT_p and RT_p, within their intervals."""
+    """A predicted robot's readings along the path at both loads, written and read back, have its own AT_p and RT_p, within their intervals."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     cube = cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.5)
     found = predict_robots(arm, cube, robots=3, cycles=2)
@@ -211,7 +212,7 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
 
 
 def test_loads_and_paths_are_compared_with_their_own():
-    """Rows at 100 % and at 10 % and the path of both stand beside robots with that load; a path that was not predicted stands beside nothing."""
+    """Rows at 100 % and 10 % load and the path are compared with robots under that load; a path that was not predicted is not compared."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     found = read_measured(EXAMPLES / "measured" / "z-arm-loads.csv", instrument=5e-6)
     centre, side, _ = commanded_cube(found)
@@ -232,7 +233,7 @@ def test_loads_and_paths_are_compared_with_their_own():
 
 
 def test_a_link_that_warms_moves_the_tool_by_its_growth():
-    """A straight arm of 0.7 m by 25 K and 23e-6 per K grows by 0.4025 mm along itself, 63 % of it within the time constant; dAP_p follows."""
+    """A straight arm of 0.7 m heated by 25 K with 23e-6 per K expands by 0.4025 mm, 63 % of it within the time constant; dAP_p follows."""
     joints = [
         {"name": name, "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": length}}
         for name, length in (("A", "400 mm"), ("B", "300 mm"))

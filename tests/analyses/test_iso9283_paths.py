@@ -1,4 +1,4 @@
-"""Paths by ISO 9283: closed forms, a second way of counting, what does not matter, and what is refused."""
+"""Path characteristics of ISO 9283: closed forms, independent calculation, invariances, and invalid input."""
 
 import math
 from dataclasses import astuple, replace
@@ -23,7 +23,7 @@ START, END = np.array([0.4, -0.2, 0.3]), np.array([0.7, 0.2, 0.8])
 
 
 def readings(attained, *, orientation=None, name="P2-P4", load=1.0):
-    """Give the rows of a path read at attained (cycle, reading, 3), and of two visits that tell its ends."""
+    """Return the rows of a path read at attained (cycle, reading, 3), and of two visits that command its ends."""
     cycles, count = attained.shape[:2]
     rows = cycles * count
     turned = np.eye(3) if orientation is None else orientation
@@ -47,19 +47,19 @@ def readings(attained, *, orientation=None, name="P2-P4", load=1.0):
 
 
 def line(cycles=10, count=40, rng=None):
-    """Give points (cycle, reading, 3) along the line, evenly or at random in order."""
+    """Return points (cycle, reading, 3) along the line, evenly spaced or at random in order."""
     share = np.tile(np.linspace(0, 1, count), (cycles, 1)) if rng is None else np.sort(rng.uniform(0, 1, (cycles, count)), axis=1)
     share[:, 0], share[:, -1] = 0, 1
     return START + share[..., None] * (END - START)
 
 
 def path_of(visits):
-    """Judge the only path."""
+    """Evaluate the only path."""
     return evaluate(visits).loads[0].paths[0]
 
 
 def across_two():
-    """Give two unit vectors across the line."""
+    """Return two unit vectors normal to the line."""
     along = (END - START) / np.linalg.norm(END - START)
     one = np.cross(along, [0, 0, 1])
     one /= np.linalg.norm(one)
@@ -67,7 +67,7 @@ def across_two():
 
 
 def test_a_constant_offset_is_all_accuracy():
-    """The line moved across itself by 0.3 mm and along by any 2 mm: AT = 0.3 mm, RT = 0, wherever readings stand; turned by 1 mrad about z: AT_c."""
+    """A line displaced by 0.3 mm across and by 2 mm along itself: AT = 0.3 mm and RT = 0 for any readings; rotated by 1 mrad about z: AT_c."""
     one, _ = across_two()
     along = (END - START) / np.linalg.norm(END - START)
     rng = np.random.default_rng(1)
@@ -94,7 +94,7 @@ def test_a_known_spread_is_mean_and_three_s():
 
 
 def test_the_spread_of_many_cycles_tends_to_its_constant():
-    """Cycles that scatter by sigma in both directions across the line: RT of many tends to 3.21872 sigma, as in a plane."""
+    """For cycles with standard deviation sigma in both directions across the line, RT tends to 3.21872 sigma, as in a plane."""
     one, other = across_two()
     rng = np.random.default_rng(2)
     shift = 1e-4 * (rng.normal(size=(1000, 1, 1)) * one + rng.normal(size=(1000, 1, 1)) * other)
@@ -104,7 +104,7 @@ def test_the_spread_of_many_cycles_tends_to_its_constant():
 
 
 def test_the_worst_plane_is_named():
-    """A bump in one cycle's way at 30 % of the path, an offset that grows to the end: each figure stands at its own place."""
+    """One cycle deviates at 30 % of the path, an offset grows towards the end: each figure is located at its own place."""
     one, other = across_two()
     share = np.linspace(0, 1, 61)
     away = 1e-3 * share[None, :, None] * one + np.zeros((10, 1, 1))
@@ -116,7 +116,7 @@ def test_the_worst_plane_is_named():
 
 
 def by_hand(attained, planes):
-    """Give AT and RT once more, in plain loops: for each plane, each cycle's two readings beside it, the point between them, and the definitions."""
+    """Return AT and RT by plain loops: for each plane, each cycle's neighbouring readings, the point between them, and the definitions."""
     along = (END - START) / math.dist(START, END)
     ways = [[sum((p - s) * a for p, s, a in zip(point, START, along, strict=True)) for point in cycle] for cycle in attained]
     first, last = max(0.0, *(min(way) for way in ways)), min(math.dist(START, END), *(max(way) for way in ways))
@@ -142,7 +142,7 @@ def by_hand(attained, planes):
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000), cycles=st.integers(2, 12), count=st.integers(6, 40))
 def test_loops_by_the_definitions_say_the_same(seed, cycles, count):
-    """AT and RT of made-up cycles with errors in all directions, read at random, are those of plain loops over planes and cycles."""
+    """AT and RT of synthetic cycles with errors in all directions and random readings equal those of plain loops."""
     rng = np.random.default_rng(seed)
     attained = line(cycles, count, rng) + rng.normal(0, 1e-5, (cycles, 1, 3)) + rng.normal(0, 3e-4, 3)
     found = path_of(readings(attained))
@@ -152,7 +152,7 @@ def test_loops_by_the_definitions_say_the_same(seed, cycles, count):
 
 
 def test_a_turned_frame_changes_nothing():
-    """Commands and readings turned and moved together: the same figures, AT_a to RT_c apart, which belong to the base's axes."""
+    """Rotating and moving commands and readings together leaves all figures but AT_a to RT_c, which refer to the base's axes."""
     rng = np.random.default_rng(3)
     visits = readings(line(rng=rng) + rng.normal(0, 1e-4, (10, 40, 3)))
     turn = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
@@ -165,7 +165,7 @@ def test_a_turned_frame_changes_nothing():
 
 
 def test_the_order_within_noise_and_the_way_back():
-    """Readings at rest step back by noise and change nothing; readings that come back are refused with their line."""
+    """Readings at rest that step back by noise change nothing; readings that come back are refused with their line."""
     rng = np.random.default_rng(4)
     rest = np.repeat(line()[:, :1], 5, axis=1)
     along = (END - START) / np.linalg.norm(END - START)
@@ -177,7 +177,7 @@ def test_the_order_within_noise_and_the_way_back():
 
 
 def test_cycles_that_tell_no_path_are_refused():
-    """Too few readings, one cycle, half of the way, no such poses, and one path by two names: each said with its line."""
+    """Too few readings, a single cycle, half of the path, unknown poses, and one path under two names are refused with their line."""
     for attained, said in (
         (line(count=4), r"line 2(.|\n)*4 readings along path P2-P4 in cycle 1"),
         (line(cycles=1), "1 cycle"),
@@ -185,7 +185,7 @@ def test_cycles_that_tell_no_path_are_refused():
     ):
         with pytest.raises(lostmotion.InputError, match=said):
             evaluate(readings(attained))
-    with pytest.raises(lostmotion.InputError, match="no two poses of that name"):
+    with pytest.raises(lostmotion.InputError, match="does not name two poses"):
         evaluate(readings(line(), name="E1-E2"))
     many = readings(line())
     with pytest.raises(lostmotion.InputError, match="400 paths"):
@@ -194,12 +194,12 @@ def test_cycles_that_tell_no_path_are_refused():
         evaluate(readings(line(1200, 5)))
     twice = readings(line())
     twice = replace(twice, path=tuple("P2 to P4" if k < 200 else name for k, name in enumerate(twice.path)))
-    with pytest.raises(lostmotion.InputError, match="by another name"):
+    with pytest.raises(lostmotion.InputError, match="under a second name"):
         evaluate(twice)
 
 
 def test_stated_commands_give_the_line_and_must_be_straight():
-    """Commanded positions along an unnamed path give it; one that lies 2 mm beside the line is refused."""
+    """Commanded positions along an unnamed path define its line; one that is 2 mm off the line is refused."""
     visits = readings(line(), name="weld")
     stated = replace(visits, command=visits.attained.copy())
     assert path_of(stated).length == pytest.approx(np.linalg.norm(END - START))
@@ -211,7 +211,7 @@ def test_stated_commands_give_the_line_and_must_be_straight():
 
 
 def test_what_readings_leave_between_them_is_told():
-    """A path that bends between readings: the straight line between the neighbours of each misses it by d²/8 f'', d their distance."""
+    """On a path that bends, the line between the neighbours of a reading misses it by d²/8 f'', with d their distance."""
     one, _ = across_two()
     share = np.linspace(0, 1, 41)
     found = path_of(readings(line(count=41) + 4e-3 * (share * (1 - share))[None, :, None] * one))
@@ -220,7 +220,7 @@ def test_what_readings_leave_between_them_is_told():
 
 
 def test_planes_and_definitions_by_hand():
-    """Two planes, two cycles along x, worked out on paper; crossings lie straight between readings."""
+    """Two planes and two cycles along x, calculated by hand; crossings are linear between readings."""
     errors = np.zeros((2, 2, 6))
     errors[0, :, 3:], errors[1, :, 3:] = [[9.0, 1, 0], [7, 3, 0]], [[0, 0, 1], [0, 0, 1]]
     errors[1, :, 0] = 1.0, -3.0
@@ -238,10 +238,10 @@ def test_planes_and_definitions_by_hand():
     ("alike", "uneven", "everywhere"), [(0.0, False, False), (0.0, False, True), (0.0, True, False), (0.15, True, False), (3.0, False, False)]
 )
 def test_intervals_of_paths_cover(alike, uneven, everywhere):
-    """Of made-up tests of ten cycles, 90 % intervals of AT_p and RT_p hold what many cycles show in 85 to 97 % of 300.
+    """For synthetic tests of ten cycles, 90 % intervals of AT_p and RT_p cover the value for many cycles in 85 to 97 % of 300.
 
-    Planes err each for itself, like their neighbours, or all alike; as much everywhere, or more in one place; the path is off most at its end, or
-    everywhere alike. 1 000 tests of each kind: `benchmarks/path_intervals.py`.
+    Errors of the planes are independent, correlated between neighbours, or common to all; of equal scatter, or larger in one place; the path's offset
+    is largest at its end, or constant. 1 000 tests of each kind: `benchmarks/path_intervals.py`.
     """
     rng, planes = np.random.default_rng(5), np.linspace(0, 1, 20)
     kernel = np.exp(-0.5 * ((planes[:, None] - planes) / alike) ** 2) if alike else np.eye(20)
@@ -260,7 +260,7 @@ def test_intervals_of_paths_cover(alike, uneven, everywhere):
 @pytest.mark.slow
 @pytest.mark.parametrize("everywhere", [False, True])
 def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
-    """The noisiest plane is often the longest without being off any more: AT_a's 90 % intervals hold 86 to 96 % of 600 tests of ten cycles."""
+    """The noisiest plane is often the longest without a larger offset: AT_a's 90 % intervals cover in 86 to 96 % of 600 tests of ten cycles."""
     rng, planes = np.random.default_rng(6), np.linspace(0, 1, 20)
     size = 1 + 1.5 * np.exp(-(((planes - 0.3) / 0.2) ** 2))
     off = np.full(20, 3.0) if everywhere else 1 + 2 * planes
@@ -274,7 +274,7 @@ def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
 @pytest.mark.slow
 @pytest.mark.parametrize(("cycles", "parts", "least"), [(10, 1, 0.70), (10, 2, 0.82), (30, 1, 0.82)])
 def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts, least):
-    """One plane of twenty scatters 2.5 times as much: RT's 90 % intervals hold it in most of 200 tests, fewest of ten cycles and one part."""
+    """One plane of twenty has 2.5 times the scatter: RT's 90 % intervals cover it in most of 200 tests, least for ten cycles and one component."""
     rng, size = np.random.default_rng(9), np.where(np.arange(20) == 6, 2.5, 1.0)
     truth, held = {1: 3.0, 2: 3.21872}[parts] * 2.5, []
     for _ in range(200):
@@ -286,7 +286,7 @@ def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts
 @pytest.mark.slow
 @pytest.mark.parametrize("parts", [1, 2])
 def test_half_a_path_that_is_off_alike_is_not_taken_to_differ(parts):
-    """Ten planes of twenty are 3 off, ten only 1: AT's 90 % intervals hold the 3 in 80 to 95 % of 400 tests of ten cycles."""
+    """Ten planes of twenty have an offset of 3, ten of 1: AT's 90 % intervals cover the 3 in 80 to 95 % of 400 tests of ten cycles."""
     rng, held = np.random.default_rng(10), []
     for _ in range(400):
         errors = rng.standard_normal((20, 10, parts))
@@ -298,10 +298,10 @@ def test_half_a_path_that_is_off_alike_is_not_taken_to_differ(parts):
 
 @pytest.mark.parametrize("count", [10, 30])
 def test_planes_that_few_cycles_show_alike_are_not_made_up_alike(count):
-    """Round scatter, each plane for itself: a log deviation has the variance psi'(n - 1) / 4, and the average of twenty a twentieth of it.
+    """For independent isotropic planes a log deviation has the variance psi'(n - 1) / 4, and the mean of twenty a twentieth of it.
 
-    Ten cycles show any two planes a third alike; made up from pairs as they look, the average would scatter twice as much. A sample's scatter is
-    also more oblong than the true one, which would make a single deviation scatter by a fifth too much.
+    In ten cycles any two planes seem correlated by a third; simulated with the sample correlations the mean would have twice the scatter. A sample
+    covariance is also less isotropic than the true one, which would raise the scatter of a single deviation by a fifth.
     """
     rng, single, combined = np.random.default_rng(7), [], []
     for _ in range(40):
@@ -316,7 +316,7 @@ def test_planes_that_few_cycles_show_alike_are_not_made_up_alike(count):
 
 
 def test_one_sample_alone_is_made_no_rounder_and_many_are():
-    """The axes of a round scatter look unequal in ten visits; that of a single one may as well be so."""
+    """With ten visits, the sample axes of isotropic scatter seem unequal; for a single sample they may truly be so."""
     errors = np.random.default_rng(8).standard_normal((400, 10, 2))
     errors -= errors.mean(axis=1, keepdims=True)
     found = np.einsum("sni,snj->sij", errors, errors) / 9
@@ -328,7 +328,7 @@ def test_one_sample_alone_is_made_no_rounder_and_many_are():
 
 
 def test_of_one_plane_the_worst_has_student_s_and_chi_square_s_intervals():
-    """With one part and far from zero both are known in closed form."""
+    """With one component and far from zero both intervals have closed forms."""
     errors = 5 + np.random.default_rng(3).standard_normal((12, 1))
     for level in (0.5, 0.9, 0.95):
         student, square = student_interval(errors[:, 0], level), scatter_interval(errors[:, 0], level)
@@ -338,7 +338,7 @@ def test_of_one_plane_the_worst_has_student_s_and_chi_square_s_intervals():
 
 
 def test_intervals_of_the_worst_plane_scale_with_the_unit_and_ask_for_scatter():
-    """Metres or millimetres; planes that do not scatter beside some that do; no scatter, too few cycles, what is not known."""
+    """Intervals scale with the unit; planes without scatter, no scatter at all, too few cycles, and unknown values are handled."""
     errors = np.random.default_rng(4).standard_normal((5, 8, 3)) * np.array([1e-5, 2e-5, 0]) + [3e-5, 0, 0]
     assert 1e3 * np.array(astuple(largest_mean(errors))) == pytest.approx(np.array(astuple(largest_mean(1e3 * errors))))
     assert 1e3 * np.array(astuple(largest_scatter(errors))) == pytest.approx(np.array(astuple(largest_scatter(1e3 * errors))))
@@ -366,7 +366,7 @@ def by_definition(errors):
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000), cycles=st.integers(2, 12), count=st.integers(5, 80), extra=st.booleans())
 def test_at_shared_places_the_figures_are_those_of_the_readings(seed, cycles, count, extra):
-    """All cycles read at the same places, one with a reading besides: AT and RT are the standard's formulas of these readings, nothing between."""
+    """With all cycles read at the same places, one with an extra reading, AT and RT are the standard's formulas of these readings."""
     rng = np.random.default_rng(seed)
     errors = rng.normal(0, 1e-5, (cycles, count, 3)) + rng.normal(0, 3e-4, 3)
     visits = readings(line(cycles, count) + errors)
@@ -390,7 +390,7 @@ def test_at_shared_places_the_figures_are_those_of_the_readings(seed, cycles, co
 
 
 def test_a_repeatability_is_not_smoothed_where_every_cycle_was_read_elsewhere():
-    """Noise of ten cycles read at places of their own: RT at a plane is within 3 % of that of ten readings; interpolated points show 18 % less."""
+    """With ten cycles of noise read at different places, RT at a plane is within 3 % of that of ten readings; interpolation would give 18 % less."""
     rng, one, moved, interpolated = np.random.default_rng(12), across_two()[0], [], []
     for _ in range(60):
         attained, noise = line(10, 30, rng), 1e-4 * rng.normal(size=(10, 30, 1))
@@ -406,13 +406,13 @@ def test_a_repeatability_is_not_smoothed_where_every_cycle_was_read_elsewhere():
 
 
 def repeatability(sets):
-    """Return mean + 3 s of the distances from the average, of sets (set, cycle) along one direction."""
+    """Return mean + 3 s of the distances from the mean, of sets (set, cycle) along one direction."""
     lengths = np.abs(sets - sets.mean(axis=1, keepdims=True))
     return lengths.mean(axis=1) + 3 * lengths.std(axis=1, ddof=1)
 
 
 def test_a_bend_between_readings_is_no_scatter():
-    """Ten cycles that follow one bent path exactly, each read at 40 places of its own, repeat to a tenth of what the path bends between readings."""
+    """Ten cycles that follow one bent path exactly, each read at 40 different places, repeat to a tenth of the bend between readings."""
     one, _ = across_two()
     rng = np.random.default_rng(13)
     share = np.sort(rng.uniform(0, 1, (10, 40)), axis=1)
@@ -433,7 +433,7 @@ def test_a_bend_between_readings_is_no_scatter():
     shared=st.booleans(),
 )
 def test_an_estimate_lies_within_its_interval(seed, cycles, count, noise, off, shared):
-    """Whatever was measured along a path, no interval has a negative end and each holds the figure printed beside it."""
+    """No interval along a path has a negative limit, and each contains the printed figure."""
     rng = np.random.default_rng(seed)
     attained = line(cycles, count, None if shared else rng) + rng.normal(0, noise, (cycles, count, 3)) + rng.normal(0, off, 3)
     turned = Rotation.from_rotvec(rng.normal(0, 1e-3, (cycles * count, 3))).as_matrix()

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 # Changes where a key changes or goes; keys may be added without.
 LAYOUT: Final = 2
-_PERCENTILE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)")
+_PERCENTILE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)|^([0-9]+) %$")
 
 
 def key_of(label: str) -> str:
-    """Return the key of a label: its letters and digits, "p95" for the 95th percentile, with "_" between words."""
-    return re.sub(r"\W+", "_", _PERCENTILE.sub(r"p\1", label)).strip("_") or "value"
+    """Return the key of a label: its letters and digits, "p95" for the 95th percentile or a column "95 %", with "_" between words."""
+    return re.sub(r"\W+", "_", _PERCENTILE.sub(r"p\1\2", label)).strip("_") or "value"
 
 
 def figures_by_key(sections: Iterable[Section]) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""ISO 9283:1998: characteristics by their definitions, predicted and measured; never 'certified'."""
+"""ISO 9283: predicted and measured pose and path characteristics."""

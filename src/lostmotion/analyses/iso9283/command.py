@@ -161,8 +161,8 @@ def iso9283(
     visited = None if measured is None else read_measured(asked.measured, asked.mapping, asked.commands, asked.instrument, asked.load)
     if visited is not None:
         visited = commanded(visited, asked.cube, asked.centre, asked.tool_rpy, predicted=arm is not None)
-    judged = None if visited is None else evaluate(visited)
+    evaluated = None if visited is None else evaluate(visited)
     asked.ready()
     rise = None if asked.warm_up is None else WarmUp(asked.warm_up, asked.warm_up_time, asked.expansion)
     chosen = None if arm is None else cube_of(asked.arm, asked.cube, asked.centre, asked.tool_rpy, asked.floor, visited, progress)
-    return sheet_of(asked.arm, chosen, judged, asked.visits, asked.robots, asked.seed, ends_of(asked.path, judged), rise, progress)
+    return sheet_of(asked.arm, chosen, evaluated, asked.visits, asked.robots, asked.seed, ends_of(asked.path, evaluated), rise, progress)

@@ -1,4 +1,4 @@
-"""Does a measured robot look like one of those predicted? Each figure of its sheet against the same figure of the robots built."""
+"""Comparison of a measured robot with the predicted robots, figure by figure."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# m, rad: commanded positions, and ways in which the tool is held, that differ by less are the same.
+# Commanded positions (m) and tool orientations (rad) that differ by less are equal.
 SAME: Final = 1e-3
-_HELD_THE_SAME: Final = 0.01
+_SAME_ORIENTATION: Final = 0.01
 _LOW: Final = 0.05
 _HIGH: Final = 0.95
 _BASE: Final = 6
@@ -35,7 +35,7 @@ _TURNS: Final = 3
 
 @dataclass(frozen=True)
 class OverRobots:
-    """How a figure falls over the robots built: mean, and what 5 % and 95 % of them stay below, with intervals."""
+    """Distribution of a figure over the simulated robots: mean, 5th and 95th percentile, with confidence intervals."""
 
     mean: Estimate
     low: Estimate
@@ -43,7 +43,7 @@ class OverRobots:
 
 
 def over_robots(values: Floats, *, signed: bool = False) -> OverRobots:
-    """How does a figure (robot,) fall over robots? One that is not signed is a length or a size: no interval of it goes below zero."""
+    """Return the distribution of a figure (robot,) over robots; intervals of unsigned figures do not go below zero."""
     low, high = (Estimate(*(float(x) for x in robots_quantile(values, level))) for level in (_LOW, _HIGH))
     mean = student_interval(values)
     return OverRobots(mean if signed else of_length(mean.value, mean.low, mean.high), low, high)
@@ -51,7 +51,7 @@ def over_robots(values: Floats, *, signed: bool = False) -> OverRobots:
 
 @dataclass(frozen=True)
 class ComparedFigure:
-    """One figure: its name, which pose or path, whether it is an angle (rad) or a length (m), the load, what robots show, what was measured."""
+    """One figure: name, pose or path, whether it is an angle (rad) or a length (m), load, distribution over predicted robots, measured value."""
 
     name: str
     pose: str
@@ -62,15 +62,15 @@ class ComparedFigure:
 
     @property
     def within(self) -> bool:
-        """Tell whether the measured value lies between what 5 % and 95 % of the robots stay below."""
+        """Return whether the measured value lies between the 5th and the 95th percentile of the predicted robots."""
         return self.predicted.low.value <= self.measured.value <= self.predicted.high.value
 
 
 def compare(predicted: PredictedRobots, measured: MeasuredRobot) -> list[ComparedFigure]:
-    """Which figures do both have, at the same poses, along the same path and under the same load? Empty where poses and loads are others.
+    """Return the figures that both have at the same poses, along the same path and under the same load; empty if there are none.
 
-    Orientations where the measured tool is held as the predicted one; along a path with six joints or more alone. AP_p with best-fit frames where
-    the measured poses tell a base frame, as that of the robots predicted is, and no tool frame besides.
+    Orientations are compared where measured and predicted tool orientation agree; along a path only with six joints or more. AP_p with best-fit
+    frames is compared where the measured poses determine only a base frame, as the fit of the predicted robots does.
     """
     found: list[ComparedFigure] = []
     for there in measured.loads:
@@ -81,19 +81,19 @@ def compare(predicted: PredictedRobots, measured: MeasuredRobot) -> list[Compare
 
 
 def different_orientations(predicted: PredictedRobots, measured: MeasuredLoad) -> tuple[str, ...]:
-    """At which of P1 to P5 was an orientation measured, of a tool that is held in another one than the arm predicted holds it in?"""
+    """Return the names of those of P1 to P5 at which the measured tool orientation differs from that of the predicted arm."""
     at = {pose.name: pose.rotation for pose in measured.poses}
-    return tuple(name for name, held in zip(NAMES, predicted.cube.poses[:, :3, :3], strict=True) if name in at and _apart(at[name], held))
+    return tuple(name for name, rotation in zip(NAMES, predicted.cube.poses[:, :3, :3], strict=True) if name in at and _apart(at[name], rotation))
 
 
 def _apart(one: Floats, other: Floats) -> bool:
-    """Tell whether two rotations (3, 3) differ; one that is not known does not."""
-    return float(np.linalg.norm(one - other)) > math.sqrt(2) * _HELD_THE_SAME
+    """Return whether two rotations (3, 3) differ; unknown rotations (NaN) count as equal."""
+    return float(np.linalg.norm(one - other)) > math.sqrt(2) * _SAME_ORIENTATION
 
 
 def determines_tool_frame(measured: MeasuredLoad) -> bool:
-    """Do the measured poses tell a tool frame besides the base frame that robots predicted are fitted with?"""
-    return measured.fit is not None and measured.fit.told > _BASE
+    """Return whether the measured poses determine a tool frame besides the base frame; predicted robots are fitted with a base frame only."""
+    return measured.fit is not None and measured.fit.rank > _BASE
 
 
 def _at_poses(predicted: PredictedRobots, sheet: LoadSheet, measured: MeasuredLoad) -> list[ComparedFigure]:
@@ -127,7 +127,7 @@ def _at_poses(predicted: PredictedRobots, sheet: LoadSheet, measured: MeasuredLo
 
 
 def _along_path(predicted: PredictedRobots, sheet: LoadSheet, measured: MeasuredLoad) -> list[ComparedFigure]:
-    """Compare the path that robots were sent along; whether its ends are those of the cube is seen by them."""
+    """Compare the path that the predicted robots followed; orientation only where it is constant over the cube."""
     ends = predicted.cube.poses[list(predicted.path_ends), :3, 3]
     name = "-".join(NAMES[k] for k in predicted.path_ends)
     return [
@@ -140,7 +140,7 @@ def _along_path(predicted: PredictedRobots, sheet: LoadSheet, measured: Measured
 
 
 def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None:
-    """Which cube were P1 to P5 commanded in? Centre, side (m) and the tool's rotation where known; None where they are no five poses of a cube."""
+    """Return centre, side (m) and tool rotation (None if unknown) of the cube of the commanded P1 to P5; None where they are not poses of a cube."""
     at = {name: k for k, name in reversed(list(enumerate(visits.pose)))}
     known = {**visits.known} | {name: visits.commanded_pose(at[name]) for name in NAMES if name in at}
     if not set(NAMES) <= set(known):
@@ -156,20 +156,20 @@ def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None
 
 
 def unreachable_command(arm: Arm, visits: Visits, centre: Floats, side: float, rotation: Floats | None) -> InputError:
-    """Say that P1 to P5 were commanded where this arm does not reach: a cube (m) that the measured file tells."""
+    """Return the error for commanded P1 to P5, of a cube with this centre and side (m), that the arm cannot reach."""
     at = next((k for k, name in enumerate(visits.pose) if name in NAMES), 0)
     points = five_points(centre, side)
     beyond = np.flatnonzero(out_of_reach(arm, points, rotation))
     named = [f"{NAMES[k]} at ({', '.join(f'{x * 1e3:.0f}' for x in points[k])}) mm" for k in beyond]
     place = f"a cube of {side * 1e3:.0f} mm about ({', '.join(f'{x * 1e3:.0f}' for x in centre)}) mm"
-    found = f"{', '.join(named)}, out of reach of {arm.name}" if named else f"on {place}, not all of which {arm.name} reaches"
-    expected = f"commands in the arm's base frame, on a cube all of which it reaches{orientation_clause(arm)}"
-    alone = f"lostmotion iso9283 --measured {visits.where[at][0]}, to judge the measured robot alone"
+    found = f"{', '.join(named)}, out of reach of {arm.name}" if named else f"on {place}, part of which {arm.name} cannot reach"
+    expected = f"commands in the arm's base frame, on a cube that it reaches entirely{orientation_clause(arm)}"
+    alone = f"lostmotion iso9283 --measured {visits.where[at][0]}, to evaluate the measured robot alone"
     return InputError([Problem(visits.where[at][0], "commanded positions of P1 to P5", found, expected, alone)])
 
 
 def poses_of_cube(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:
-    """Where were P1 to P5 of a stated cube (centre (3,) and side in m) commanded? Poses (4, 4) by name; the rotation NaN where none is stated."""
+    """Return P1 to P5 (4, 4) by name for a cube with this centre (3,) and side in m; rotation NaN where none is stated."""
     out = {}
     for name, point in zip(NAMES, five_points(np.asarray(centre, dtype=float), side), strict=True):
         out[name] = np.eye(4)
@@ -178,7 +178,7 @@ def poses_of_cube(centre: Floats, side: float, rotation: Floats | None) -> dict[
 
 
 def refuse_missing_commands(visits: Visits) -> None:
-    """Raise InputError where the command of P1 to P5, or of a path, is nowhere stated: a cube found by a search is not where the robot was sent."""
+    """Raise InputError where commands of P1 to P5 or of a path are missing: the cube found by a search need not be where the robot was sent."""
     commanded = np.asarray(np.isfinite(visits.command).all(axis=1))
     lines = {path for path in dict.fromkeys(visits.path) if path and _no_line(visits, path, commanded)}
     missing: dict[str, list[int]] = {}
@@ -195,7 +195,7 @@ def refuse_missing_commands(visits: Visits) -> None:
                 file,
                 f"{len(rows)} row{'s' * (len(rows) > 1)}, from line {visits.where[rows[0]][1]}",
                 f"{named} without commanded positions",
-                "xc, yc, zc in the rows, a file of commands, or the cube that the robot was sent to; a cube found by search is not known to be it",
+                "xc, yc, zc in the rows, a file of commands, or the cube that was commanded (the cube found by a search may be another one)",
                 '--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"',
             )
         )
@@ -204,6 +204,6 @@ def refuse_missing_commands(visits: Visits) -> None:
 
 
 def _no_line(visits: Visits, path: str, commanded: np.ndarray) -> bool:
-    """Tell whether neither a path's name nor its rows say which line was commanded."""
+    """Return whether neither a path's name nor its rows define the commanded line."""
     rows = np.array([each == path for each in visits.path])
     return path_ends(path, visits.known) is None and int(np.count_nonzero(rows & commanded)) < MIN_COMMANDS

@@ -1,10 +1,10 @@
-"""Which RP_l do visits show that scatter normally? Mean and deviation over sets of n visits, without sampling.
+"""Expected value and standard deviation of RP_l for normally distributed visits, without sampling.
 
-RP_l = mean(l) + 3 s of the lengths l of the deviations from the barycentre. These deviations are normal vectors with 1 - 1/n of the covariance, any
-two of them correlated by -1/(n - 1). The mean squares of mean(l) and of s follow from two lengths at a time; E s and E mean(l) s from Taylor's series
-of the root of s^2, with the joint cumulants of mean(l) and s^2: those of independent lengths (R. Fisher's k-statistics; M. Kendall, A. Stuart, The
-Advanced Theory of Statistics, vol. 1, ch. 12), and what the common barycentre adds (F. Mehler's expansion in the correlation). All terms to the third
-order in 1/n are kept.
+RP_l = mean(l) + 3 s of the lengths l of the deviations from the barycentre. These deviations are normal vectors with 1 - 1/n of the covariance, each
+pair correlated by -1/(n - 1). The mean squares of mean(l) and of s follow from pairs of lengths; E s and E mean(l) s follow from the Taylor series of
+the root of s^2 with the joint cumulants of mean(l) and s^2: those of independent lengths (R. Fisher's k-statistics; M. Kendall, A. Stuart, The
+Advanced Theory of Statistics, vol. 1, ch. 12), and those due to the common barycentre (F. Mehler's expansion in the correlation). All terms up to
+third order in 1/n are included.
 """
 
 from __future__ import annotations
@@ -21,21 +21,22 @@ _PAIR: Final = 2
 _AXES: Final = 3
 _HIGHEST: Final = 8
 _STEP: Final = 0.5
-# Of Laplace's variable. The integrands are analytic within pi of the axis of its logarithm, so that the rule's error falls as exp(-2 pi^2 / step).
+# Laplace variable. The integrands are analytic within pi of the real axis of its logarithm: the quadrature error falls as exp(-2 pi^2 / step).
 _NODES: Final = np.exp(np.arange(-60.0, 60.0 + _STEP, _STEP))
 
 
 def expected_repeatability(covariance: Floats, visits: int | None = None) -> tuple[Floats, Floats]:
-    """Which RP_l is to be expected of visits that scatter normally with this covariance (n, 3, 3), and how much will it vary? Both (n,).
+    """Return the expected RP_l and its standard deviation, both (n,), for normal scatter with this covariance (n, 3, 3).
 
-    `visits` None: what RP_l tends to with many visits, deviation 0. Otherwise mean and standard deviation over sets of so many visits: exact for two,
-    else a series to the third order in 1 / visits, whatever the rank and shape of the covariance. Off by at most, in %, against brute force:
+    `visits` is the number of visits per set; None: the limit for many visits, standard deviation 0. Exact for two visits, else a series to the third
+    order in 1 / visits, for any rank and shape of the covariance. Largest error against brute-force sampling, in %:
 
-        visits          30     10     7      5     4     3
-        the mean        0.01   0.05   0.05   0.2   0.8   1.1
-        the deviation   0.05   0.3    0.5    2     3     11
+        visits               30     10     7      5     4     3
+        expected value       0.01   0.05   0.05   0.2   0.8   1.1
+        standard deviation   0.05   0.3    0.5    2     3     11
 
-    Not for scatter by a few two-sided or flat draws. NaN for what is not finite. Raises ValueError for fewer than two visits.
+    Not valid for scatter dominated by a few two-valued or uniform errors. NaN for covariances that are not finite. Raises ValueError for fewer than
+    two visits.
     """
     if visits is not None and visits < _PAIR:
         raise ValueError(f"{visits} visit; repeatability needs at least 2")
@@ -50,16 +51,16 @@ def expected_repeatability(covariance: Floats, visits: int | None = None) -> tup
 
 
 def _standardised(shares: Floats, visits: int | None) -> tuple[Floats, Floats]:
-    """Do so for variances along the principal axes (n, 3) that sum to one."""
+    """Return expected value and standard deviation for variances along the principal axes (n, 3) that sum to one."""
     lengths = length_moments(shares)
     mean = lengths[1]
     spread = np.sqrt(1 - mean**2)
     if visits is None:
         return mean + 3 * spread, np.zeros_like(mean)
     shorter = np.sqrt(1 - 1 / visits)
-    if visits == _PAIR:  # both lie as far from their middle: no s
+    if visits == _PAIR:  # both are equally far from their midpoint: s = 0
         return shorter * mean, shorter * spread
-    # A normal density times y_i^2 / variance_i is, of lengths, that of two more axes with this variance.
+    # Tilting a normal density by y_i^2 / variance_i changes the length as two more axes with this variance would.
     wider = length_moments(np.concatenate([np.tile(shares[:, None], (1, _AXES, 1)), np.repeat(shares[:, :, None], 2, axis=2)], axis=2))
     tilted = [one - other[:, None] for one, other in zip(wider, lengths, strict=True)]
     above_mean, square = _series_coefficients(_central_moments(lengths, mean, spread), _central_moments(tilted, mean[:, None], spread[:, None]))
@@ -68,10 +69,10 @@ def _standardised(shares: Floats, visits: int | None) -> tuple[Floats, Floats]:
 
 
 def length_moments(variances: Floats) -> list[Floats]:
-    """Which moments does the length of a normal vector have, with these variances (..., axis) along its axes? E l^p (...) for p from 0 to 8.
+    """Return the moments E l^p (...) for p from 0 to 8 of the length l of a normal vector with these variances (..., axis) along its axes.
 
-    Even ones in closed form; odd ones from the transform E exp(-u l^2) and its derivatives by a trapezoidal rule in log u: to 1e-11 of each for
-    variances of about unit sum, zeros among them too.
+    Even moments in closed form; odd ones from the transform E exp(-u l^2) and its derivatives by a trapezoidal rule in log u. Relative error 1e-11
+    for variances of about unit sum, including zeros.
     """
     shrunk = 1 / (1 + 2 * _NODES[:, None] * variances[..., None, :])
     weight = _STEP / np.sqrt(np.pi) * np.sqrt(_NODES * shrunk.prod(axis=-1))
@@ -83,7 +84,7 @@ def length_moments(variances: Floats) -> list[Floats]:
 
 
 def _square_moments(variances: Floats) -> list[Floats]:
-    """Give the first four moments of the squared length: its cumulants are 2^(r-1) (r-1)! times the sums of the variances' powers."""
+    """Return the first four moments of the squared length, whose cumulants are 2^(r-1) (r-1)! times the sums of the variances' powers."""
     moments: list[Floats] = [np.ones(variances.shape[:-1])]
     cumulants = [np.asarray(2 ** (r - 1) * factorial(r - 1) * (variances**r).sum(axis=-1)) for r in range(1, _HIGHEST // 2 + 1)]
     for r in range(1, len(cumulants) + 1):
@@ -92,21 +93,22 @@ def _square_moments(variances: Floats) -> list[Floats]:
 
 
 def _central_moments(raw: list[Floats], mean: Floats, spread: Floats) -> list[Floats]:
-    """Turn averages of l^p, p = 0, 1, ..., into those of ((l - mean) / spread)^p."""
+    """Return the standardised central moments of ((l - mean) / spread)^p from the raw moments of l^p, p = 0, 1, ..."""
     return [sum((comb(p, k) * raw[k] * (-mean) ** (p - k) for k in range(p + 1)), start=np.zeros_like(raw[0])) / spread**p for p in range(len(raw))]
 
 
 def _series_coefficients(central: list[Floats], tilted: list[Floats]) -> tuple[Floats, Floats]:
-    """Give mean and variance of RP_l, by powers of 1/n (4, ...), of standard lengths z: central moments (...), and how z^p leans to axes (..., axis).
+    """Return the coefficients, by powers of 1/n (4, ...), of mean and variance of RP_l for standardised lengths z.
 
-    Over the lengths' spread and sqrt(1 - 1/n), the mean without that of the lengths.
+    `central` holds the central moments (...), `tilted` the moments of z^p under a density tilted towards each axis (..., axis). In units of the
+    standard deviation of the lengths times sqrt(1 - 1/n); the mean excludes that of the lengths.
     """
     g3, g4, g5, g6, g7, g8 = _cumulants(central)
-    # z, w = z^2 - 1, and their products: what two visits, or three, have in common through the barycentre.
+    # z, w = z^2 - 1, and their products: correlations of two or three visits through the common barycentre.
     z, w, zw, ww = tilted[1], tilted[2], tilted[3] - tilted[1], tilted[4] - 2 * tilted[2]
 
-    def both(*what: Floats) -> Floats:
-        return np.asarray(np.prod(np.broadcast_arrays(*what), axis=0).sum(axis=-1))
+    def both(*factors: Floats) -> Floats:
+        return np.asarray(np.prod(np.broadcast_arrays(*factors), axis=0).sum(axis=-1))
 
     zz = both(z, z)
     # Joint cumulants of mean(z) and t = s^2 / E s^2, by orders of 1/n: of t, t; mean, t; t, t, t; mean, t, t; four t; mean, t, t, t.
@@ -140,7 +142,7 @@ def _series_coefficients(central: list[Floats], tilted: list[Floats]) -> tuple[F
 
 
 def _cumulants(central: list[Floats]) -> list[Floats]:
-    """Give the cumulants from the third on, of moments about a mean of zero."""
+    """Return the cumulants from the third on, of central moments."""
     found: list[Floats] = [np.zeros_like(central[0])]
     for r in range(1, len(central)):
         known = (comb(r - 1, j - 1) * found[j] * central[r - j] for j in range(1, r))

@@ -1,4 +1,4 @@
-"""How accurate is the arm once base and tool frame are set as well as can be? The best fit of both to measured or simulated positions."""
+"""Best-fit base and tool frames of measured or simulated positions."""
 
 from __future__ import annotations
 
@@ -13,43 +13,43 @@ from lostmotion.spatial import exp, skew
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# Directions of the fit that the poses do not tell: their share, in squares, of the best told one.
-_UNTOLD: Final = 1e-12
+# Relative eigenvalue of the normal equations below which the poses do not determine a parameter.
+_SINGULAR: Final = 1e-12
 _STEPS: Final = 50
-_CLOSE: Final = 1e-14
-_FEWEST: Final = 3
+_TOLERANCE: Final = 1e-14
+_MIN_POSES: Final = 3
 _BASE: Final = 6
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Frames that fit best: attained = base (command + rotation tool), by least squares.
+    """Least-squares frames: attained = base (command + rotation tool).
 
-    base (4, 4)   where the base frame really is, seen from the commanded one; m
-    tool (3,)     by how much the tool point stands off, in the tool's axes, m; zero where the orientations were not given
-    residual (pose, 3)  what no frame takes away, m, along the commanded base's axes
-    with_tool     whether a tool frame was looked for
-    told          how many of the 6 or 9 numbers the poses tell; the others are zero
+    base (4, 4)         pose of the actual base frame in the commanded one, m
+    tool (3,)           offset of the tool point in tool axes, m; zero where no orientations were given
+    residual (pose, 3)  residuals along the axes of the commanded base frame, m
+    with_tool           whether a tool offset was fitted
+    rank                number of the 6 or 9 frame parameters that the poses determine; the others are zero
     """
 
     base: Floats
     tool: Floats
     residual: Floats
     with_tool: bool
-    told: int
+    rank: int
 
 
 def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) -> Fit:
-    """Which base and tool frame bring the commanded positions (pose, 3) nearest to the attained ones (pose, 3), m?
+    """Return the base and tool frames that fit attained positions (pose, 3) to commanded ones (pose, 3), m, by least squares.
 
-    `rotation` (pose, 3, 3) of the commanded tool; left out, only the base is fitted. Least squares over positions by Gauss and Newton's steps, from
-    the closed form for the base alone (K. Arun, T. Huang, S. Blostein, IEEE PAMI 9 (1987) 698). What the poses do not tell is left small: with
-    one orientation at all of them, an offset of the tool cannot be told from a shift of the base.
-    Raises ValueError for fewer than three poses, DidNotConvergeError where the steps do not end.
+    `rotation` (pose, 3, 3) is the commanded orientation of the tool; None: only the base frame is fitted. Gauss-Newton steps from the closed form for
+    the base frame alone (K. Arun, T. Huang, S. Blostein, IEEE PAMI 9 (1987) 698). Parameters that the poses do not determine get the smallest norm:
+    with a single orientation a tool offset is indistinguishable from a base shift. Raises ValueError for fewer than three poses, DidNotConvergeError
+    where the steps do not converge.
     """
     attained, command = np.asarray(attained, dtype=float), np.asarray(command, dtype=float)
-    if len(attained) < _FEWEST:
-        raise ValueError(f"{len(attained)} positions; a frame needs at least {_FEWEST}")
+    if len(attained) < _MIN_POSES:
+        raise ValueError(f"{len(attained)} positions; a frame needs at least {_MIN_POSES}")
     base, tool = _closed_form(attained, command), np.zeros(3)
     size = max(float(np.abs(command - command.mean(axis=0)).max()), float(np.finfo(float).tiny))
     for _ in range(_STEPS):
@@ -63,17 +63,17 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
         base = turn @ base
         if rotation is not None:
             tool = tool + step[6:]
-        if np.abs(step).max() < _CLOSE * max(size, 1.0) * 100:
+        if np.abs(step).max() < _TOLERANCE * max(size, 1.0) * 100:
             stands = command if rotation is None else command + rotation @ tool
             residual = attained - (stands @ base[:3, :3].T + base[:3, 3])
-            return Fit(base, tool, residual, rotation is not None, int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_UNTOLD, hermitian=True)))
-    raise DidNotConvergeError("the best-fit frames were not found: are attained and commanded positions in the same order and unit?")
+            return Fit(base, tool, residual, rotation is not None, int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_SINGULAR, hermitian=True)))
+    raise DidNotConvergeError("the frame fit did not converge: are attained and commanded positions in the same order and unit?")
 
 
 def residual_after_fit(errors: Floats, command: Floats, rotation: Floats | None = None) -> Floats:
-    """What is left of small errors (pose, ..., 3) at commanded positions (pose, 3), m, once base and tool frame fit best? To first order.
+    """Return the residuals of small errors (pose, ..., 3) at commanded positions (pose, 3), m, after the best fit of base and tool frame.
 
-    For many robots at once; `best_fit` is exact. Source as there.
+    First order, for many robots at once; `best_fit` is exact. Arguments as there.
     """
     size = max(float(np.abs(command - command.mean(axis=0)).max()), float(np.finfo(float).tiny))
     matrix = _jacobian(command, command.mean(axis=0), rotation, size)
@@ -84,12 +84,12 @@ def residual_after_fit(errors: Floats, command: Floats, rotation: Floats | None 
 
 
 def _pseudo_inverse(matrix: Floats) -> Floats:
-    """Give the least-squares inverse of a tall matrix, by its few columns alone: steps that are repeated make up for the squared condition."""
-    return np.asarray(np.linalg.pinv(matrix.T @ matrix, rcond=_UNTOLD, hermitian=True) @ matrix.T)
+    """Return the least-squares inverse of a tall matrix from its normal equations; repeated steps compensate for the squared condition number."""
+    return np.asarray(np.linalg.pinv(matrix.T @ matrix, rcond=_SINGULAR, hermitian=True) @ matrix.T)
 
 
 def _closed_form(attained: Floats, command: Floats) -> Floats:
-    """Give the base (4, 4) alone that fits best."""
+    """Return the base frame (4, 4) that fits best without a tool offset."""
     there, here = attained.mean(axis=0), command.mean(axis=0)
     u, _, vt = np.linalg.svd((attained - there).T @ (command - here))
     rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
@@ -99,7 +99,7 @@ def _closed_form(attained: Floats, command: Floats) -> Floats:
 
 
 def _jacobian(points: Floats, about: Floats, rotation: Floats | None, size: float) -> Floats:
-    """Give what small turns about a middle (times size), shifts and offsets of the tool do to the points: (3 pose, 6 or 9)."""
+    """Return the derivatives of the points (3 pose, 6 or 9) by rotations about a centre (times `size`), shifts, and tool offsets."""
     blocks = [-skew(points - about) / size, np.broadcast_to(np.eye(3), (len(points), 3, 3))]
     if rotation is not None:
         blocks.append(rotation)

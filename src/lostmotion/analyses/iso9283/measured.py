@@ -1,4 +1,4 @@
-"""What do measured visits say by ISO 9283, and how sure is each figure? One robot, as it stood before the instrument. Intervals: `confidence`."""
+"""ISO 9283 characteristics of one measured robot, with confidence intervals (`confidence`)."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ if TYPE_CHECKING:
 
 _RESAMPLES: Final = 400
 _FRAME: Final = 3
-# Fewer poses than this, drawn again, say too little of others.
+# Fewest poses for bootstrap intervals.
 _MIN_POSES: Final = 20
 _MOST_MISTAKES: Final = 20
 
 
 @dataclass(frozen=True)
 class MeasuredPose:
-    """One pose: lengths in m, angles in rad; estimates are NaN where too few visits or no command tell nothing.
+    """One pose: lengths in m, angles in rad; estimates are NaN where visits or the command are missing.
 
     accuracy, repeatability   AP_p and RP_l
     axes (6)                  AP_a, AP_b, AP_c, AP_x, AP_y, AP_z
     scatter (6)               3 s about and along the axes: RP_a, RP_b, RP_c first
-    without_instrument        RP_l with the instrument's own scatter taken off, in squares, never below zero
-    fitted                    AP_p left with the best-fit frames over all poses
+    without_instrument        RP_l with the instrument's own scatter subtracted in squares, never below zero
+    fitted                    AP_p with the best-fit frames over all poses
     multi_directional         vAP_p, from visits with a side; NaN without
-    rotation (3, 3)           of the tool: commanded, or the attained ones' average where that is not known; NaN where none was measured
-    errors (visit, 3)         about the command, or about the barycentre where no command is known
+    rotation (3, 3)           orientation of the tool: commanded, or the mean of the attained ones; NaN where none was measured
+    errors (visit, 3)         relative to the command, or to the barycentre where the command is unknown
     """
 
     name: str
@@ -69,14 +69,14 @@ class MeasuredPose:
 
 @dataclass(frozen=True)
 class MeasuredLoad:
-    """The sheet of one robot under one load.
+    """Characteristics of one robot under one load.
 
     load        share of the payload
-    poses       each pose, P2 before P10
+    poses       each pose, in natural order of the names
     distance    AD_p and RD between P2 and P4; None without both
-    pooled      mean, standard deviation, 95 % point and largest of AP_p over poses, as it is and with the best-fit frames; with intervals over poses
-    fit         the frames; None for fewer than three poses or no commands
-    floor       RP_l that the instrument alone would show, m
+    pooled      mean, standard deviation, 95th percentile and maximum of AP_p over poses, as commanded and with best-fit frames; intervals over poses
+    fit         the best-fit frames; None for fewer than three poses or without commands
+    floor       RP_l expected from the instrument alone, m
     paths       each path
     """
 
@@ -91,17 +91,17 @@ class MeasuredLoad:
 
 @dataclass(frozen=True)
 class MeasuredRobot:
-    """The sheet of one robot: a part for each load, the heaviest first."""
+    """Characteristics of one robot for each load, the heaviest first."""
 
     visits: Visits
     loads: tuple[MeasuredLoad, ...]
 
 
 def evaluate(visits: Visits, level: float = LEVEL) -> MeasuredRobot:
-    """What does ISO 9283 say of these rows? Intervals of this level; two visits at least for a scatter, three poses for frames.
+    """Return the ISO 9283 characteristics of these rows, with confidence intervals of this level.
 
-    Raises InputError for poses that were visited from stated sides alone: their other figures are those of the standard's cycle; for a cycle that
-    visits a pose twice; and for paths as `evaluate_paths`.
+    A scatter needs two visits, best-fit frames three poses. Raises InputError for poses visited only from stated sides (the other characteristics
+    need the standard's cycle), for a cycle that visits a pose twice, and for paths as `evaluate_paths`.
     """
     of_path = np.array([bool(path) for path in visits.path])
     _refuse_repeated_cycles(visits)
@@ -118,29 +118,27 @@ def evaluate(visits: Visits, level: float = LEVEL) -> MeasuredRobot:
 
 
 def _refuse_too_few(visits: Visits) -> None:
-    """Raise InputError for visits that show neither a repeatability nor an accuracy over poses."""
+    """Raise InputError for visits that determine neither a repeatability nor an accuracy over poses."""
     file, line = visits.where[0]
     poses = len(dict.fromkeys(visits.pose))
     found = f"{len(visits.pose)} visit{'s' * (len(visits.pose) > 1)} to {poses} pose{'s' * (poses > 1)}"
     if visits.duplicates:
         found += f", besides {visits.duplicates} duplicate row{'s' * (visits.duplicates > 1)}"
-    expected = "two visits or more to a pose (the standard asks for 30), or three poses or more with their commanded positions"
+    expected = "at least two visits to a pose (the standard asks for 30), or at least three poses with commanded positions"
     raise InputError([Problem(file, f"line {line}", found, expected, "cycle 1 to 30, one row for each visit")])
 
 
 def _refuse_repeated_cycles(visits: Visits) -> None:
-    """Raise InputError where a cycle visits one pose twice: which of the two stands beside the other poses of that cycle nobody knows."""
+    """Raise InputError where a cycle visits one pose twice: which one belongs to the other poses of that cycle is unknown."""
     first: dict[tuple[str, str, float, float], int] = {}
     mistakes: list[Problem] = []
     for k, visit in enumerate(zip(visits.pose, visits.side, visits.load.tolist(), visits.cycle.tolist(), strict=True)):
         if visit[0] and len(mistakes) < _MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
             (file, line), (other, before) = visits.where[k], visits.where[at]
             stands = f"line {before}" if file == other else f"{other}, line {before}"
-            found = (
-                f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has it with another {_differing_coordinates(visits, k, at)}"
-            )
+            found = f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has another {_differing_coordinates(visits, k, at)}"
             mistakes.append(
-                Problem(file, f"line {line}", found, "one visit per pose, side, load and cycle", "strike the void one, or number it anew")
+                Problem(file, f"line {line}", found, "one visit per pose, side, load and cycle", "delete the invalid row, or renumber it")
             )
     if mistakes:
         raise InputError(mistakes)
@@ -155,7 +153,7 @@ def _differing_coordinates(visits: Visits, one: int, other: int) -> str:
 
 
 def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
-    """Give what a `MeasuredLoad` holds of poses."""
+    """Return the fields of a `MeasuredLoad` that belong to poses."""
     everywhere: dict[str, list[int]] = {}
     for k, name in enumerate(visits.pose):
         everywhere.setdefault(name, []).append(k)
@@ -165,7 +163,7 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
     rows = {name: np.array([k for k in everywhere[name] if not visits.side[k]], dtype=int) for name in names}
     if alone := [name for name, found in rows.items() if not len(found)]:
         file, line = visits.where[everywhere[alone[0]][0]]
-        expected = "visits without a side at every pose too, those of the standard's cycle"
+        expected = "visits of the standard's cycle, without a side, at every pose too"
         raise InputError([Problem(file, f"line {line}, side", f"a side at all visits to {', '.join(alone)}", expected, "P1,,600.01,0.02,399.98")])
     command = np.array([visits.command[found[0]] for found in rows.values()]).reshape(-1, 3)
     barycentre = np.array([visits.attained[found].mean(axis=0) for found in rows.values()]).reshape(-1, 3)
@@ -187,22 +185,23 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
 
 
 def _natural_order(name: str) -> tuple[str, int, str]:
-    """Give what sorts names as people count."""
+    """Return the sort key that puts P2 before P10."""
     word = name.rstrip("0123456789")
     return word, int(name[len(word) :][-9:] or 0), name
 
 
 def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: float, from_sides: Estimate, level: float) -> MeasuredPose:
+    """Return the characteristics of one pose."""
     attained, command = visits.attained[found], visits.command[found[0]]
     known = bool(np.isfinite(command).all())
     errors = attained - (command if known else attained.mean(axis=0))
     rotation, turned = visits.rotation[found[0]], turn[found]
-    aimed = bool(np.isfinite(turned).all())
-    if not aimed:
+    with_command = bool(np.isfinite(turned).all())
+    if not with_command:
         rotation, turned = _deviations_from_mean(visits.orientation[found])
     each = np.column_stack([turned, errors])
     measured = [bool(np.isfinite(turned).all())] * 3 + [True] * 3
-    commanded = [aimed] * 3 + [known] * 3
+    commanded = [with_command] * 3 + [known] * 3
     repeat = repeatability_interval(errors, level)
     floor = visits.instrument * isotropic_repeatability(len(found))
     return MeasuredPose(
@@ -222,12 +221,12 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
 
 
 def _without(repeat: Estimate, floor: float) -> Estimate:
-    """Return a repeatability with that of the instrument alone taken off in squares, both the value and its ends."""
+    """Return a repeatability and its limits with the instrument's own repeatability subtracted in squares."""
     return Estimate(*(math.sqrt(max(each**2 - floor**2, 0.0)) if math.isfinite(each) else each for each in (repeat.value, repeat.low, repeat.high)))
 
 
 def _deviations_from_mean(orientation: Floats) -> tuple[Floats, Floats]:
-    """Give the average of orientations (visit, 3, 3), and the rotation vectors (visit, 3) from it to each; NaN where one is not known."""
+    """Return the mean of orientations (visit, 3, 3), and the rotation vectors (visit, 3) from it to each; NaN where one is unknown."""
     from scipy.spatial.transform import Rotation
 
     if not np.isfinite(orientation).all():
@@ -238,7 +237,7 @@ def _deviations_from_mean(orientation: Floats) -> tuple[Floats, Floats]:
 
 
 def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:
-    """Give vAP_p, with the interval of the pair of sides that stand farthest apart."""
+    """Return vAP_p, with the interval of the two sides whose barycentres are farthest apart."""
     sides: dict[str, list[int]] = {}
     for k in rows:
         if visits.side[k]:
@@ -255,7 +254,7 @@ def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:
 
 
 def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tuple[Estimate, Estimate] | None:
-    """Give AD_p and RD between P2 and P4, from the cycles in which both were visited."""
+    """Return AD_p and RD between P2 and P4, from the cycles that visited both; None without two of them."""
     if not {"P2", "P4"} <= set(rows):
         return None
     cycles = [dict(zip(visits.cycle[rows[name]].tolist(), rows[name].tolist(), strict=True)) for name in ("P2", "P4")]
@@ -269,7 +268,7 @@ def _distance(visits: Visits, rows: dict[str, np.ndarray], level: float) -> tupl
 
 
 def _refit(command: Floats, rotation: Floats | None, fit: Fit) -> Callable[[np.ndarray], np.ndarray]:
-    """Give what turns picked poses into what their own best-fit frames leave; small steps about the fit over all poses."""
+    """Return the function from poses to their residuals after their own best fit, by small steps about the fit over all poses."""
     stands = (command if rotation is None else command + rotation @ fit.tool) @ fit.base[:3, :3].T + fit.base[:3, 3]
     turned = None if rotation is None else fit.base[:3, :3] @ rotation
 
@@ -280,15 +279,15 @@ def _refit(command: Floats, rotation: Floats | None, fit: Fit) -> Callable[[np.n
 
 
 def _pooled(left: Callable[[np.ndarray], np.ndarray], count: int, level: float) -> tuple[Estimate, ...]:
-    """Give mean, standard deviation, 95 % point and largest of the lengths that are `left` at poses, with intervals by drawing poses again."""
+    """Return mean, standard deviation, 95th percentile and maximum of the lengths of residuals, with bootstrap intervals over poses."""
 
-    def told(chosen: np.ndarray) -> Floats:
+    def statistics(chosen: np.ndarray) -> Floats:
         lengths = np.linalg.norm(left(chosen), axis=1)
         return np.array([lengths.mean(), lengths.std(ddof=1), np.quantile(lengths, 0.95), lengths.max()])
 
     low, high = np.full((2, 4), math.nan)
     if count >= _MIN_POSES:
         rng = generator("poses")
-        again = np.array([told(rng.integers(count, size=count)) for _ in range(_RESAMPLES)])
-        low[:3], high[:3] = np.quantile(again[:, :3], [(1 - level) / 2, (1 + level) / 2], axis=0)
-    return tuple(Estimate(float(value), float(a), float(b)) for value, a, b in zip(told(np.arange(count)), low, high, strict=True))
+        resampled = np.array([statistics(rng.integers(count, size=count)) for _ in range(_RESAMPLES)])
+        low[:3], high[:3] = np.quantile(resampled[:, :3], [(1 - level) / 2, (1 + level) / 2], axis=0)
+    return tuple(Estimate(float(value), float(a), float(b)) for value, a, b in zip(statistics(np.arange(count)), low, high, strict=True))

@@ -1,4 +1,4 @@
-"""Which columns does a table of measured visits have? Header, roles, units and `--map`, with every mistake told."""
+"""Columns of a CSV of measured visits: header, roles, units and `--map`, with all mistakes at once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_MISTAKES: Final = 20
 LONGEST: Final = 60
 _HEADING: Final = re.compile(r"^\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
 _COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-# What may be a decimal comma, and may be a comma between thousands.
+# A comma that may be a decimal comma or a separator of thousands.
 _THOUSANDS: Final = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _NUMBER: Final = re.compile(r"[+-]?[.,]?\d[\d.,]*(?:[eE][+-]?\d+)?")
 _MAP: Final = re.compile(r"^\s*(?P<role>[a-z]{1,5})\s*=\s*(?P<sign>[+-]?)\s*(?P<column>[^\[\]]{1,100}?)\s*(?:\[(?P<unit>[^\[\]]{0,20})\]\s*)?$")
@@ -36,7 +36,7 @@ ORIENTATION: Final = ("a", "b", "c")
 COMMANDED_ORIENTATION: Final = ("ac", "bc", "cc")
 WORDS: Final = ("pose", "path", "side", "cycle")
 _LENGTHS: Final = (*ATTAINED, *DEVIATION, *COMMANDED)
-# What is counted in: SI unit, and one that people write.
+# SI unit of each role, and a usual unit for the example of a message.
 _UNITS: Final = {**dict.fromkeys(_LENGTHS, ("m", "mm")), **dict.fromkeys((*ORIENTATION, *COMMANDED_ORIENTATION), ("rad", "deg")), "load": ("1", "%")}
 _ROLES: Final = (*WORDS, *_UNITS)
 HEADER: Final = "pose, cycle, x [mm], y [mm], z [mm], xc [mm], yc [mm], zc [mm]"
@@ -44,19 +44,19 @@ HEADER: Final = "pose, cycle, x [mm], y [mm], z [mm], xc [mm], yc [mm], zc [mm]"
 
 @dataclass(frozen=True)
 class Column:
-    """Where a role stands in the file: its index, and what its numbers are multiplied with to be in SI."""
+    """Index of a role's column, and the factor that converts its numbers to SI."""
 
     index: int
     factor: float = 1.0
 
 
 def column_names(header: list[str]) -> list[str]:
-    """Give the header's names without their units."""
+    """Return the header's names without their units."""
     return [match["name"] if (match := _HEADING.match(heading[:_MOST_COLUMNS])) else heading for heading in header]
 
 
 def read_table(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
-    """Read header, rows and the line that each row stands in."""
+    """Return header, rows, and the line number of each row."""
     file = str(path)
     text = read_text(path, MEGABYTES, _EXAMPLE).splitlines()
     kept = [(number, line) for number, line in enumerate(text, 1) if line.strip() and not line.lstrip().startswith("#")]
@@ -89,14 +89,14 @@ def _is_number(cell: str) -> bool:
 
 
 def _headings(file: str, header: list[str]) -> tuple[dict[str, int], dict[str, str], list[Problem]]:
-    """Give where each name stands, its unit, and what is wrong with the names."""
+    """Return the index and unit of each name, and the mistakes in the names."""
     mistakes: list[Problem] = []
     plain: dict[str, int] = {}
     units: dict[str, str] = {}
     for index, (name, heading) in enumerate(zip(column_names(header), header, strict=True)):
         match = _HEADING.match(heading[:_MOST_COLUMNS])
         if name in plain:
-            mistakes.append(Problem(file, f"line 1, column {index + 1}", f"{shown(name)} once more", "each name once", HEADER))
+            mistakes.append(Problem(file, f"line 1, column {index + 1}", f"{shown(name)} a second time", "each name once", HEADER))
         plain[name], units[name] = index, (match["unit"] if match else "") or ""
     return plain, units, mistakes
 
@@ -104,14 +104,14 @@ def _headings(file: str, header: list[str]) -> tuple[dict[str, int], dict[str, s
 def find_columns(
     file: str, header: list[str], mapping: Sequence[str], elsewhere: Collection[str] = ()
 ) -> tuple[dict[str, Column], set[str], list[Problem]]:
-    """Find the column of every role, by the header's own names or as mapped; what is mapped may stand `elsewhere`, in another file's header.
+    """Return the column of every role, the roles without a known unit, and all mistakes.
 
-    Besides: the roles whose unit is not known, so that their numbers' sizes are not either; and every mistake.
+    Roles are found by the header's own names or by `mapping`; a mapped name may belong to another file's header, `elsewhere`.
     """
     plain, units, mistakes = _headings(file, header)
     found: dict[str, Column] = {}
     without_unit: set[str] = set()
-    asked = [(role, name, "", "") for name in plain for role in [name] if role in _ROLES]
+    requested = [(role, name, "", "") for name in plain for role in [name] if role in _ROLES]
     for text in [part for entry in mapping for part in entry.split(",") if part.strip()]:
         match = _MAP.match(text)
         if match is None or match["role"] not in _ROLES:
@@ -126,9 +126,9 @@ def find_columns(
             expected = f"a column of {cut(file, LONGEST)}: {listed(plain)}"
             mistakes.append(Problem("", "mapping", shown(match["column"]), expected, nearest=near, passing=(("mapping", "xc = x_t [mm]"),)))
             continue
-        asked = [each for each in asked if each[0] != match["role"]]
-        asked.append((match["role"], match["column"], match["unit"] or "", match["sign"]))
-    for role, name, unit, sign in asked:
+        requested = [each for each in requested if each[0] != match["role"]]
+        requested.append((match["role"], match["column"], match["unit"] or "", match["sign"]))
+    for role, name, unit, sign in requested:
         factor = 1.0
         if role not in WORDS:
             si, example = _UNITS[role]
@@ -150,6 +150,7 @@ def find_columns(
 
 
 def _missing(file: str, found: Mapping[str, Column]) -> list[Problem]:
+    """Return the mistakes of missing and contradictory columns."""
     out = []
     whole = {group: [role for role in group if role in found] for group in (ATTAINED, DEVIATION, COMMANDED, ORIENTATION, COMMANDED_ORIENTATION)}
     for group, there in whole.items():
@@ -168,23 +169,23 @@ def _missing(file: str, found: Mapping[str, Column]) -> list[Problem]:
                 file,
                 "line 1",
                 "dx, dy, dz without xc, yc, zc",
-                "the commanded positions beside them",
+                "columns with the commanded positions",
                 "dx [mm], dy [mm], dz [mm], xc [mm], yc [mm], zc [mm]",
             )
         )
     if not whole[COMMANDED] and not {"pose", "path"} & set(found):
-        out.append(Problem(file, "line 1", "neither pose nor path nor xc, yc, zc", "what tells poses apart", HEADER))
+        out.append(Problem(file, "line 1", "neither pose nor path nor xc, yc, zc", "columns that identify the pose", HEADER))
     if "path" in found and "cycle" not in found:
-        out.append(Problem(file, "line 1", "path without cycle", "the number of the cycle beside it", "path, cycle, x [mm], y [mm], z [mm]"))
+        out.append(Problem(file, "line 1", "path without cycle", "a column with the number of the cycle", "path, cycle, x [mm], y [mm], z [mm]"))
     if whole[COMMANDED_ORIENTATION] and not whole[COMMANDED]:
         out.append(Problem(file, "line 1", "ac, bc, cc without xc, yc, zc", "the whole commanded pose", HEADER))
     return out
 
 
 def decimal_points(file: str, rows: list[list[str]], lines: Sequence[int], columns: Mapping[str, Column]) -> list[list[str]]:
-    """Give the rows with decimal points where the file's numbers have decimal commas, as many spreadsheets write them between semicolons.
+    """Return the rows with decimal points where the file's numbers use decimal commas, as many spreadsheets write them between semicolons.
 
-    Raises InputError, once, where it cannot be told what a comma is: beside decimal points, or wherever thousands could be meant.
+    Raises InputError, once, where a comma is ambiguous: beside decimal points, or wherever it could separate thousands.
     """
     at = [column.index for role, column in columns.items() if role not in WORDS or role == "cycle"]
     numbered = [(row[k], line) for row, line in zip(rows, lines, strict=True) for k in at if k < len(row) and _NUMBER.fullmatch(row[k])]

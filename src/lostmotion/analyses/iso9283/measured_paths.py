@@ -1,7 +1,7 @@
-"""How well did a measured robot follow a straight path? AT and RT (ISO 9283:1998, 8.2, 8.3) from readings taken along it, cycle by cycle.
+"""Path accuracy AT and path repeatability RT (ISO 9283:1998, 8.2, 8.3) of a measured robot, from readings along straight paths.
 
-Where all cycles were read at the same places, AT and RT are those of the readings there. A tracker that reads by its own clock is never twice at one
-place: then each cycle's nearest reading is moved to planes across the commanded path, evenly apart over the stretch that all cycles cover.
+Where all cycles were read at the same places, AT and RT are those of the readings there. A tracker that reads at its own clock never reads twice at
+one place: then each cycle's nearest reading is moved to evenly spaced planes normal to the commanded path.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.spatial import Floats
 
-# Planes, as many as predicted paths are looked at in; a cycle of fewer readings tells no more places than it has.
+# Planes, as many as along a predicted path; at most as many as a cycle has readings.
 PLANES: Final = 20
-# Shared places from which intervals are computed, evenly picked: the effort grows with their square.
+# Most planes from which intervals are computed, evenly picked: the cost grows with their square.
 MOST_PLANES: Final = 60
-# Commanded positions along a path that tell its line where its name does not.
+# Commanded positions along a path that define its line where its name does not.
 MIN_COMMANDS: Final = 2
 MOST_CYCLES: Final = 1000
 MOST_PATHS: Final = 20
-# Of the path: as far may a reading stand behind those before it (noise at rest, overshoot), and so much must all cycles cover.
+# As a share of the path's length: how far a reading may go back (noise at rest, overshoot), and how much all cycles must cover.
 _BACK: Final = 0.01
 _COVERED: Final = 0.5
-# m and rad: commands that differ by less are rounding in the file, or off the straight line by no more than anyone would call straight.
+# Rounding of commanded positions (m) and orientations (rad) in the file, and tolerated deviation from the straight line.
 _SAME: Final = 1e-3
 _SHORTEST: Final = 1e-6
 _MOST_MISTAKES: Final = 20
@@ -53,16 +53,16 @@ class MeasuredPath:
 
     name               its ends, "P2-P4"
     ends (2, 3)        of the commanded line
-    cycles, readings   how often it was run, how many readings in all
-    shared             all cycles were read at the same places, and these are the planes
-    places (plane,)    how far from the start each plane stands
-    figures (8)        `PATH_FIGURES` of these cycles as the standard defines them, at the worst plane; NaN where orientations are not known
-    many (8)           estimates of what many cycles would show, with intervals: chance makes the worst of several planes of few cycles read high
-    worst (8,)         how far from the start the worst plane for each stands
-    profile (8, plane) the same at each plane
-    floor              RT_p that the instrument alone would show
-    gap                how far neighbouring readings stand apart along the path, at most
-    missed             root mean square by which the straight line between its two neighbours misses a reading, across the path
+    cycles, readings   number of cycles, and of readings in all
+    shared             all cycles were read at the same places, which are the planes
+    places (plane,)    position of each plane along the path
+    figures (8)        `PATH_FIGURES` of these cycles as the standard defines them, at the worst plane; NaN where orientations are unknown
+    many (8)           estimates for many cycles, with confidence intervals; the worst of several planes of few cycles is biased high
+    worst (8,)         position of the worst plane for each figure
+    profile (8, plane) the figures at each plane
+    floor              RT_p expected from the instrument alone
+    gap                largest distance between neighbouring readings along the path
+    missed             r.m.s. distance of a reading from the straight line between its two neighbours, across the path
     """
 
     name: str
@@ -81,13 +81,13 @@ class MeasuredPath:
 
     @property
     def length(self) -> float:
-        """Give the length of the commanded line, m."""
+        """Return the length of the commanded line, m."""
         return float(np.linalg.norm(self.ends[1] - self.ends[0]))
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A commanded line: its label, where it starts, its unit direction and length, and the tool's rotation along it (NaN where not known)."""
+    """A commanded line: label, start, unit direction, length, and the tool's rotation along it (NaN where unknown)."""
 
     name: str
     start: Floats
@@ -97,11 +97,11 @@ class _Line:
 
 
 def evaluate_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
-    """What do readings along paths, all under one load, say of each path?
+    """Return the path characteristics of readings along paths under one load, with confidence intervals of this level.
 
-    The command is the line between the two poses that a path is named after; where the file states commanded positions along it they must lie on a
-    straight line, and give it where the name does not. Raises InputError for a path whose command is not known, cycles with fewer than five readings
-    or out of order, fewer than two cycles, and readings along less than half of the path.
+    The command is the line between the two poses that a path is named after. Commanded positions in the file must lie on a straight line, and define
+    it where the name does not. Raises InputError for a path without a known command, cycles with fewer than five readings or out of order, fewer than
+    two cycles, and readings along less than half of the path.
     """
     out: dict[str, MeasuredPath] = {}
     mistakes: list[Problem] = []
@@ -116,14 +116,14 @@ def evaluate_paths(readings: Visits, level: float) -> tuple[MeasuredPath, ...]:
             mistakes += error.problems
         else:
             if out.setdefault(line.name, judged) is not judged:
-                mistakes.append(_problem(rows, 0, f"path {line.name} by another name", "one way of writing a path", line.name))
+                mistakes.append(_problem(rows, 0, f"path {line.name} under a second name", "one name for each path", line.name))
     if mistakes:
         raise InputError(mistakes[:_MOST_MISTAKES])
     return tuple(out.values())
 
 
 def path_ends(label: str, known: Container[str]) -> tuple[str, str] | None:
-    """Which two of the known poses does a path's name join? "P2-P4", "P2 P4" and "P2 to P4" all do; None where it names no two."""
+    """Return the two known poses that a path's name joins ("P2-P4", "P2 P4" or "P2 to P4"); None where it names no two."""
     for found in _NAMES.finditer(label):
         a, b = label[: found.start()].strip(), label[found.end() :].strip()
         if a != b and a in known and b in known:
@@ -137,7 +137,7 @@ def _problem(rows: Visits, k: int, found: str, expected: str, example: str) -> P
 
 
 def _line(label: str, rows: Visits) -> _Line:
-    """Find the commanded line of a path."""
+    """Return the commanded line of a path."""
     stated = np.flatnonzero(np.isfinite(rows.command).all(axis=1))
     named = path_ends(label, rows.known)
     turned = rows.rotation[np.isfinite(rows.rotation).all(axis=(1, 2))]
@@ -152,7 +152,7 @@ def _line(label: str, rows: Visits) -> _Line:
         end = points[np.linalg.norm(points - start, axis=1).argmax()]
         name = label
     else:
-        found = f"path {shown(label)}, and no two poses of that name whose commanded positions are known"
+        found = f"path {shown(label)}, which does not name two poses with known commanded positions"
         raise InputError([_problem(rows, 0, found, "two poses with a known command, joined by -", _EXAMPLE)])
     length = float(np.linalg.norm(end - start))
     if length < _SHORTEST:
@@ -162,11 +162,12 @@ def _line(label: str, rows: Visits) -> _Line:
     if (bent := stated[off > _SAME]).size:
         found = f"a commanded position {off.max() * 1e3:.3f} mm off the line of path {shown(label)}"
         raise InputError([_problem(rows, int(bent[0]), found, "a straight commanded path", "the commanded positions along P2-P4, or none")])
-    alike = len(turned) > 0 and bool(np.isfinite(turned).all()) and float(np.abs(turned - turned[0]).max()) < _SAME
-    return _Line(name, start, along, length, turned[0] if alike else np.full((3, 3), math.nan))
+    constant = len(turned) > 0 and bool(np.isfinite(turned).all()) and float(np.abs(turned - turned[0]).max()) < _SAME
+    return _Line(name, start, along, length, turned[0] if constant else np.full((3, 3), math.nan))
 
 
 def _evaluate_path(line: _Line, rows: Visits, level: float) -> MeasuredPath:
+    """Return the characteristics of one path."""
     numbers = dict.fromkeys(rows.cycle.tolist())
     if not MIN_VISITS <= len(numbers) <= MOST_CYCLES:
         found = f"path {line.name} in {len(numbers)} cycle{'s' * (len(numbers) > 1)}"
@@ -200,11 +201,11 @@ def _evaluate_path(line: _Line, rows: Visits, level: float) -> MeasuredPath:
 
 
 def _within(shared: list[np.ndarray] | None, ways: list[Floats], first: float, last: float, length: float) -> list[np.ndarray] | None:
-    """Return the shared readings that stand on the commanded line; None where they cover too little of it."""
+    """Return the shared readings on the commanded line; None where they cover too little of it."""
     if shared is None:
         return None
     places = np.mean([way[at] for way, at in zip(ways, shared, strict=True)], axis=0)
-    # Noise at the path's ends lies as often before them as behind.
+    # Noise at the ends of the path puts half of the readings there beyond them.
     on_line = (places >= -_BACK * length) & (places <= (1 + _BACK) * length)
     if on_line.sum() < MIN_READINGS or np.ptp(places[on_line]) < _COVERED * (last - first):
         return None
@@ -212,7 +213,7 @@ def _within(shared: list[np.ndarray] | None, ways: list[Floats], first: float, l
 
 
 def _reading_gaps(cycles: list[tuple[Floats, Floats]], along: Floats) -> tuple[float, float]:
-    """Give how far readings stand apart along the path at most, and by how much (root mean square) a reading left out would be missed."""
+    """Return the largest distance of neighbouring readings along the path, and the r.m.s. error of interpolating a reading from its neighbours."""
     gap, missed = 0.0, []
     for way, attained in cycles:
         order = np.argsort(way, kind="stable")
@@ -225,7 +226,7 @@ def _reading_gaps(cycles: list[tuple[Floats, Floats]], along: Floats) -> tuple[f
 
 
 def _out_of_order(line: _Line, rows: Visits, cycles: dict[float, np.ndarray], way: Floats) -> list[Problem]:
-    """Find cycles of too few readings, and those that come back."""
+    """Return the mistakes of cycles with too few readings or with readings that go back."""
     out = []
     for cycle, at in cycles.items():
         if len(at) < MIN_READINGS:
@@ -235,15 +236,15 @@ def _out_of_order(line: _Line, rows: Visits, cycles: dict[float, np.ndarray], wa
         behind = np.maximum.accumulate(way[at]) - way[at]
         if (back := np.flatnonzero(behind > _BACK * line.length)).size:
             found = f"{behind[back[0]] * 1e3:.1f} mm back along path {line.name}, in cycle {cycle:g}"
-            expected = "readings in the order in which the path was run, from its first end to its second; the way back is a path of its own"
-            out.append(_problem(rows, int(at[back[0]]), found, expected, "path P2-P4 for the way there, P4-P2 for the way back"))
+            expected = "readings in the order of motion, from the first end of the path to the second; the return is a separate path"
+            out.append(_problem(rows, int(at[back[0]]), found, expected, "path P2-P4 for the motion there, P4-P2 for the return"))
     return out[:_MOST_MISTAKES]
 
 
 def _path_result(
     line: _Line, errors: Floats, places: Floats, rows: Visits, level: float, between: tuple[float, float], *, shared: bool
 ) -> MeasuredPath:
-    """Return the figures of errors (plane, cycle, 6), with estimates and intervals of what many cycles would show."""
+    """Return the characteristics of errors (plane, cycle, 6), with estimates and intervals for many cycles."""
     profile = np.stack([path_figures(each, line.along) for each in errors], axis=-1)
     worst = profile.argmax(axis=1)
     picked = errors[np.unique(np.linspace(0, len(errors) - 1, MOST_PLANES).round().astype(int))]
@@ -273,6 +274,6 @@ def _path_result(
 
 @functools.cache
 def _noise(planes: int, cycles: int) -> float:
-    """Give RT_p that readings of standard deviation 1 in each coordinate would show alone, on the average, at the worst of so many planes."""
+    """Return the RT_p expected at the worst of so many planes from readings of unit standard deviation in each coordinate."""
     sets = generator("path noise").standard_normal((_SETS, planes, cycles, 2))
     return float(iso.pose_repeatability(sets).max(axis=1).mean())

@@ -1,7 +1,7 @@
-"""How well is a straight path followed? AT and RT by ISO 9283:1998, 8.2 and 8.3: one definition, for robots predicted and measured alike.
+"""Path accuracy AT and path repeatability RT of ISO 9283:1998, 8.2 and 8.3, for predicted and measured robots.
 
-The standard cuts the attained paths by planes across the commanded one, and looks at the points of one plane together. Errors (..., cycle, 6) at one
-plane: rotation vector from the commanded orientation, rad, and shift from the commanded point, in one unit; base axes.
+The standard cuts the attained paths by planes normal to the commanded path and evaluates each plane. Errors (..., cycle, 6) at a plane are the
+rotation vector from the commanded orientation, rad, and the displacement from the commanded point, in one unit; base axes.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# What is told of a path, in the order of every array here; the standard gives accuracy and repeatability of its orientation about each axis.
+# Characteristics of a path, in the order of every array here; those of orientation about each axis.
 PATH_FIGURES: Final = ("AT_p", "RT_p", "AT_a", "AT_b", "AT_c", "RT_a", "RT_b", "RT_c")
 _DIRECTION: Final = 3
-# A cycle of fewer readings shows no path.
+# Fewest readings of a cycle from which a path is evaluated.
 MIN_READINGS: Final = 5
-# Of the mean distance between readings: as far apart two readings still stand at one place.
+# Largest distance of two readings at one place, as a share of the mean distance between readings.
 _NEAR: Final = 0.1
-# Of the places of the cycle with the fewest readings: so many must be shared, or single places would be left out.
+# Smallest share of the places of the cycle with the fewest readings that all cycles must share.
 _SHARED: Final = 0.9
 
 
 def across_path(errors: Floats, along: Floats) -> Floats:
-    """Which part of errors (..., 3) lies in the plane across a path's direction (3,)? There the standard looks at paths."""
+    """Return the components of errors (..., 3) normal to a path's direction (3,)."""
     along = np.asarray(along) / np.linalg.norm(along)
     return np.asarray(errors - (errors * along).sum(axis=-1, keepdims=True) * along)
 
 
 def path_figures(errors: Floats, along: Floats) -> Floats:
-    """What do the cycles' errors (..., cycle, 6) say at one plane across the direction `along` (3,)? `PATH_FIGURES` there (8, ...), none signed.
+    """Return `PATH_FIGURES` (8, ...), all unsigned, of the cycles' errors (..., cycle, 6) at one plane normal to the direction `along` (3,).
 
-    AT_p: length of the average across the path; RT_p: mean + 3 s of the distances from it; AT_a, b, c: size of the average turn; RT_a, b, c: 3 s.
-    s has n - 1 below the fraction; the standard asks for n = 10. Raises ValueError for fewer than two cycles.
+    AT_p: length of the mean across the path; RT_p: mean + 3 s of the distances from it; AT_a, b, c: absolute mean rotation; RT_a, b, c: 3 s. s uses
+    the n - 1 denominator; the standard asks for n = 10. Raises ValueError for fewer than two cycles.
     """
     across, turn = across_path(errors[..., 3:], along), errors[..., :3]
     lengths = iso.pose_accuracy(across, np.zeros(3)), iso.pose_repeatability(across)
@@ -47,11 +47,10 @@ def path_figures(errors: Floats, along: Floats) -> Floats:
 
 
 def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
-    """Return which readings of each cycle stand at places that all cycles share, in the order of the path; None where they share too few.
+    """Return the indices (place,) of each cycle's readings at places that all cycles share, in path order; None where they share too few.
 
-    ways  (reading,) of each cycle: how far along the commanded path its readings stand, m
-    A place is shared where every cycle has a reading within a tenth of the mean distance between readings; the result holds one index array
-    (place,) for each cycle. At least nine tenths of the places of the cycle with the fewest readings must be shared, and five.
+    `ways` holds the positions (reading,) of each cycle's readings along the commanded path, m. A place is shared where every cycle has a reading
+    within a tenth of the mean reading distance. At least five places, and nine tenths of those of the cycle with the fewest readings, must be shared.
     """
     fewest = np.sort(min(ways, key=len))
     if len(fewest) < MIN_READINGS:
@@ -59,7 +58,7 @@ def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
     near = _NEAR * float(fewest[-1] - fewest[0]) / (len(fewest) - 1)
     kept = [fewest[0]]
     for place in fewest[1:]:
-        if place - kept[-1] > 2 * near:  # readings at rest stand at one place
+        if place - kept[-1] > 2 * near:  # readings at rest share one place
             kept.append(place)
     places = np.array(kept)
     nearest = [np.abs(way[:, None] - places).argmin(axis=0) for way in ways]
@@ -70,14 +69,13 @@ def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
 
 
 def moved_to_planes(ways: Sequence[Floats], errors: Sequence[Floats], places: Floats) -> Floats:
-    """Return errors (plane, cycle, k) at `places` (plane,) that all cycles cover, of two cycles or more that were read at places of their own.
+    """Return errors (plane, cycle, k) at `places` (plane,) that all cycles cover, from two cycles or more that were read at different places.
 
-    Each cycle's nearest reading is moved to the plane by as much as the other cycles change from there to the plane on the average, straight from
-    reading to reading. So the reading keeps its whole noise: a point interpolated between two readings has about two thirds of its variance, and a
-    repeatability from such points is 18 % low where neighbouring readings have nothing in common. A cycle without a reading between the outer planes
-    is interpolated.
+    Each cycle's nearest reading is moved to the plane by the mean change of the other cycles over the same distance, interpolated linearly. The
+    reading keeps its full noise: a point interpolated between two readings has about two thirds of its variance, and RT from such points is 18 % low
+    where neighbouring readings are independent. A cycle without a reading between the outer planes is interpolated.
 
-    ways    (reading,) of each cycle: how far along the commanded path its readings stand, m
+    ways    (reading,) of each cycle: position along the commanded path, m
     errors  (reading, k) of each cycle
     """
     here = [crossings(way, each, places) for way, each in zip(ways, errors, strict=True)]
@@ -94,16 +92,16 @@ def moved_to_planes(ways: Sequence[Floats], errors: Sequence[Floats], places: Fl
 
 
 def _nearest(way: Floats, places: Floats) -> np.ndarray | None:
-    """Return which reading between the outer planes is nearest to each plane; None without any."""
+    """Return the index of the reading between the outer planes that is nearest to each plane; None without any."""
     inside = np.flatnonzero((way >= places[0]) & (way <= places[-1]))
     return inside[np.abs(way[inside, None] - places).argmin(axis=0)] if inside.size else None
 
 
 def crossings(way: Floats, readings: Floats, places: Floats) -> Floats:
-    """Where does one attained path cross the planes at `places` (plane,) along the commanded one? (plane, k), straight from reading to reading.
+    """Return the readings (plane, k) of one attained path, interpolated linearly to `places` (plane,) along the commanded path.
 
-    way       (reading,) how far along the commanded path each reading stands; where it steps back, by noise, readings are taken in order of way
-    readings  (reading, k) what was read there
+    way       (reading,) position along the commanded path; where noise makes it decrease, readings are sorted by it
+    readings  (reading, k)
     """
     order = np.argsort(way, kind="stable")
     return np.stack([np.interp(places, way[order], column[order]) for column in readings.T], axis=-1)

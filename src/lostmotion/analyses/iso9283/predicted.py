@@ -1,7 +1,7 @@
-"""What would ISO 9283 say of robots built to this design? Each is drawn once, sent through the standard's cycles, and judged by its definitions.
+"""Predicted ISO 9283 characteristics of robots simulated from one design.
 
-The standard's drives are quasi-static here: no overshoot, no settling, no speed. Every joint arrives from where the motion before came from, and
-that decides the side of its play.
+Each robot is drawn once, follows the standard's cycles, and is evaluated by the standard's definitions. Motion is quasi-static: no overshoot,
+settling or speed. The direction of each joint's last motion decides the side of its backlash.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.analyses.iso9283.frame_fit import residual_after_fit
+from lostmotion.analyses.iso9283.joint_motion import cycle_approach, path_approach, path_poses, side_approach
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES, path_figures
 from lostmotion.error_model.draws import key
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.propagation import exact
 
 if TYPE_CHECKING:
@@ -39,40 +39,36 @@ MOST_ROBOTS: Final = 20_000
 MOST_CYCLES: Final = 1000
 MOST_PATH_POINTS: Final = 200
 MOST_LOADS: Final = 8
-# Share of the payload; more is a slip of the unit.
+# Largest share of the payload; more is a mistaken unit.
 MOST_LOAD: Final = 2.0
 PATH_POINTS: Final = 20
-# The standard looks at vAP at these, at distances and the path between the last two.
+# Poses at which the standard evaluates vAP; ends of the distance and of the default path.
 FROM_THREE_SIDES: Final = (0, 1, 3)
 DISTANCE: Final = (1, 3)
-# Of the cube's side: from how far a pose is approached along an axis.
-_APPROACH: Final = 0.1
-# A joint that turns or slides by less than this (rad, m) between two poses stands still.
-_STILL: Final = 1e-7
 _AT_ONCE: Final = 500
 SHOWN_ROBOTS: Final = 3
 _CHECKED: Final = 8
-# Numbers of the poses of each experiment, so that each has visits of its own while robots are the same.
+# First pose number of each experiment: visits are drawn independently, robots are the same.
 _NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000}
 
 
 @dataclass(frozen=True)
 class LoadSheet:
-    """What was found under one load, robot by robot, m and rad.
+    """Characteristics under one load, robot by robot, m and rad.
 
     load                  share of the payload
-    barycentre, turn      (pose, robot, 3) the average error of a robot's visits, and its rotation: AP_x, AP_y, AP_z and AP_a, AP_b, AP_c
+    barycentre, turn      (pose, robot, 3) mean error and rotation of a robot's visits: AP_x, AP_y, AP_z and AP_a, AP_b, AP_c
     repeatability         (pose, robot) RP_l
     scatter               (pose, robot, 6) 3 s about and along the axes: RP_a, RP_b, RP_c first
-    fitted                (pose, robot) AP_p left once each robot's base frame fits best over the five poses
-    expected, deviation   (pose,) mean and standard deviation of RP_l if visits scattered normally with the terms' covariance: no samples
-    limit                 (pose,) and what it would tend to with more and more visits
-    from_any_side         (pose, robot) RP_l if every joint arrived from either side at random, so that nothing held the side of its play
+    fitted                (pose, robot) AP_p after the best fit of each robot's base frame over the five poses
+    expected, deviation   (pose,) expected value and standard deviation of RP_l for normal scatter of the same covariance, without sampling
+    limit                 (pose,) its limit for many visits
+    random_approach       (pose, robot) RP_l if every joint arrives from either side at random
     shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
     multi_directional     (3, robot) vAP_p at P1, P2 and P4
     distance              (2, robot) AD_p and RD between P2 and P4
     path                  (8, robot) `PATH_FIGURES` along the line
-    path_profile          (8, point, 2) the same at each point: mean over robots, 95 % of robots below
+    path_profile          (8, point, 2) the same at each point: mean and 95th percentile over robots
     """
 
     load: float
@@ -93,20 +89,20 @@ class LoadSheet:
 
     @property
     def accuracy(self) -> Floats:
-        """Give AP_p (pose, robot), m."""
+        """Return AP_p (pose, robot), m."""
         return np.asarray(np.linalg.norm(self.barycentre, axis=-1))
 
 
 @dataclass(frozen=True)
 class PredictedRobots:
-    """What was found for robots built to one design.
+    """Characteristics of the simulated robots of one design.
 
-    approach (5, joint)  sign with which each joint arrives in the cycle
-    still                names of joints that do not move in the cycle
-    loads                a sheet for each load, the full one first
-    path_ends            which poses the path joins
-    path_points, path_cycles  how many points of it were looked at, and how often it was run
-    check                how far the sum of small errors stands off their exact composition, on a sample at the five poses
+    approach (5, joint)       sign of each joint's motion on arrival in the cycle
+    still                     names of joints that do not move in the cycle
+    loads                     characteristics under each load, in the order given
+    path_ends                 the poses that the path joins
+    path_points, path_cycles  number of points of the path, and of its cycles
+    check                     difference of the first-order sum to the exact composition, on a sample at the five poses
     """
 
     arm: Arm
@@ -137,13 +133,13 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     instrument: float = 0.0,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> PredictedRobots:
-    """What would the sheet of ISO 9283 say of robots built to this design, in this cube?
+    """Return the ISO 9283 characteristics of simulated robots of this design, in this cube.
 
-    cycles   visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
-    robots   how many are built
-    path     the poses that the line for AT and RT joins, 0 for P1; it is run `path_cycles` times (the standard's 10), looked at in `path_points`
-    loads    shares of the payload
-    instrument  standard deviation, m, of the readings of positions that are added: what the sheet would look like through it
+    cycles      visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
+    robots      number of simulated robots
+    path        the poses that the line for AT and RT joins, 0 for P1; followed `path_cycles` times (the standard's 10), evaluated at `path_points`
+    loads       shares of the payload
+    instrument  standard deviation of the readings of positions that is added, m
     Raises InputError for numbers out of range, and for a path that the arm cannot follow.
     """
     for name, value, least, most in (
@@ -157,20 +153,20 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
             raise refuse_argument(name, value, f"from {least} to {most}", **{name: 30})
     if not all(0 <= load <= MOST_LOAD for load in loads):
         raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", loads=LOADS)
-    told = progress or (lambda _what, _done, _of: None)
+    report = progress or (lambda _stage, _done, _total: None)
     steps = 3 * len(loads)
-    arrives, still = cycle_approach(cube.q)
+    approach, still = cycle_approach(cube.q)
     sheets = []
     for number, load in enumerate(loads):
         loaded = with_payload_share(arm, load)
-        told("visiting the five poses", 3 * number, steps)
-        at_poses = _at_poses(loaded, cube, arrives, seed, _NUMBERS["cycle"] + len(NAMES) * number, robots, cycles, instrument)
-        told("arriving from three sides", 3 * number + 1, steps)
+        report("visiting the five poses", 3 * number, steps)
+        at_poses = _at_poses(loaded, cube, approach, seed, _NUMBERS["cycle"] + len(NAMES) * number, robots, cycles, instrument)
+        report("arriving from three sides", 3 * number + 1, steps)
         first = _NUMBERS["sides"] + 3 * len(FROM_THREE_SIDES) * number
-        sides = _from_sides(loaded, cube, arrives, seed, first, robots, cycles, instrument)
-        told("following the path", 3 * number + 2, steps)
+        sides = _from_sides(loaded, cube, approach, seed, first, robots, cycles, instrument)
+        report("following the path", 3 * number + 2, steps)
         first = _NUMBERS["path"] + MOST_PATH_POINTS * number
-        profile, along = _along_path(loaded, cube, arrives, path, path_points, seed, first, robots, path_cycles, instrument)
+        profile, along = _along_path(loaded, cube, approach, path, path_points, seed, first, robots, path_cycles, instrument)
         sheets.append(LoadSheet(load=load, multi_directional=sides, path=along, path_profile=profile, **at_poses))
     return PredictedRobots(
         arm,
@@ -178,32 +174,18 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         cycles,
         robots,
         seed,
-        arrives,
+        approach,
         tuple(joint.name for joint, stands in zip(arm.moving, still, strict=True) if stands),
         tuple(sheets),
         path,
         path_points,
         path_cycles,
-        exact.check(screws(arm, cube.q, approach=arrives), 0, np.arange(len(NAMES)), seed, min(robots, _CHECKED), min(cycles, _CHECKED)),
+        exact.check(screws(arm, cube.q, approach=approach), 0, np.arange(len(NAMES)), seed, min(robots, _CHECKED), min(cycles, _CHECKED)),
     )
 
 
-def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
-    """With which sign does every joint arrive at P1 to P5 (5, joint), in the cycle P5, P4, P3, P2, P1, and which joints never move (joint,)?
-
-    A joint that stands still between two poses keeps the sign of its motion before; one that never moves rests where it is, said as +1. Joints turn
-    straight from pose to pose.
-    """
-    before = np.roll(q, -1, axis=0)
-    signs = np.where(np.abs(q - before) < _STILL, 0.0, np.sign(q - before))
-    still = np.asarray(~signs.any(axis=0))
-    for _ in range(len(q)):
-        signs = np.where(signs == 0, np.roll(signs, -1, axis=0), signs)
-    return np.where(still, 1.0, signs), still
-
-
 def with_payload_share(arm: Arm, share: float) -> Arm:
-    """How is the arm with a share of its payload, of its mass and of the process force and moment? Its drives, and their friction, stay the same."""
+    """Return the arm with a share of its payload: mass, process force and moment. Drives and their friction do not change."""
     payload = arm.payload
     lighter = payload.model_copy(
         update={
@@ -216,7 +198,7 @@ def with_payload_share(arm: Arm, share: float) -> Arm:
 
 
 def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:
-    """Give the tool's error (robot, visit, 6) at one pose, rad and m: what the study's kernel would draw for pose `number`, and the readings' own."""
+    """Return the tool's error (robot, visit, 6) at one pose, rad and m, with the study's draws for pose `number` and the noise of the readings."""
     out = np.empty((robots, visits, 6))
     for first in range(0, robots, _AT_ONCE):
         last = min(first + _AT_ONCE, robots)
@@ -230,17 +212,17 @@ def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, v
 
 
 def visit_covariance(matrix: PoseMatrix) -> Floats:
-    """How do the visits of one robot scatter (pose, 3, 3), m^2, on the average over robots? Exact sum over terms."""
+    """Return the covariance of a robot's visits (pose, 3, 3), m^2, averaged over robots: exact sum over terms."""
     errors = matrix.merged
     shift = errors.tool[:, 3:][:, :, errors.columns("visit", "robot x visit")]
     return np.asarray(shift @ np.swapaxes(shift, 1, 2))
 
 
 def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, arrives: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+    arm: Arm, cube: Cube, approach: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
 ) -> dict[str, Floats]:
-    """Give what a `LoadSheet` holds of the five poses and of the distance between two of them."""
-    matrix, loose = screws(arm, cube.q, approach=arrives), screws(arm, cube.q)
+    """Return the fields of a `LoadSheet` that belong to the five poses and the distance between two of them."""
+    matrix, loose = screws(arm, cube.q, approach=approach), screws(arm, cube.q)
     errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles, instrument) for k in range(len(NAMES))])
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
@@ -267,69 +249,23 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
 
 
 def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, arrives: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+    arm: Arm, cube: Cube, approach: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
 ) -> Floats:
-    """Give vAP (pose, robot): each pose approached along the base's x, y and z."""
+    """Return vAP (pose, robot), with each pose approached along the base's x, y and z."""
     out = np.empty((len(FROM_THREE_SIDES), robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
         q = np.tile(cube.q[pose], (3, 1))
-        matrix = screws(arm, q, approach=side_approach(arm, cube, pose, arrives[pose]))
+        matrix = screws(arm, q, approach=side_approach(arm, cube, pose, approach[pose]))
         number = first + 3 * row
         shift = np.stack([_errors(matrix, k, number + k, seed, robots, cycles, instrument)[..., 3:] for k in range(3)], axis=1)
         out[row] = iso.multi_directional_accuracy(shift)
     return out
 
 
-def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
-    """With which sign does each joint arrive (3, joint) at one of the five poses, coming along the base's x, y and z?
-
-    From a tenth of the cube's side away, on the side of the cube's middle, so that all of it is within reach; at the middle itself coming along the
-    axes' own directions. Joints that stand still then keep the sign of the cycle, `otherwise` (joint,).
-    """
-    here = cube.poses[pose]
-    inward = np.sign(cube.centre - here[:3, 3])
-    before = np.tile(here, (3, 1, 1))
-    before[:, :3, 3] += np.diag(np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)) * (_APPROACH * cube.side)
-    q, reached = inverse_kinematics(arm, before, np.tile(cube.q[pose], (3, 1)), turned=cube.rotation is not None)
-    if not reached.all():
-        raise refuse_argument("cube", f"no way to {NAMES[pose]} along the base's axes", "a smaller cube, within reach")
-    moved = cube.q[pose] - q
-    return np.asarray(np.where(np.abs(moved) < _STILL, otherwise, np.sign(moved)))
-
-
-def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floats:
-    """Through which joint values (point, joint) does the straight line between two of the five poses lead?
-
-    Raises InputError where the line is none, or leaves the arm's reach.
-    """
-    a, b = ends
-    if a == b or not {a, b} <= set(range(len(NAMES))):
-        raise refuse_argument("path", ends, "two different ones of " + ", ".join(NAMES), path="P2 P4")
-    share = np.linspace(0.0, 1.0, points)[:, None]
-    wanted = np.tile(cube.poses[a], (points, 1, 1))
-    wanted[:, :3, 3] = (1 - share) * cube.poses[a, :3, 3] + share * cube.poses[b, :3, 3]
-    q = np.empty((points, cube.q.shape[1]))
-    here = cube.q[a]
-    for k in range(points):
-        found, reached = inverse_kinematics(arm, wanted[k : k + 1], here[None], turned=cube.rotation is not None)
-        if not reached[0]:
-            raise refuse_argument("path", f"{NAMES[a]} {NAMES[b]}", "a line that the arm can follow without a change of configuration", path="P3 P5")
-        q[k] = here = found[0]
-    return q
-
-
-def path_approach(q: Floats, otherwise: Floats) -> Floats:
-    """With which sign does each joint arrive at the points q (point, joint) of a path? Those that stand still keep that of the cycle, `otherwise`."""
-    steps = np.diff(q, axis=0)
-    signs = np.where(np.abs(steps) < _STILL, 0.0, np.sign(steps))
-    signs = np.vstack([signs[:1], signs])  # the run-up comes along the line too
-    return np.asarray(np.where(signs == 0, otherwise, signs))
-
-
 def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     arm: Arm,
     cube: Cube,
-    arrives: Floats,
+    approach: Floats,
     ends: tuple[int, int],
     points: int,
     seed: int,
@@ -338,9 +274,9 @@ def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     cycles: int,
     instrument: float,
 ) -> tuple[Floats, Floats]:
-    """Give `PATH_FIGURES` at each point (8, point, 2), mean over robots and 95 % of them below, and of the whole path (8, robot)."""
+    """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and of the whole path (8, robot)."""
     q = path_poses(arm, cube, ends, points)
-    matrix = screws(arm, q, approach=path_approach(q, arrives[ends[0]]))
+    matrix = screws(arm, q, approach=path_approach(q, approach[ends[0]]))
     along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
     found = np.empty((len(PATH_FIGURES), points, robots))
     for k in range(points):

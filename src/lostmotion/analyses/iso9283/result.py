@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Iso9283(Result):
-    """An ISO 9283 sheet: `predicted`, `drift`, `measured` and `compared` have every number; None, or empty, where there is none."""
+    """An ISO 9283 sheet: `predicted`, `drift`, `measured` and `compared`; None, or empty, where there is none."""
 
     predicted: PredictedRobots | None
     drift: Drift | None
@@ -40,9 +40,7 @@ class Iso9283(Result):
 
         notes: tuple[str, ...] = ()
         if self.predicted is not None and self.measured is not None and not self.compared:
-            notes = (
-                "not compared: the measured poses are not P1 to P5 of the cube; name and command them so, or state the cube they were measured in",
-            )
+            notes = ("not compared: the measured poses are not P1 to P5 of the cube; name and command them so, or state their cube",)
         return iso_sheet(self.predicted, self.drift, self.measured, list(self.compared), notes)
 
     @property

@@ -1,4 +1,4 @@
-"""What was measured, row by row: visits to poses, and readings along paths, in metres and radians."""
+"""Measured visits to poses and readings along paths, row by row, in metres and radians."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# What each row has, and in which kind of list it stands.
+# Fields with one entry per row: arrays and tuples.
 ARRAYS: Final = ("cycle", "load", "attained", "command", "orientation", "rotation")
 TUPLES: Final = ("pose", "path", "side", "where")
 
 
 @dataclass(frozen=True)
 class Visits:
-    """Measured rows; m and rad, base frame. NaN stands for what was not measured, not commanded, or is not known.
+    """Measured rows; m and rad, base frame. NaN where a value was not measured, not commanded, or is unknown.
 
     pose (row,)            label of the pose; empty for a reading along a path
     path (row,)            label of the path, its two ends ("P2-P4"); empty for a visit to a pose
-    cycle (row,)           number of the cycle, counted up within a pose where the file names none
-    side (row,)            from which side a pose was approached; empty for the standard's cycle
+    cycle (row,)           number of the cycle; counted within a pose where the file states none
+    side (row,)            side from which a pose was approached; empty for the standard's cycle
     load (row,)            share of the payload
-    attained (row, 3)      positions
+    attained (row, 3)      attained positions
     command (row, 3)       commanded positions
-    orientation, rotation (row, 3, 3)  the tool's, attained and commanded
-    where (row,)           file and line of each
-    duplicates             rows dropped because they repeat another one in every column that was read
-    unread                 names of columns that were not read and differ between a dropped row and the one kept
+    orientation, rotation (row, 3, 3)  attained and commanded orientation of the tool
+    where (row,)           file and line of each row
+    duplicates             number of dropped rows that repeat another one in every column that was read
+    unread                 columns that were not read and differ between a dropped row and its duplicate
     instrument             standard deviation of one reading of a coordinate, m; 0 where not stated
-    source                 where they come from
-    known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where not known
-    load_stated            False: nobody said which load, and the full one was taken
+    source                 names of the files
+    known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where unknown
+    load_stated            False: no load was stated, and the full payload is assumed
     """
 
     pose: tuple[str, ...]
@@ -57,7 +57,7 @@ class Visits:
 
     @property
     def turn(self) -> Floats:
-        """Give the rotation vector (row, 3) from the commanded orientation to the attained one, base axes; NaN where one of them is not known."""
+        """Return the rotation vector (row, 3) from commanded to attained orientation, base axes; NaN where one of them is unknown."""
         from scipy.spatial.transform import Rotation
 
         out = np.full((len(self.pose), 3), np.nan)
@@ -67,20 +67,20 @@ class Visits:
         return out
 
     def picked(self, rows: np.ndarray) -> Visits:
-        """Give some of the rows, by number or by True and False, in their order."""
+        """Return some of the rows, by number or by mask, in their order."""
         at = np.flatnonzero(rows) if rows.dtype == bool else rows
         picked: dict[str, Any] = {name: getattr(self, name)[at] for name in ARRAYS}
         picked |= {name: tuple(getattr(self, name)[k] for k in at) for name in TUPLES}
         return replace(self, **picked)
 
     def commanded_pose(self, k: int) -> Floats:
-        """Give the commanded pose (4, 4) of a row; NaN where it is not known."""
+        """Return the commanded pose (4, 4) of a row; NaN where unknown."""
         out = np.eye(4)
         out[:3, :3], out[:3, 3] = self.rotation[k], self.command[k]
         return out
 
     def commanded(self, known: Mapping[str, Floats]) -> Visits:
-        """Give the rows with commanded poses (4, 4) by name, m, where neither they nor the file state a commanded position."""
+        """Return the rows with commanded poses (4, 4) by name, m, where neither they nor the file state a commanded position."""
         known = {**known, **self.known}
         command, rotation = self.command.copy(), self.rotation.copy()
         for k, name in enumerate(self.pose):

@@ -1,7 +1,7 @@
-"""How far does the tool wander while the arm warms up? Drift of pose characteristics (ISO 9283:1998, 7.6) from links that grow.
+"""Drift of pose accuracy during warm-up (ISO 9283:1998, 7.6) by thermal expansion of the links.
 
-Assumed: every link warms evenly and alike, dT(t) = dT (1 - exp(-t / T)), and grows freely by one coefficient. What lies between base and first joint,
-drives, bearings and a compensation by the controller are left out. The standard watches for eight hours, or until changes have died down.
+Assumed: all links share the temperature rise dT(t) = dT (1 - exp(-t / T)) and expand freely with one coefficient. Neglected: the structure between
+base and first joint, drives, bearings, and compensation by the controller. The standard observes for eight hours, or until drift settles.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Of aluminium alloys for structures (EN 1999-1-1, 3.2.5), 1/K.
+# Thermal expansion of structural aluminium alloys (EN 1999-1-1, 3.2.5), 1/K.
 ALUMINIUM: Final = 23e-6
 HOUR: Final = 3600.0
-WATCHED: Final = 8 * HOUR
+OBSERVATION: Final = 8 * HOUR
 _READINGS: Final = 49
 
 
 @dataclass(frozen=True)
 class WarmUp:
-    """By how much the links warm, K; within which time 63 % of it, s; by which share of its length a link grows per kelvin, 1/K.
+    """Temperature rise of the links (K), its time constant (s), and their coefficient of thermal expansion (1/K).
 
-    Raises InputError for what is no number, and a time that is not above zero.
+    Raises InputError for values that are not finite, and a time constant that is not above zero.
     """
 
     rise: float
@@ -38,7 +38,7 @@ class WarmUp:
     expansion: float = ALUMINIUM
 
     def __post_init__(self) -> None:
-        """Refuse links that warm at once, and what is no number."""
+        """Refuse values that are not finite, and a time constant that is not above zero."""
         for name, value in (("rise", self.rise), ("time_constant", self.time_constant), ("expansion", self.expansion)):
             if not math.isfinite(value) or (name == "time_constant" and value <= 0):
                 expected = "seconds, above zero" if name == "time_constant" else "a finite number"
@@ -47,11 +47,12 @@ class WarmUp:
 
 @dataclass(frozen=True)
 class Drift:
-    """What warming up does at one pose.
+    """Drift at one pose during warm-up.
 
-    time (reading,) s      shift (reading, 3) of the tool, m, base frame
-    accuracy (reading, robot)  AP_p, m
-    largest (robot,)       dAP_p: the largest change of AP_p since the start, m
+    time (reading,) s           since the start
+    shift (reading, 3)          displacement of the tool, m, base frame
+    accuracy (reading, robot)   AP_p, m
+    largest (robot,)            dAP_p: largest change of AP_p since the start, m
     """
 
     warm_up: WarmUp
@@ -62,7 +63,7 @@ class Drift:
 
 
 def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
-    """Where does the tool go (3,), m, when all links have grown at one pose q (joint,)? To first order: the sum of what each link grows."""
+    """Return the displacement of the tool (3,), m, at one pose q (joint,) by the full temperature rise of all links, to first order."""
     at = frames(arm, q[None])[:, 0]
     ends = (joint.tip for joint in arm.tree.joints if joint.tip in arm.tree.way)
     links = sum((at[tip, :3, 3] - at[arm.tree.places[tip].parent, :3, 3] for tip in ends), start=np.zeros(3))
@@ -70,8 +71,8 @@ def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
 
 
 def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:
-    """How does AP_p change at one pose q (joint,) in eight hours, for robots that start with these average errors (robot, 3), m?"""
-    time = np.linspace(0.0, WATCHED, _READINGS)
+    """Return the drift of AP_p at one pose q (joint,) over eight hours, for robots with these initial mean errors (robot, 3), m."""
+    time = np.linspace(0.0, OBSERVATION, _READINGS)
     share = -np.expm1(-time / warm_up.time_constant)
     shift = share[:, None] * growth(arm, q, warm_up)
     accuracy = np.linalg.norm(barycentre + shift[:, None], axis=-1)

@@ -1,4 +1,4 @@
-"""The plots of a measured robot by ISO 9283: accuracy over poses, along paths, and beside what was predicted."""
+"""Plots of a measured robot by ISO 9283: accuracy over poses, along paths, and compared with predicted robots."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.analyses.iso9283.tables.comparison import SHOWN
 from lostmotion.analyses.iso9283.tables.labels import load_label
-from lostmotion.analyses.iso9283.tables.measured import SHOWN
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, framed, label, named, styled
 from lostmotion.reporting.sheet import length
 
@@ -23,7 +23,7 @@ _COLOURS: Final = (BLUE, ORANGE, GREEN, RED)
 
 
 def side_by_side(compared: list[ComparedFigure]) -> go.Figure:
-    """Does the measured robot lie among those predicted? Lengths: from what 5 % to what 95 % of robots stay below, the measured value over it."""
+    """Return the measured lengths over the range from the 5th to the 95th percentile of the predicted robots."""
     import plotly.graph_objects as go
 
     shown = [each for name in SHOWN for each in compared if each.name == name and not each.angle and each.name != "AD_p" and each.measured.value > 0]
@@ -40,13 +40,13 @@ def side_by_side(compared: list[ComparedFigure]) -> go.Figure:
         for each, v in zip(shown, value, strict=True)
     ]
     colours = [GREEN if each.within else RED for each in shown]
-    # Bars as thick lines: on a logarithmic axis a bar would begin at its base.
+    # Thick lines instead of bars, which need a base that a logarithmic axis does not have.
     bars = go.Scatter(
         x=[x for pair in zip(low, high, [None] * len(low), strict=True) for x in pair],
         y=[y for place in places for y in (place, place, None)],
         mode="lines",
         line={"color": "#9ec9e2", "width": 13},
-        name="5 to 95 % of robots predicted",
+        name="predicted, 5th to 95th percentile",
         hoverinfo="skip",
     )
     ticks = go.Scatter(
@@ -82,7 +82,7 @@ def side_by_side(compared: list[ComparedFigure]) -> go.Figure:
 
 
 def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> go.Figure:
-    """How are measured AP_p spread over the poses, as they are and with best-fit frames?"""
+    """Return bars or a histogram of measured AP_p over the poses, with commanded and with best-fit frames."""
     import plotly.graph_objects as go
 
     raw = np.array([pose.accuracy.value for pose in found.poses])
@@ -90,8 +90,8 @@ def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> go.F
     unit = length(float(raw.max())).unit
     factor = PER_UNIT[unit]
     traces: list[Any] = []
-    many = len(raw) > 20  # noqa: PLR2004 - more than one can read the names of
-    for values, name, colour in ((raw, "as it is", BLUE), (fitted, "best-fit frames", GREEN)):
+    many = len(raw) > 20  # noqa: PLR2004 - too many to label
+    for values, name, colour in ((raw, "commanded frames", BLUE), (fitted, "best-fit frames", GREEN)):
         if many:
             bins = {"start": 0.0, "end": float(raw.max()) * factor, "size": float(raw.max()) * factor / 40}
             traces.append(go.Histogram(x=values * factor, name=name, marker={"color": colour}, opacity=0.65, xbins=bins))
@@ -106,7 +106,7 @@ def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> go.F
 
 
 def measured_path(found: MeasuredRobot) -> go.Figure:
-    """How do measured AT and RT run along each path, under each load? A point for each plane."""
+    """Return measured AT and RT along each path under each load, with a point for each plane."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
@@ -130,7 +130,7 @@ def measured_path(found: MeasuredRobot) -> go.Figure:
             )
             figure.add_trace(trace, row=row, col=1)
         figure.update_yaxes(title_text=f"{word} [{unit}]", rangemode="tozero", row=row, col=1)
-    ends = "the path's start" if several else f"the start of {label(drawn[0][1].name)}"
-    figure.update_xaxes(title_text=f"way from {ends} [mm]", row=2, col=1)
+    start = "the start of the path" if several else f"the start of {label(drawn[0][1].name)}"
+    figure.update_xaxes(title_text=f"distance from {start} [mm]", row=2, col=1)
     figure.update_layout(legend=LEGEND, margin_t=80, showlegend=True)
     return figure

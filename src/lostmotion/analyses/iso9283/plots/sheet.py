@@ -1,4 +1,4 @@
-"""The plots of an ISO 9283 sheet: cube in the workspace, accuracy by pose, visits about barycentres, path, drift, predicted and measured."""
+"""Plots of an ISO 9283 sheet: test cube, accuracy by pose, visits about barycentres, path, drift, predicted and measured."""
 
 from __future__ import annotations
 
@@ -35,18 +35,16 @@ _SMALLEST: Final = 1e-10
 
 
 def iso_plots(predicted: PredictedRobots | None, drifted: Drift | None, measured: MeasuredRobot | None, compared: list[ComparedFigure]) -> list[Plot]:
-    """Which plots does a sheet have? In reading order."""
+    """Return the plots of a sheet, in reading order."""
     drawn: list[Plot] = []
     if predicted is not None:
         drawn += [
-            Plot(
-                "cube", "cube", cube(predicted), "The test cube with its five poses and the path, within the cloud of points that the tool reaches."
-            ),
+            Plot("cube", "cube", cube(predicted), "Test cube with its five poses and the path, in the cloud of reachable tool points."),
             Plot(
                 "accuracy",
                 "ap100",
                 accuracy(predicted),
-                "Bars of the pose accuracy that 95 % of robots stay below, as it is and with best-fit frames.",
+                "Bars of the 95th percentile of pose accuracy over robots, with commanded and with best-fit frames.",
             ),
         ]
         if predicted.loads[0].repeatability.max() > _SMALLEST:
@@ -55,18 +53,25 @@ def iso_plots(predicted: PredictedRobots | None, drifted: Drift | None, measured
             drawn.append(
                 Plot("visits", "rp100", visits(shown, list(NAMES), names), "Visits of three robots about their own barycentres, at each pose.")
             )
-        drawn.append(Plot("path", "path", path(predicted), "Path accuracy and repeatability along the line, mean and 95 % of robots."))
+        drawn.append(Plot("path", "path", path(predicted), "Path accuracy and repeatability along the line, mean and 95th percentile over robots."))
         if drifted is not None:
-            drawn.append(Plot("drift", "drift", drift(drifted), "Pose accuracy at P1 over the hours while the links warm up."))
+            drawn.append(Plot("drift", "drift", drift(drifted), "Pose accuracy at P1 during warm-up of the links."))
     if compared:
-        drawn.append(Plot("compared", "compared", side_by_side(compared), "Bars from 5 to 95 % of the robots predicted, with the measured values."))
+        drawn.append(
+            Plot(
+                "compared",
+                "compared",
+                side_by_side(compared),
+                "Predicted 5th to 95th percentile, and measured values.",
+            )
+        )
     if measured is not None:
         drawn += _measured(measured)
     return drawn
 
 
 def _measured(measured: MeasuredRobot) -> list[Plot]:
-    """Draw what a measured robot shows, all its loads in one plot where that can be read."""
+    """Return the plots of a measured robot, with all its loads in one plot where it stays readable."""
     drawn = []
     several = list(dict.fromkeys(pose.name for load in measured.loads for pose in load.poses if pose.visits > 1))[:_PANELS]
     if several:
@@ -82,7 +87,7 @@ def _measured(measured: MeasuredRobot) -> list[Plot]:
         if load.fit is not None:
             key = "measured-accuracy" if load is measured.loads[0] else f"measured-accuracy-{100 * load.load:g}"
             title = load_label("Measured AP_p", load.load, measured.loads)
-            drawn.append(Plot(key, key, measured_accuracy(load, title), "AP_p of all poses, as it is and with best-fit frames."))
+            drawn.append(Plot(key, key, measured_accuracy(load, title), "AP_p of all poses, with commanded and with best-fit frames."))
     if any(load.paths for load in measured.loads):
         drawn.append(
             Plot(
@@ -93,7 +98,7 @@ def _measured(measured: MeasuredRobot) -> list[Plot]:
 
 
 def cube(found: PredictedRobots) -> go.Figure:
-    """Where does the test cube stand in the workspace? Cube, its plane, five poses, the path and the tool's reach, mm."""
+    """Return the test cube in the workspace: cube, its plane, five poses, the path and reachable tool points, mm."""
     import plotly.graph_objects as go
 
     def line(points: Floats, name: str, colour: str, **style: Any) -> go.Scatter3d:  # noqa: ANN401 - plotly publishes no types
@@ -104,7 +109,7 @@ def cube(found: PredictedRobots) -> go.Figure:
     corners, five = found.cube.corners, found.cube.poses[:, :3, 3]
     marker = {"size": 1.3, "color": _CLOUD, "opacity": 0.6}
     traces = [
-        go.Scatter3d(x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], mode="markers", name="within reach", marker=marker, hoverinfo="skip"),
+        go.Scatter3d(x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], mode="markers", name="reachable points", marker=marker, hoverinfo="skip"),
         line(corners[list(_EDGES)], "test cube", INK),
         line(corners[list(_PLANE)], "plane C1-C2-C7-C8", BLUE, dash="dash"),
         line(five[list(found.path_ends)], "path", ORANGE),
@@ -133,20 +138,20 @@ def cube(found: PredictedRobots) -> go.Figure:
 
 
 def accuracy(found: PredictedRobots) -> go.Figure:
-    """How large is AP_p that 95 % of robots stay below, at each pose and load, as it is and with best-fit frames?"""
+    """Return bars of the 95th percentile of AP_p at each pose and load, with commanded and with best-fit frames."""
     import plotly.graph_objects as go
 
     top = max(float(over_robots(sheet.accuracy[k]).high.value) for sheet in found.loads for k in range(len(NAMES)))
     unit = length(top).unit
     bars = []
     for sheet, (raw, fitted) in zip(found.loads, ((BLUE, GREEN), ("#86bfe0", "#8fd3bd")), strict=False):
-        for values, colour, name in ((sheet.accuracy, raw, "as it is"), (sheet.fitted, fitted, "best-fit frames")):
+        for values, colour, name in ((sheet.accuracy, raw, "commanded frames"), (sheet.fitted, fitted, "best-fit frames")):
             high = [over_robots(values[k]).high.value * PER_UNIT[unit] for k in range(len(NAMES))]
             text = f"{name}, {100 * sheet.load:.0f} % load"
             bars.append(
                 go.Bar(x=list(NAMES), y=high, name=text, marker={"color": colour}, hovertemplate=f"{text}: %{{y:.4~g}} {unit}<extra></extra>")
             )
-    figure = framed("AP_p that 95 % of robots stay below", *bars, height=360)
+    figure = framed("95th percentile of AP_p over robots", *bars, height=360)
     figure.update_yaxes(title_text=f"AP_p [{unit}]", rangemode="tozero")
     figure.update_xaxes(title_text="pose", showgrid=False)
     figure.update_layout(barmode="group", bargap=0.25, legend=LEGEND, margin_t=100)
@@ -154,12 +159,12 @@ def accuracy(found: PredictedRobots) -> go.Figure:
 
 
 def visits(sets: list[Any], poses: list[str], names: list[str]) -> go.Figure:
-    """How do visits fall about their barycentres? A panel per pose, from above and from the side, at one scale; sets[robot][pose] (visit, 3), m."""
+    """Return the visits about their barycentres, a panel per pose, in top and side view at one scale; sets[robot][pose] (visit, 3), m."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
     most = max(float(np.abs(about).max()) for each in sets for about in each)
-    unit = "µm" if most < 1e-3 else "mm"  # noqa: PLR2004 - where people change units
+    unit = "µm" if most < 1e-3 else "mm"  # noqa: PLR2004 - usual change of unit
     limit = 1.15 * most * PER_UNIT[unit] or 1.0
     count = len(poses)
     figure = make_subplots(
@@ -203,7 +208,7 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> go.Figure:
 
 
 def path(found: PredictedRobots) -> go.Figure:
-    """How do AT and RT run along the line? Mean over robots and what 95 % of them stay below, at each point."""
+    """Return AT and RT along the line: mean and 95th percentile over robots at each point."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
@@ -216,7 +221,7 @@ def path(found: PredictedRobots) -> go.Figure:
             profile = sheet.path_profile[row - 1]
             for values, name, colour, dash in (
                 (profile[:, 0], "mean", colours[0], "solid"),
-                (profile[:, 1], "95 % of robots below", colours[1], "dot"),
+                (profile[:, 1], "95th percentile", colours[1], "dot"),
             ):
                 text = load_label(name, sheet.load, found.loads)
                 trace = go.Scatter(
@@ -232,13 +237,13 @@ def path(found: PredictedRobots) -> go.Figure:
                 figure.add_trace(trace, row=row, col=1)
         figure.update_yaxes(title_text=f"{word} [{unit}]", rangemode="tozero", row=row, col=1)
     ends = " to ".join(NAMES[k] for k in found.path_ends)
-    figure.update_xaxes(title_text=f"way from {ends} [mm]", row=2, col=1)
+    figure.update_xaxes(title_text=f"distance along {ends} [mm]", row=2, col=1)
     figure.update_layout(legend=LEGEND, margin_t=80)
     return figure
 
 
 def drift(found: Drift) -> go.Figure:
-    """How does AP_p at P1 change while the links warm up? Mean over robots and the band from 5 to 95 % of them."""
+    """Return AP_p at P1 during warm-up: mean over robots and range from the 5th to the 95th percentile."""
     import plotly.graph_objects as go
 
     hours = found.time / 3600
@@ -251,7 +256,7 @@ def drift(found: Drift) -> go.Figure:
         fill="toself",
         mode="none",
         fillcolor="rgba(0,114,178,0.18)",
-        name="5 to 95 % of robots",
+        name="5th to 95th percentile",
         hoverinfo="skip",
     )
     mean = go.Scatter(
@@ -261,8 +266,8 @@ def drift(found: Drift) -> go.Figure:
         line={"color": BLUE, "width": 2},
         hovertemplate=f"%{{x:.2f}} h: %{{y:.4~g}} {unit}<extra></extra>",
     )
-    figure = framed("AP_p at P1 while warming up", band, mean, height=340)
-    figure.update_xaxes(title_text="time since the start, cold [h]")
+    figure = framed("AP_p at P1 during warm-up", band, mean, height=340)
+    figure.update_xaxes(title_text="time since cold start [h]")
     figure.update_yaxes(title_text=f"AP_p [{unit}]", rangemode="tozero")
     figure.update_layout(legend=LEGEND, margin_t=80)
     return figure

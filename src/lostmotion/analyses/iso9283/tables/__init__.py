@@ -1,1 +1,1 @@
-"""Tables of this analysis."""
+"""Tables of an ISO 9283 sheet."""

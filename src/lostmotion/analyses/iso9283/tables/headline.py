@@ -1,4 +1,4 @@
-"""The headline and the first cards of a predicted ISO 9283 sheet."""
+"""Headline and first cards of a predicted ISO 9283 sheet."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def predicted_verdict(found: PredictedRobots, known: States, either_known: States) -> str:
-    """Return the headline: what 95 % of the arms built repeat within, and how far their averages lie off, as bounds where values are such.
+    """Return the headline: 95th percentile over arms of RP_l and AP_p at the worst pose, with bounds where values are limits.
 
-    `known` holds the makers' limits that count where joints arrive as in the standard's cycle, `either_known` where they arrive from either side.
-    Where nothing that is described varies from one side, the figure from either side comes first: a zero is no prediction.
+    `known` holds the makers' limits that count in the standard's cycle, `either_known` those for joints arriving from either side. Where no described
+    error varies with one side, the figure for either side comes first, since zero is no prediction.
     """
     sheet = found.loads[0]
     one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.random_approach)
@@ -28,32 +28,32 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     worst = "at the worst of the five poses, 100 % of the payload"
     if not one.words:
         text = (
-            f"Of the arms built to this design 95 % will repeat within {repeats_bounded(one, known)}{_interval(one)}: RP_l from one side {worst}; "
+            f"95 % of the arms of this design repeat within {repeats_bounded(one, known)}{_interval(one)}: RP_l from one side {worst}; "
             f"{from_either} where joints arrive from either side."
         )
     elif not either.words:
         text = (
-            f"Of the arms built to this design 95 % will repeat within {from_either} where joints arrive from either side: RP_l {worst}; "
-            "from one side nothing that is described varies from visit to visit, so no repeatability is predicted there."
+            f"95 % of the arms of this design repeat within {from_either} where joints arrive from either side: RP_l {worst}; "
+            "from one side no described error varies from visit to visit, so no repeatability is predicted."
         )
     else:
-        text = "Nothing that is described varies from visit to visit, from whichever side joints arrive, so no repeatability is predicted."
-    arms = "the arms built to this design" if either.words and one.words else "them"
+        text = "No described error varies from visit to visit, from either side of approach, so no repeatability is predicted."
+    arms = "the arms of this design" if either.words and one.words else "them"
     text += (
-        f" In 95 % of {arms} the average of an arm's visits will lie within {at_least(accurate, known)}{_interval(accurate)} of the "
+        f" For 95 % of {arms} the mean of an arm's visits is within {at_least(accurate, known)}{_interval(accurate)} of the "
         f"commanded point: AP_p at its worst pose; {at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
     )
     return " ".join([text, *caveats(known)])
 
 
 def predicted_cards(found: PredictedRobots, known: States, either_known: States) -> tuple[Card, ...]:
-    """Return the figures that are asked for first, arguments as for `predicted_verdict`; the repeatability that is a number stands first."""
+    """Return the first cards; arguments as for `predicted_verdict`. A repeatability with a number comes first."""
     sheet = found.loads[0]
     one = Card("RP_l, 95 % of arms", str(_worst_scatter(sheet.repeatability)), "worst of five poses, one side")
     either = Card("RP_l, from either side", str(_worst_scatter(sheet.random_approach)), "95 % of arms, worst pose")
     repeats = (*bounded_cards([one], known, ("RP_l",)), *bounded_cards([either], either_known, ("RP_l",)))
     others = [
-        Card("AP_p, 95 % of arms", str(estimate_figure(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses, as it is"),
+        Card("AP_p, 95 % of arms", str(estimate_figure(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses"),
         Card("AP_p, best-fit frames", str(estimate_figure(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
         Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
     ]
@@ -63,9 +63,10 @@ def predicted_cards(found: PredictedRobots, known: States, either_known: States)
 
 
 def _worst_scatter(values: Floats) -> Figure:
-    """Return what 95 % of robots stay below at their worst pose, of values (pose, robot) in m."""
+    """Return the 95th percentile over robots of the worst pose, of values (pose, robot) in m."""
     return scatter_figure(over_robots(values.max(axis=0)).high)
 
 
 def _interval(figure: Figure) -> str:
+    """Return the interval of a figure in brackets."""
     return f" ({figure.interval})" if figure.interval else ""

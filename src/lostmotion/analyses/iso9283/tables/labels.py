@@ -1,4 +1,4 @@
-"""Estimates as figures with units, and labels that name their payload."""
+"""Figures from estimates, and labels that name the payload."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.intervals import Estimate
 
-# Of an arcmin: below it seconds are read more easily.
+# Angles below this many arcmin are shown in arcsec.
 _SMALL_ANGLE: Final = 0.1
-# m, rad: a scatter below it is what rounding leaves of none.
+# Scatter (m, rad) below which only rounding remains.
 NO_SCATTER: Final = 1e-13
 
 
 def estimate_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
-    """Give an estimate as a length (m) or an angle (rad, shown in arcmin or arcsec)."""
+    """Return an estimate as a length (m) or an angle (rad, shown in arcmin or arcsec)."""
     if math.isnan(estimate.value):
         return Figure(math.nan, "1")
     if angle:
@@ -29,7 +29,7 @@ def estimate_figure(estimate: Estimate, samples: str = "", *, angle: bool = Fals
 
 
 def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
-    """Give a repeatability as `estimate_figure` does; words in place of a number where nothing that is described varies from visit to visit."""
+    """Return a repeatability as `estimate_figure` does, or "none described" where no described error varies from visit to visit."""
     return (
         Figure(math.nan, "1", samples=samples, words="none described")
         if estimate.value < NO_SCATTER
@@ -38,5 +38,5 @@ def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False
 
 
 def load_label(label: str, load: float, loads: Collection[object]) -> str:
-    """Give a label with its share of the payload, where figures stand under several; no space, at which a narrow screen would fold it."""
+    """Return a label with its share of the payload where there are several loads; no space before %, so that it does not wrap."""
     return f"{label}, {100 * load:g}%" if len(loads) > 1 else label

@@ -1,0 +1,135 @@
+"""Headline, cards and notes of a measured robot by ISO 9283."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.iso9283.comparison import determines_tool_frame, different_orientations, over_robots
+from lostmotion.analyses.iso9283.paths import PATH_FIGURES
+from lostmotion.analyses.iso9283.tables.comparison import SHOWN
+from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
+from lostmotion.errors import shown
+from lostmotion.reporting.sheet import Card, length, several
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.analyses.iso9283.predicted import PredictedRobots
+    from lostmotion.analyses.iso9283.visits import Visits
+
+_MOST_NAMED: Final = 5
+# Multiple of the predicted 95th percentile, or length (m), above which a mean AP_p or an AT_p is doubtful.
+_DOUBTED: Final = 10.0
+_FAR: Final = 5e-3
+# Path figures of orientation.
+_TURNS: Final = tuple(k for k, word in enumerate(PATH_FIGURES) if word[-1] in "abc")
+
+
+def measured_counts(found: MeasuredRobot) -> str:
+    """Return the number of visits and readings, in words."""
+    along = sum(map(bool, found.visits.path))
+    visits = len(found.visits.path) - along
+    counted = [several(visits, "measured visit")] if visits or not along else []
+    return "; ".join([*counted, *([f"{along} readings along paths"] if along else [])])
+
+
+def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> str:
+    """Return the headline of the measured robot: its characteristics, and how many lie within the predicted range."""
+    sentences = []
+    for load in found.loads:
+        parts = []
+        if load.pooled is not None:
+            raw, fitted = load.pooled
+            parts.append(f"AP_p {estimate_figure(raw[0])}, mean over {len(load.poses)} poses, {estimate_figure(fitted[0])} with best-fit frames")
+        repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
+        if repeat:
+            parts.append(f"RP_l up to {estimate_figure(max(repeat, key=lambda each: each.value))}")
+        parts += [f"AT_p {length(path.figures[0])} and RT_p {length(path.figures[1])} along {path.name}" for path in load.paths]
+        if parts:
+            sentences.append(f"{load_label('Measured', load.load, found.loads)}: {', '.join(parts)}.")
+    text = " ".join(sentences) or "Measured: no command and no pose visited twice, so neither accuracy nor repeatability is known."
+    shown = [each for each in compared if each.name in SHOWN]
+    if shown:
+        text += (
+            f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie between the 5th and 95th percentile of the predicted robots."
+        )
+    return text
+
+
+def duplicates_note(visits: Visits) -> str:
+    """Return a note that rows of the measurement repeat others, with the unread columns in which they differ."""
+    rows = several(visits.duplicates, "row")
+    note = f"{rows} of the measurement dropped: identical to another row in every column that is read"
+    if visits.unread:
+        columns = ", ".join(shown(name) for name in visits.unread[:_MOST_NAMED])
+        more = f" and {len(visits.unread) - _MOST_NAMED} more" if len(visits.unread) > _MOST_NAMED else ""
+        note += f"; they differ only in {columns}{more}, to which no role is mapped"
+    return f"{note}. If they are separate visits with the same readings, number them in a column 'cycle'"
+
+
+def command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+    """Return a warning for each accuracy so poor that wrong commands, another frame or another unit are likelier than the arm."""
+    out = []
+    for load in found.loads:
+        known = [pose.accuracy.value for pose in load.poses if math.isfinite(pose.accuracy.value)]
+        means = [("mean AP_p over poses", sum(known) / len(known), 0)] if known else []
+        means += [(f"AT_p along {path.name}", float(path.figures[0]), 1) for path in load.paths]
+        for name, value, along in means:
+            sheet = None if predicted is None else predicted.loads[0]
+            usual = math.inf if sheet is None else float(over_robots(sheet.path[0] if along else sheet.accuracy.max(axis=0)).high.value)
+            if value > min(_FAR, _DOUBTED * usual):
+                against = "" if sheet is None else f", above the 95th percentile of the predicted robots, {length(usual)}"
+                out.append(
+                    f"{load_label(f'measured {name} is {length(value)}', load.load, found.loads)}{against}: check that the commanded positions "
+                    "are those sent to the robot, in the frame and the units of the readings"
+                )
+    return tuple(out)
+
+
+def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+    """Return notes on measured figures that are not evaluated, or not compared with the predicted robots, with the reason."""
+    out = []
+    visits = found.visits
+    attained, commanded = (np.isfinite(each).all(axis=(1, 2)) for each in (visits.orientation, visits.rotation))
+    if (attained & ~commanded).any():
+        out.append("orientations without commands (ac, bc, cc, or --tool-rpy): RP_a,b,c are evaluated, AP_a,b,c are not")
+    if predicted is None:
+        return tuple(out)
+    different = {name: None for load in found.loads for name in different_orientations(predicted, load)}
+    if different:
+        why = "" if predicted.cube.rotation is not None else ": with fewer than six joints it follows from the position"
+        out.append(f"orientation is not compared at {', '.join(different)}, where measured and predicted tool orientation differ{why}")
+    if predicted.cube.rotation is None and any(math.isfinite(path.figures[k]) for load in found.loads for path in load.paths for k in _TURNS):
+        out.append("AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the orientation follows from the position")
+    if any(determines_tool_frame(load) for load in found.loads):
+        out.append(
+            "AP_p with best-fit frames is not compared: measured poses are fitted with base and tool frame, predicted ones with a base frame only"
+        )
+    return tuple(out)
+
+
+def measured_cards(found: MeasuredRobot, compared: list[ComparedFigure]) -> list[Card]:
+    """Return the cards of the measured robot under its heaviest load."""
+    out = []
+    load = found.loads[0]
+    quiet = f", {100 * load.load:g} % load" if len(found.loads) > 1 else ""
+    repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
+    if repeat:
+        out.append(Card("RP_l measured", str(estimate_figure(max(repeat, key=lambda each: each.value))), f"worst pose{quiet}"))
+    if load.pooled is not None:
+        out += [
+            Card("AP_p measured", str(estimate_figure(load.pooled[0][0])), f"mean of {len(load.poses)} poses{quiet}"),
+            Card("AP_p, best-fit frames", str(estimate_figure(load.pooled[1][0])), f"measured, mean over poses{quiet}"),
+        ]
+    out += [
+        Card(f"{word} measured", str(length(float(load.paths[0].figures[k]))), f"{load.paths[0].name}{quiet}")
+        for k, word in enumerate(PATH_FIGURES[:2])
+        if load.paths
+    ]
+    shown = [each for each in compared if each.name in SHOWN]
+    if shown:
+        out.append(Card("as predicted", f"{sum(each.within for each in shown)} of {len(shown)}", "within 5th to 95th percentile"))
+    return out
