@@ -47,10 +47,12 @@ FOLDERS = (
             "reporting",
             "analyses/bearing",
             "analyses/catalog",
+            "analyses/iso9283",
             "analyses/sizing",
             "analyses/statics",
             "analyses/sweep",
             "analyses/targets",
+            "analyses/workspace_map",
         )
     ),
 )
