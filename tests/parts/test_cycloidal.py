@@ -91,7 +91,7 @@ def test_the_list_of_rigid_members_is_whole():
     first = {"kind": "cycloidal", "pins": 12, "ring_radius": "32 mm", "pin_radius": "4 mm", "eccentricity": "1.6 mm", "width": "8 mm"}
     stage = {"ring pins", "disc body", "ring body", "eccentric bearing", "eccentric shaft", "output pins"}
     assert set(drawing(first_stage=first).rigid) == {*stage, *(f"first stage, {name}" for name in stage), "frame", "input shaft"}
-    said = drawing(first_stage=first).rigid_said.split(", ")
+    said = drawing(first_stage=first).assumed_rigid.split(", ")
     assert len(set(said)) == len(said)  # each once, with the stage that it is of
     assert "output pins of the first stage" in said
     assert "output pins" not in drawing(eccentric={"cranks": 2, "circle_radius": "36 mm"}).rigid  # there are none

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, Literal
 from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
-from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.error_source import Part
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.parts.joint import FixedJoint, Mounting, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
@@ -170,7 +170,7 @@ def _of_joint(joint: Joint) -> dict[str, State]:
 
 
 def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
-    if isinstance(gearbox, CycloidalGearbox):  # all that it does follows from the whole drawing, its springs from the materials besides
+    if is_drawn(gearbox):  # all that it does follows from the whole drawing, its springs from the materials besides
         drawn: State = "assumed" if whole or _any_assumed(gearbox, besides=Material) else "stated"
         springs: State = "assumed" if whole or _any_assumed(gearbox) else "stated"
         rubs = gearbox.friction is not None or gearbox.friction_torque is not None
@@ -181,7 +181,7 @@ def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
 
 
 def _of_bearing(bearing: Sourced | None, *, whole: bool) -> State:
-    if isinstance(bearing, DrawnBearing):
+    if is_drawn_bearing(bearing):
         return "assumed" if whole or _any_assumed(bearing) else "stated"
     names = _all(bearing)
     return _state(bearing, [name for name in names if name not in _SIZES_OF_BEARING], names, whole=whole)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.parts.error_source import OF_HELD
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
@@ -36,8 +35,8 @@ def _corrected(moving: Moving) -> tuple[str, ...]:
 def _rigid_members(moving: Moving) -> tuple[str, ...]:
     silent: dict[str, list[str]] = {}
     for joint in moving:
-        if isinstance(joint.gearbox, CycloidalGearbox) and joint.gearbox.rigid:
-            silent.setdefault(joint.gearbox.rigid_said, []).append(joint.name)
+        if joint.gearbox is not None and joint.gearbox.assumed_rigid:
+            silent.setdefault(joint.gearbox.assumed_rigid, []).append(joint.name)
     return tuple(f"gearbox of {', '.join(joints)}: not specified and taken as rigid: {rigid}" for rigid, joints in silent.items())
 
 

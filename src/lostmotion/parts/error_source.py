@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Final, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Final, NamedTuple, Protocol, Self, runtime_checkable
 
 from pydantic import AfterValidator, BaseModel, ConfigDict
 from pydantic_core import PydanticCustomError
@@ -95,6 +95,15 @@ class ErrorSource(ABC):
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:  # noqa: ARG002 - most parts have no play
         """Which friction keeps this part's play open against a small load? None for a part without play."""
         return None
+
+
+class PartFigure(NamedTuple):
+    """A figure of a part that its sheet shows: value in SI, its unit, and a note."""
+
+    label: str
+    value: float
+    unit: str = ""
+    note: str = ""
 
 
 @runtime_checkable

@@ -59,12 +59,12 @@ def bearing(
     asked.ready()
     from lostmotion.analyses.bearing.bearing import BearingLoad, examine
     from lostmotion.analyses.bearing.result import BearingStudy
-    from lostmotion.parts.bearing.rolling_contact import DrawnBearing
+    from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 
     one = asked.part
     stated = (asked.force_radial, asked.force_axial, asked.moment)
     assumed = all(each is None for each in stated)
     load = BearingLoad(1000.0) if assumed else BearingLoad(*(each or 0.0 for each in stated))
     notes = (*one.notes, "no load was stated: 1 kN across is assumed") if assumed else one.notes
-    examined = examine(one.part, load, asked.bearings, asked.seed) if isinstance(one.part, DrawnBearing) else None
+    examined = examine(one.part, load, asked.bearings, asked.seed) if is_drawn_bearing(one.part) else None
     return BearingStudy(one.name, one.part, load, examined, notes)

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.intervals import share_interval
-from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.fits import STEPS
-from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.term import Condition, Motion
 from lostmotion.reporting.provenance import with_assumed
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
@@ -210,25 +208,15 @@ def _doubts(found: Examined) -> tuple[str, ...]:
     return tuple(notes)
 
 
+# By what a figure in SI is multiplied, and the unit that it then has.
+_PRACTICAL: Final = {"m": (1e6, "µm"), "N/m": (1e-6, "N/µm"), "N m/rad": (ARCMIN, "N m/arcmin"), "rad": (1 / ARCMIN, "arcmin")}
+
+
 def _stated(bearing: Bearing) -> Section:
-    stated = "the values stated"
-    rows: list[Row] = []
-    if isinstance(bearing, CrossedRoller):
-        for label, value, factor, unit in (
-            ("stiffness across", bearing.radial_stiffness, 1e-6, "N/µm"),
-            ("stiffness along the axis", bearing.axial_stiffness, 1e-6, "N/µm"),
-            ("stiffness against tilting", bearing.tilt_stiffness, ARCMIN, "N m/arcmin"),
-        ):
-            if value is not None:
-                rows.append(Row(label, (Figure(value * factor, unit, samples=stated, stated=True),)))
-        rows.append(Row("radial runout", (_micro(bearing.radial_runout, stated),)))
-        rows.append(Row("axial runout", (_micro(bearing.axial_runout, stated),)))
-    elif isinstance(bearing, RollingPair):
-        rows.append(Row("working clearance of each", (_micro(bearing.clearance.nominal, stated),), f"± {bearing.clearance.tolerance * 1e6:.3g} µm"))
-        tilt = bearing.clearance.nominal / bearing.span / ARCMIN
-        rows.append(Row("tilt in it, either way", (Figure(tilt, "arcmin", samples=stated),), f"over a span of {bearing.span * 1e3:.4g} mm"))
-        if bearing.radial_stiffness is not None:
-            rows.append(Row("stiffness of each", (Figure(bearing.radial_stiffness * 1e-6, "N/µm", samples=stated, stated=True),)))
+    rows = []
+    for each in bearing.stated_figures:
+        factor, unit = _PRACTICAL[each.unit]
+        rows.append(Row(each.label, (Figure(each.value * factor, unit, samples="the values stated", stated=each.unit.startswith("N")),), each.note))
     return Section("stated", "What is stated", ("value",), tuple(rows))
 
 

@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeGuard
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import Drawn, drawn
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, StatedCurve, readings
 from lostmotion.errors import DidNotConvergeError, refuse_argument
-from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal_model import LOST_MOTION
-from lostmotion.parts.gearbox.gearbox import Gearbox
-from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
-from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
-from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
-from lostmotion.parts.gearbox.worm import WormGearbox
+from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.readings import Curve
     from lostmotion.parts.error_source import ErrorSource
+    from lostmotion.parts.gearbox.kinds import AnyGearbox
     from lostmotion.spatial import Floats
 
-StatedGearbox = CatalogueGearbox[Any, Any, Any, Any] | PlanetaryGearbox | WolfromGearbox | StrainWaveGearbox | WormGearbox
-AnyGearbox = StatedGearbox | CycloidalGearbox
 MOST_GEARBOXES: Final = 100_000
 # Steps of half a loop.
 _STEPS: Final = 400
@@ -107,7 +100,7 @@ def gear(
     N m between which the slope of the curve is taken; by default 50 to 100 % of the rated torque. Raises InputError for a torque not above zero, a
     slope range that does not rise, a count out of range, a seed below zero; DidNotConvergeError where the contacts cannot carry the load.
     """
-    if not _is_known(gearbox):
+    if not is_gearbox(gearbox):
         raise refuse_argument("gearbox", type(gearbox).__name__, "a gearbox that a joint can have")
     for name, value in (("torque", torque), ("lost_motion_torque", lost_motion_torque), ("slope_range", slope_range and slope_range[1])):
         if value is not None and not (np.isfinite(value) and value > 0):
@@ -121,13 +114,13 @@ def gear(
     chosen, rated = gearbox.rated_torque if torque is None else torque, gearbox.rated_torque
     if chosen is None:
         return GearStudy(gearbox, None, gearboxes, seed, None, None, None)
-    share = LOST_MOTION if isinstance(gearbox, CycloidalGearbox) else gearbox.lost_motion_torque
+    share = LOST_MOTION if is_drawn(gearbox) else gearbox.lost_motion_torque
     asked = Definitions(
         float(chosen),
         lost_motion_torque or (share * rated if rated is not None else None),
         slope_range or ((SLOPE[0] * rated, SLOPE[1] * rated) if rated is not None else None),
     )
-    if not isinstance(gearbox, CycloidalGearbox):
+    if not is_drawn(gearbox):
         curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.hysteresis or 0.0)
         read = readings(curve, np.array([gearbox.play.nominal]), asked)
         return GearStudy(gearbox, chosen, gearboxes, seed, _loop(curve, gearbox.play.nominal, gearbox.friction, read), read, None)
@@ -141,10 +134,6 @@ def gear(
         ) from error
     loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest, inside.read)
     return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside)
-
-
-def _is_known(gearbox: ErrorSource | CycloidalGearbox) -> TypeGuard[AnyGearbox]:
-    return isinstance(gearbox, Gearbox | CycloidalGearbox)
 
 
 def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None:

@@ -84,8 +84,8 @@ class Gear(GearStudy, Result):
 
 def refuse_drawing(gearbox: object) -> None:
     """Raise InputError for a gearbox that has no drawing."""
-    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.kinds import is_drawn
 
-    if not isinstance(gearbox, CycloidalGearbox):
+    if not is_drawn(gearbox):
         found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
         raise refuse_argument("dxf", found, "one by its drawing, of kind 'cycloidal', or no DXF file")

@@ -16,7 +16,6 @@ from lostmotion.errors import InputError, shown
 from lostmotion.io.limits import listed
 from lostmotion.io.toml import key_step
 from lostmotion.mechanism.holding_torques import holding_torques
-from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.kinds import TurningGearbox
 from lostmotion.parts.joint import RevoluteJoint
 
@@ -175,6 +174,4 @@ def _first_known(*masses: float | None) -> float:
 def _ratio_of(joint: RevoluteJoint) -> float | None:
     """Return the ratio of the joint's present gearbox; None where it is not stated."""
     gearbox = joint.gearbox
-    if gearbox is None or (isinstance(gearbox, CatalogueGearbox) and "ratio" not in gearbox.model_fields_set):
-        return None
-    return None if gearbox.ratio is None else abs(float(gearbox.ratio))
+    return abs(float(gearbox.ratio)) if gearbox is not None and gearbox.states_ratio else None

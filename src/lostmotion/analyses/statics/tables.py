@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
+from lostmotion.mechanism.elastostatics import springs_of
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
@@ -73,19 +74,18 @@ def _rigid(survey: Survey) -> list[str]:
     if not survey.parts:
         return ["every part is assumed rigid: there is no compliance to report"]
     arm = survey.arm
+    soft = {(of.kind, of.place) for of in springs_of(arm)}
     closed_loop = [joint.name for joint in arm.moving if joint.encoder is not None and joint.encoder.side == "output"]
-    unspecified = {
-        "gearboxes": [
-            joint.name for joint in arm.moving if joint.name not in closed_loop and not _is_compliant(survey, f"joints.{joint.name}.gearbox")
-        ],
-        "bearings": [joint.name for joint in arm.moving if not _is_compliant(survey, f"joints.{joint.name}.bearing")],
-        "links": [
-            joint.name for joint in arm.joints if joint.link.reach and not joint.link.rigid and not _is_compliant(survey, f"joints.{joint.name}.link")
-        ],
-    }
-    rigid = ([] if _is_compliant(survey, "base") else ["the base"]) + [
-        f"{kind} of {', '.join(names)}" for kind, names in unspecified.items() if names
-    ]
+    unspecified: dict[str, list[str]] = {"gearboxes": [], "bearings": [], "links": []}
+    for joint, places in zip(arm.joints, arm.tree.joints, strict=True):
+        moves = arm.tree.places[places.moved].joint is not None
+        if moves and joint.name not in closed_loop and ("gearbox", places.moved) not in soft:
+            unspecified["gearboxes"].append(joint.name)
+        if moves and ("bearing", places.moved) not in soft:
+            unspecified["bearings"].append(joint.name)
+        if joint.link.reach and not joint.link.rigid and ("link", places.tip) not in soft:
+            unspecified["links"].append(joint.name)
+    rigid = ([] if ("base", 0) in soft else ["the base"]) + [f"{kind} of {', '.join(names)}" for kind, names in unspecified.items() if names]
     notes = [f"compliance not specified, assumed rigid: {'; '.join(rigid)}"] if rigid else []
     return notes + (
         [f"gearboxes of {', '.join(closed_loop)} add no compliance: an encoder on the output closes the position loop"] if closed_loop else []
@@ -100,10 +100,6 @@ def _reciprocity_notes(survey: Survey) -> list[str]:
     middle = float(np.median(survey.asymmetry))
     size = f"{100 * worst:.1f} % (median over poses {100 * middle:.2g} %)"
     return [f"the compliance matrix is asymmetric by up to {size}: an estimate of the uncertainty of the tabulated bearing stiffness"]
-
-
-def _is_compliant(survey: Survey, owner: str) -> bool:
-    return any(part == owner or part.startswith(f"{owner} ") for part in survey.parts)
 
 
 def _degrees(angle: float) -> str:

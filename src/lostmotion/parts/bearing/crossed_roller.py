@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from lostmotion.parts.bearing.runout import runout_terms
-from lostmotion.parts.error_source import AngularStiffness, ErrorSource, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.error_source import AngularStiffness, ErrorSource, LengthAmount, LengthPlus, LinearStiffness, PartFigure
 from lostmotion.parts.forms import Linear
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.standard_terms import parameter
@@ -38,6 +38,17 @@ class CrossedRoller(Sourced, ErrorSource):
         if self.moment_stiffness is None and self.axial_stiffness is not None and self.pitch_diameter is not None:
             return self.axial_stiffness * self.pitch_diameter**2 / 8
         return self.moment_stiffness
+
+    @property
+    def stated_figures(self) -> list[PartFigure]:
+        """Return the figures that are stated, for the sheet of the bearing."""
+        springs = (
+            PartFigure("stiffness across", self.radial_stiffness or 0.0, "N/m"),
+            PartFigure("stiffness along the axis", self.axial_stiffness or 0.0, "N/m"),
+            PartFigure("stiffness against tilting", self.tilt_stiffness or 0.0, "N m/rad"),
+        )
+        runout = PartFigure("radial runout", self.radial_runout, "m"), PartFigure("axial runout", self.axial_runout, "m")
+        return [*(each for each in springs if each.value), *runout]
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return the deflection in tilt, across and along the axis, and runout."""

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from lostmotion.laws.distributions import TwoSided
-from lostmotion.parts.error_source import HELD_SHARE, OF_HELD, ClearanceDim, ErrorSource, ForceAmount, Friction, LengthPlus, LinearStiffness
+from lostmotion.parts.error_source import (
+    HELD_SHARE,
+    OF_HELD,
+    ClearanceDim,
+    ErrorSource,
+    ForceAmount,
+    Friction,
+    LengthPlus,
+    LinearStiffness,
+    PartFigure,
+)
 from lostmotion.parts.forms import Linear, Seat
 from lostmotion.parts.provenance import Sourced, default_friction
 from lostmotion.parts.standard_terms import End, circle, parameter, play_terms
@@ -50,6 +60,17 @@ class RollingPair(Sourced, ErrorSource):
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
         return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
+
+    @property
+    def stated_figures(self) -> list[PartFigure]:
+        """Return the figures that are stated, and the tilt that follows, for the sheet of the bearing."""
+        nominal, scatter = self.clearance.nominal, f"± {self.clearance.tolerance * 1e6:.3g} µm"
+        stiffness = [PartFigure("stiffness of each", self.radial_stiffness, "N/m")] if self.radial_stiffness is not None else []
+        return [
+            PartFigure("working clearance of each", nominal, "m", scatter),
+            PartFigure("tilt in it, either way", nominal / self.span, "rad", f"over a span of {self.span * 1e3:.4g} mm"),
+            *stiffness,
+        ]
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return shift and tilt in the clearances, axial play, and elastic deflection."""

@@ -13,7 +13,7 @@ from lostmotion.laws.rolling.table import Pair, ShiftTable, shift_table
 from lostmotion.parts.bearing.fits import MountedBearing
 from lostmotion.parts.bearing.rolling import SIDES, closing_friction, per_shift
 from lostmotion.parts.bearing.runout import runout_terms
-from lostmotion.parts.error_source import ErrorSource, ForceAmount, Friction, LengthAmount
+from lostmotion.parts.error_source import ErrorSource, ForceAmount, Friction, LengthAmount, PartFigure
 from lostmotion.parts.forms import LoadTable, Seat, ShaftOnRows
 from lostmotion.parts.provenance import default_friction
 from lostmotion.parts.standard_terms import circle, free_terms
@@ -21,6 +21,8 @@ from lostmotion.parts.term import Draw, Holding, Motion, Parameter, Term
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from typing_extensions import TypeIs
 
     from lostmotion.spatial import Floats
 
@@ -47,6 +49,11 @@ class DrawnBearing(MountedBearing, ErrorSource):
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
         return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
+
+    @property
+    def stated_figures(self) -> list[PartFigure]:
+        """Return none: the sheet of a drawn bearing shows what follows from its drawing."""
+        return []
 
     @property
     @abstractmethod
@@ -131,3 +138,8 @@ class DrawnBearing(MountedBearing, ErrorSource):
         """Return the closing force that is stated, or else assumed; where every bearing is preloaded there is no play to close."""
         some_have_play = self.working.nominal + self.working.tolerance > 0
         return closing_friction(self.closing_force, self.rows.span, holding) if some_have_play else None
+
+
+def is_drawn_bearing(bearing: object) -> TypeIs[DrawnBearing]:
+    """Return whether a bearing is given by its drawing and not by stated figures."""
+    return isinstance(bearing, DrawnBearing)

@@ -27,5 +27,10 @@ class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT]):
     ratio: Annotated[float, Quantity("", "121", above=0)] = 1.0
     lead: Lead | None = None
 
+    @property
+    def states_ratio(self) -> bool:
+        """Return whether the ratio is stated: a row of a catalogue may leave it out."""
+        return "ratio" in self.model_fields_set
+
     def _turns(self, motion: Motion) -> float | None:
         return motion.turns(self.lead)

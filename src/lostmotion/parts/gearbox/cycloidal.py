@@ -147,7 +147,12 @@ class CycloidalGearbox(CycloidalStage):
         return tuple(out)
 
     @property
-    def rigid_said(self) -> str:
+    def states_ratio(self) -> bool:
+        """Return that the ratio is known from the teeth."""
+        return True
+
+    @property
+    def assumed_rigid(self) -> str:
         """Return the same as part of a sentence, each with what it stands for and the stage that it is of."""
         return ", ".join(
             f"{_MEMBERS.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"

@@ -23,6 +23,7 @@ from lostmotion.parts.error_source import (
     Inertia,
     Line,
     Mass,
+    PartFigure,
     PlayDim,
     Share,
     TorqueAmount,
@@ -227,6 +228,21 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         if isinstance(stated, list):
             return [(f"{TRANSMISSION_ERROR} {index}", wave.amplitude, wave.cycles) for index, wave in enumerate(stated, 1)]
         return [] if stated is None else [(f"{TRANSMISSION_ERROR} 1", stated / 2, 1.0)]
+
+    @property
+    def states_ratio(self) -> bool:
+        """Return whether the ratio is known: from the teeth, or as stated."""
+        return True
+
+    @property
+    def assumed_rigid(self) -> str:
+        """Return the members that are not specified and taken as rigid: none, for the stated stiffness is that of all."""
+        return ""
+
+    @property
+    def own_figures(self) -> list[PartFigure]:
+        """Return the figures that this kind alone has, for its sheet."""
+        return []
 
     def _own_waves(self) -> list[tuple[str, float, float]]:
         """Return the harmonics that this kind knows by name: name, amplitude at the output (rad), cycles per turn of the output."""

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.gears import planetary_ratio, wolfrom_ratio
-from lostmotion.parts.error_source import AngleAmount
+from lostmotion.parts.error_source import AngleAmount, PartFigure
 from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigures, refuse, teeth
 
 _RING: Final = "a ring with more teeth than the wheel in it"
@@ -71,6 +71,11 @@ class WolfromGearbox(TurningFigures):
                 f"planets = {near}",
             )
         return self
+
+    @property
+    def own_figures(self) -> list[PartFigure]:
+        """Return the turns of the carrier."""
+        return [PartFigure("turns of the carrier per turn of the output", self.carrier_turns)]
 
     def _own_waves(self) -> list[tuple[str, float, float]]:
         carrier = abs(self.carrier_turns)

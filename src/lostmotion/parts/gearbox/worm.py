@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.gears import duplex_take_up, friction_angle
-from lostmotion.parts.error_source import AngleAmount, LengthAmount, LengthPlus
+from lostmotion.parts.error_source import AngleAmount, LengthAmount, LengthPlus, PartFigure
 from lostmotion.parts.gearbox.gearbox import TurningFigures, Whole, refuse, teeth
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
@@ -89,6 +89,12 @@ class WormGearbox(TurningFigures):
                 f'shift = "{math.floor(shift / _MILLIMETRE * 1e4) / 1e4:g} mm"',
             )
         return self
+
+    @property
+    def own_figures(self) -> list[PartFigure]:
+        """Return the locking reserve, where it is known."""
+        note = "friction angle less lead angle: above zero the wheel cannot drive the worm at rest"
+        return [] if self.locking_reserve is None else [PartFigure("locking reserve", self.locking_reserve, "rad", note)]
 
     def _own_waves(self) -> list[tuple[str, float, float]]:
         return [

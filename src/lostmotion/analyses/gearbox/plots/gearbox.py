@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.plots.cycloidal import drawing_plots
 from lostmotion.analyses.gearbox.tables.gearbox import units_of
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, label
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
         near = max(4 * (study.loop.small or 0.0), 6 * study.loop.rest)
         if 0 < near < study.loop.torque[-1]:
             drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, units, near), f"{words} Only near zero."))
-    if isinstance(study.gearbox, CycloidalGearbox):
+    if is_drawn(study.gearbox):
         return [*drawing_plots(study), *drawn]
     if study.gearbox.waves:
         words = "Amplitude of each harmonic of the transmission error over its cycles."

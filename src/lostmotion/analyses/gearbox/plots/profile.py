@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.laws.cycloid.geometry import normals, planet_pose
 from lostmotion.laws.cycloid.outline import ring_outline, wheel_outline
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, RED, framed
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _LINES: Final = (BLUE, ORANGE, GREEN, RED)
 def profile(study: GearStudy) -> go.Figure:
     """Draw discs, ring and pins with the crank at zero, and the forces of the lobes. The stage at the output, forces of the first disc."""
     part, drawn = study.gearbox, study.drawn
-    if not isinstance(part, CycloidalGearbox) or drawn is None:
+    if not is_drawn(part) or drawn is None:
         raise ValueError("a gearbox by stated figures has no profile")
     stage, lobes = part.stage, drawn.lobes[0]
     loaded = np.flatnonzero(lobes.force > 0)

@@ -48,7 +48,7 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count
         at_least = "at least " if gearbox.rigid else ""
         out.append(f"Under {load} the output winds up by {at_least}{wound} beyond its play, {share:.0f} % of it through the {name}.")
     if gearbox.rigid:
-        out.append(f"At most this stiff: not specified are {gearbox.rigid_said}.")
+        out.append(f"At most this stiff: not specified are {gearbox.assumed_rigid}.")
     if drawn.jammed:
         out.append(f"{100 * drawn.jammed / count:.3g} % of the gearboxes jam.")
     return " ".join(out)
@@ -80,7 +80,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     notes = []
     if gearbox.rigid:
         notes.append(
-            f"not specified and taken as rigid: {gearbox.rigid_said}; the true gearbox winds up more, so every stiffness here is an upper limit"
+            f"not specified and taken as rigid: {gearbox.assumed_rigid}; the true gearbox winds up more, so every stiffness here is an upper limit"
         )
     if drawn.jammed:
         notes.append("gearboxes that jam have flanks that press on each other without torque; their wind-up counts from where they then rest")
@@ -248,7 +248,7 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
         mean = float(drawn.read.secant.mean()) * ARCMIN
         together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
         rows.append(Row("all together", together))
-    rigid = f"not specified and taken as rigid: {gearbox.rigid_said}" if gearbox.rigid else "every member is specified"
+    rigid = f"not specified and taken as rigid: {gearbox.assumed_rigid}" if gearbox.rigid else "every member is specified"
     note = f"under {torque:.4g} N m at the output, play not counted; stiffness: torque over wind-up; {rigid}"
     return Section("members", "Compliance by member", ("wind-up", "share", "stiffness"), tuple(rows), note)
 

@@ -19,10 +19,7 @@ from lostmotion.analyses.gearbox.tables.cycloidal import (
 from lostmotion.catalogue.gearboxes import find_rows
 from lostmotion.errors import InputError
 from lostmotion.laws.gears import wind_up
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.kinds import SlidingDrive
-from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
-from lostmotion.parts.gearbox.worm import WormGearbox
+from lostmotion.parts.gearbox.kinds import is_drawn, is_sliding
 from lostmotion.reporting.provenance import with_assumed
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet
 
@@ -30,8 +27,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.analyses.gearbox.cycloidal import Drawn
-    from lostmotion.analyses.gearbox.gear import AnyGearbox, GearStudy, Loop, StatedGearbox
+    from lostmotion.analyses.gearbox.gear import GearStudy, Loop
     from lostmotion.analyses.gearbox.readings import Readings
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
     from lostmotion.spatial import Floats
 
 _STATED: Final = "the values stated"
@@ -79,19 +78,15 @@ TURNING: Final = Units("arcmin", 1 / ARCMIN, "N m", "N m/arcmin", ARCMIN, "torqu
 SLIDING: Final = Units("µm", 1e6, "N", "N/µm", 1e-6, "force", "turn of the screw or pulley")
 
 
-# Of lengths and forces: a class of its own, though it shares its code with the turning one.
-_SLIDES: Final[type[Any]] = SlidingDrive
-
-
 def units_of(gearbox: object) -> Units:
     """Return the units of this gearbox."""
-    return SLIDING if isinstance(gearbox, _SLIDES) else TURNING
+    return SLIDING if is_sliding(gearbox) else TURNING
 
 
 def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> Sheet:
     """Return the sheet of a gearbox."""
     gearbox, drawn = study.gearbox, study.drawn
-    if not isinstance(gearbox, CycloidalGearbox):
+    if not is_drawn(gearbox):
         return with_assumed(_of_figures(name, study, gearbox, notes), gearbox, "gearbox")
     if drawn is None:
         raise ValueError("a gearbox by its drawing without the results of its drawing")
@@ -242,8 +237,7 @@ def _limited(value: float, tolerance: float, units: Units) -> Figure:
 
 def _ratio(gearbox: AnyGearbox) -> Figure | None:
     """Return the ratio, unless a row of a catalogue leaves it out."""
-    stated = gearbox.kind != "catalogue" or "ratio" in gearbox.model_fields_set
-    return _pure(gearbox.ratio) if stated else None
+    return _pure(gearbox.ratio) if gearbox.states_ratio else None
 
 
 def _pure(value: float) -> Figure:
@@ -255,8 +249,6 @@ def _stated(gearbox: StatedGearbox, units: Units) -> Section:
     ratio = _ratio(gearbox)
     opposite = "below zero: input and output go opposite ways" if gearbox.ratio < 0 else ""
     rows = [] if ratio is None else [Row("ratio", (ratio,), opposite)]
-    if isinstance(gearbox, WolfromGearbox):
-        rows.append(Row("turns of the carrier per turn of the output", (_pure(gearbox.carrier_turns),)))
     if gearbox.rated_torque is not None:
         rows.append(Row(f"rated {units.what}", (units.of_torque(gearbox.rated_torque, _STATED),)))
     play = gearbox.play
@@ -272,9 +264,9 @@ def _stated(gearbox: StatedGearbox, units: Units) -> Section:
     if gearbox.friction:
         assumed = "" if gearbox.friction_torque is not None else f"taken as 1 % of the rated {units.what}, none is stated"
         rows.append(Row(f"friction without load, as {units.what}", (units.of_torque(gearbox.friction, _STATED),), assumed))
-    if isinstance(gearbox, WormGearbox) and gearbox.locking_reserve is not None:
-        note = "friction angle less lead angle: above zero the wheel cannot drive the worm at rest"
-        rows.append(Row("locking reserve", (Figure(math.degrees(gearbox.locking_reserve), "deg", samples=_STATED),), note))
+    for own in gearbox.own_figures:
+        figure = Figure(math.degrees(own.value), "deg", samples=_STATED) if own.unit == "rad" else _pure(own.value)
+        rows.append(Row(own.label, (figure,), own.note))
     return Section("stated", "What is stated", ("value",), tuple(rows))
 
 
@@ -288,7 +280,9 @@ def _zones(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
         label = f"zone {k + 1}, {start}" if len(zones) > 1 else "stiffness"
         rows.append(Row(label, (units.of_stiffness(stiffness, _STATED),)))
     rows += [
-        Row(f"wind-up at {limit:.4g} {units.torque}", (units.of_angle(float(wind_up(limit, zones, limits)), _STATED),), f"end of zone {k}")
+        Row(
+            f"wind-up at {limit:.4g} {units.torque}", (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), _STATED),), f"end of zone {k}"
+        )
         for k, limit in enumerate(limits, 1)
     ]
     note = f"scatters by ± {100 * gearbox.stiffness_scatter:.3g} % over gearboxes" if gearbox.stiffness_scatter else ""
@@ -337,8 +331,8 @@ class _Shown:
     def __init__(self, study: GearStudy, units: Units) -> None:
         self.units = units
         self._drawn = study.drawn
-        self._stated = None if isinstance(study.gearbox, CycloidalGearbox) else study.gearbox
-        self._bounded = isinstance(study.gearbox, CycloidalGearbox) and bool(study.gearbox.rigid)
+        self._stated = None if is_drawn(study.gearbox) else study.gearbox
+        self._bounded = is_drawn(study.gearbox) and bool(study.gearbox.rigid)
         self.samples = _STATED if self._stated is not None else f"{study.count} simulated gearboxes"
 
     @property
