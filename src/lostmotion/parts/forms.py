@@ -80,6 +80,11 @@ class Constant(_Along):
 
     direction: Floats
 
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Return that it depends on nothing."""
+        return ()
+
     def size(self, at: Condition) -> float:  # noqa: ARG002 - it depends on nothing
         """Return one."""
         return 1.0
@@ -120,11 +125,6 @@ class Spring(_Along):
     direction: Floats
     curve: Curve
     odd: bool = True
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """Return that it depends on the load."""
-        return ("wrench",)
 
     @property
     def elastic(self) -> bool:
@@ -207,11 +207,6 @@ class HeldPlay(Form):
     seat: Seat
     state: Literal["held", "free"]
     direction: Floats | None = None
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """Return that it depends on the load."""
-        return ("wrench",)
 
     def screw(self, at: Condition) -> Floats:
         """Return where the play lets the part rest (6, pose)."""
@@ -308,11 +303,6 @@ class LoadTable(Form):
     rows: tuple[int, ...]
     direction: Floats | None = None
     axial_weight: float = 1.0
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """Return that it depends on the load."""
-        return ("wrench",)
 
     @property
     def elastic(self) -> bool:

@@ -124,8 +124,8 @@ class Form(ABC):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return the fields of `Condition` on which the screw depends; none: a constant screw."""
-        return ()
+        """Return the fields of `Condition` on which the screw depends: the load, unless a form says otherwise; none for a constant screw."""
+        return ("wrench",)
 
     @property
     def elastic(self) -> bool:
