@@ -79,7 +79,7 @@ class InputError(LostmotionError, ValueError):
 
 
 class Mistakes:
-    """Mistakes met one after the other, said all at once where `with Mistakes() as mistakes:` ends, by an InputError."""
+    """Mistakes collected one after the other, reported together by an InputError where `with Mistakes() as mistakes:` ends."""
 
     def __init__(self) -> None:
         """Begin without any."""
@@ -117,7 +117,7 @@ def refuse_argument(name: str, found: object, expected: str, /, **passing: objec
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Which known name did the writer probably mean? Empty where none is close."""
+    """Return the known name that was probably meant. Empty where none is close."""
     close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
     return close[0] if close else ""
 

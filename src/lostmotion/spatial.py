@@ -92,7 +92,7 @@ def across(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def motion(twist: Floats, amount: Floats) -> Matrix:
-    """Return the pose of a pure rotation or translation along a unit twist (6,) by amounts (pose,), rad or m: exp(amount twist)."""
+    """Return the pose of a pure rotation or translation along a unit twist (6,) by angles or lengths (pose,), rad or m: exp(amount twist)."""
     out: list[list[Floats | float]] = [[*row] for row in np.eye(4).tolist()]
     if twist[:3].any():
         sine, less = np.sin(amount), 1 - np.cos(amount)

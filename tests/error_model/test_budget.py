@@ -155,7 +155,7 @@ def test_a_pose_and_a_zone_are_read_from_a_line_of_text(arm):
         ("A=30deg", "no value for"),
         ("A=30deg B=10deg O=1", "unit"),
         ("A=30deg B=10deg O=500deg", "within its limits"),
-        ("A=30deg A=30deg B=1deg O=0deg", "once more"),
+        ("A=30deg A=30deg B=1deg O=0deg", "twice"),
         ("Z=30deg A=1deg B=1deg O=0deg", "each joint once"),
         ("A=30mm B=10deg O=0deg", "A=30mm"),
         ("up", "joint=value"),

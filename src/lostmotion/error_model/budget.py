@@ -1,4 +1,4 @@
-"""Which part, kind of error or level of chance costs how much, and what would halving it buy? Exact sums over terms, no sampling."""
+"""Error budget by part, kind of error and level, with the effect of halving: exact sums over terms, no sampling."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def costs(tally: Tally) -> list[Cost]:
 
 @dataclass(frozen=True)
 class Budget:
-    """Who is to blame at some poses: how many they are, their r.m.s. error (m), and what each part and each kind of error costs there.
+    """Error budget at some poses: their number, their r.m.s. error (m), and the share of each part and each kind of error.
 
     of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the poses
     halving   what halving each of them buys there, where that was asked
@@ -155,20 +155,20 @@ class Budget:
 
     @property
     def levels(self) -> tuple[float, float, float]:
-        """Give the shares of the mean square that are by design, by robot and by visit; they add to one, or are none where nothing errs."""
+        """Return the shares of the mean square that are by design, by robot and by visit; they add to one, or are none where nothing errs."""
         design, robot, visit = (sum(cost.levels[k] for cost in self.parts) for k in range(3))
         return float(design), float(robot), float(visit)
 
     def sure(self, *levels: int) -> Estimate:
-        """Give the r.m.s. error that levels of chance make together (0 by design, 1 by robot, 2 by visit; left out, all), m.
+        """Return the r.m.s. error that levels of chance make together (0 by design, 1 by robot, 2 by visit; all by default), m.
 
-        Exact at the poses; the interval, 95 %, tells what their choice leaves, and has NaN ends where they are no independent sets.
+        Exact at the poses; the interval, 95 %, is the uncertainty due to their choice, and has NaN ends where they are no independent sets.
         """
         return root_mean_square(np.array(self.of_sets)[:, list(levels or (0, 1, 2))].sum(axis=1))
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
-    """What do the terms of this arm add up to at these poses (pose, joint), rad and m? Exact; put together by part, cause, level or term.
+    """Return the error budget of this arm at these poses (pose, joint), rad and m, by part, cause, level or term; exact.
 
     Raises InputError for another word, and as `screws`.
     """
@@ -176,7 +176,7 @@ def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tal
 
 
 def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1) -> Budget:
-    """Which parts and which kinds of error are to blame at these poses (pose, joint), rad and m? `where` says in words which they are.
+    """Return the error budgets by part and by kind of error at these poses (pose, joint), rad and m; `where` names the poses.
 
     replicates   independent sets of equal size that they consist of, one after the other
     """

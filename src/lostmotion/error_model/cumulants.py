@@ -1,7 +1,7 @@
 """Joint cumulants of the draws of an arm's terms: second, third and fourth.
 
-Terms that draw from different streams are independent. Within a group that shares streams (the two parts of a wave, the amount of a play and its
-side) every mean of a product is a product of means over the streams, each by quadrature.
+Terms that draw from different streams are independent. Within a group that shares streams (the two components of a harmonic, the amount of a play and
+its side) every mean of a product is a product of means over the streams, each by quadrature.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which of a study's poses are meant by a number or by a zone in space?"""
+"""Selection of a study's poses by a number or by a zone in space."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _AXES = "xyz"
 _EXAMPLE = "x 0.2..0.5 m"
-# So many poses are looked at to find those in a zone.
+# So many poses are tried to find those in a zone.
 MOST_TRIED: Final = 1 << 19
 
 
@@ -36,7 +36,7 @@ class InZone:
 
 
 def one_pose(q: Floats, pose: Any) -> tuple[Floats, str]:  # noqa: ANN401 - a number, or joint values
-    """Which joint values (1, joint) are meant by a pose's number among q (pose, joint), or by an array of one pose itself? And its name.
+    """Return the joint values (1, joint) of a pose's number among q (pose, joint), or of an array of one pose, and its name.
 
     Raises InputError for a number that there is not, or values of another shape or not finite.
     """
@@ -51,7 +51,7 @@ def one_pose(q: Floats, pose: Any) -> tuple[Floats, str]:  # noqa: ANN401 - a nu
 
 
 def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 - a mask, or ends by axis
-    """Which poses (pose,) have their tool point, (pose, 3) m, in this zone? And its name.
+    """Return which poses (pose,) have their tool point, (pose, 3) m, in this zone, and its name.
 
     `zone` is that mask itself, or the ends along some of the base's axes, {"x": (0.2, 0.5)} in m. Raises InputError where no pose lies in it.
     """
@@ -70,7 +70,7 @@ def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 
 
 
 def among(poses: Poses, tool: Floats, zone: Any) -> InZone:  # noqa: ANN401 - a mask, or ends by axis
-    """Which of these poses bring the tool, (pose, 3) m, into a zone? In as many independent sets as there were, of equal size (`_dealt`).
+    """Return those poses with the tool, (pose, 3) m, in a zone, in as many independent sets of equal size (`_dealt`).
 
     Raises InputError as `in_zone`, and where only one of poses that were drawn does: that says nothing of the zone.
     """
@@ -79,7 +79,7 @@ def among(poses: Poses, tool: Floats, zone: Any) -> InZone:  # noqa: ANN401 - a 
 
 
 def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]], seed: int = 1, law: PoseLaw = "sobol") -> InZone:
-    """Which `count` poses of a law that draws them bring the tool into a zone, ends along the base's axes in m?
+    """Return `count` poses of a pose law with the tool in a zone, limits along the base's axes in m.
 
     The first so many in it of each of the law's independent sets, which are made longer until there are enough: poses of the same law, given that
     the tool is in the zone. A zone that holds the workspace holds the poses of `sample_poses`. Of a small zone, all that are in it of 524 288
@@ -101,7 +101,7 @@ def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]],
 
 
 def _dealt(poses: Poses, mask: np.ndarray, name: str, tool: Floats, most: int = 1 << 62) -> Poses:
-    """Give the poses in a mask in equal sets: cut, in order, into as many as there were, or as there are poses, the few left over dropped.
+    """Return the poses in a mask in equal sets: cut, in order, into as many as there were, or as there are poses, the few left over dropped.
 
     Sets that keep few of their poses keep different numbers of them. Cut so, a set borrows from its neighbour; so few poses of a sequence are
     nearly independent draws, whichever set they come from.
@@ -136,16 +136,16 @@ def _refused(found: str, expected: str, tool: Floats) -> InputError:
 
 def _in_box(tool: Floats, ends: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, str]:
     mask = np.ones(len(tool), dtype=bool)
-    told = []
+    limits = []
     for axis, (low, high) in checked_ends(ends).items():
         along = tool[:, _AXES.index(axis)]
         mask &= (along >= low) & (along <= high)
-        told.append(f"{axis} {low * 1e3:g} … {high * 1e3:g} mm")
-    return mask, ", ".join(told)
+        limits.append(f"{axis} {low * 1e3:g} … {high * 1e3:g} mm")
+    return mask, ", ".join(limits)
 
 
 def checked_ends(ends: Mapping[Any, Any]) -> dict[str, tuple[float, float]]:
-    """Between which ends, m, along which of the base's axes does a zone lie? Raises InputError with every mistake in what was given."""
+    """Return the limits of a zone, m, along each of the base's axes that it names. Raises InputError with every mistake in what was given."""
     expected = "ends along x, y or z in m, the lower one first"
     mistakes: list[Problem] = []
     out: dict[str, tuple[float, float]] = {}

@@ -1,4 +1,4 @@
-"""Which poses does the arm visit? Within every joint's limits, by a law of the user's choice."""
+"""Poses within every joint's limits, by a law of the user's choice."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ class Poses:
             raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", replicates=1)
 
     def __len__(self) -> int:
-        """Give the number of poses."""
+        """Return the number of poses."""
         return len(self.q)
 
 
 def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) -> Poses:
-    """Which `count` poses fill the joint ranges of this arm?
+    """Return `count` poses over the joint ranges of this arm.
 
     sobol    eight independently scrambled Sobol sequences: even coverage, and an honest interval
-    uniform  every value within the limits alike
+    uniform  every value within the limits equally likely
     normal   the paper's: around mid-range with sigma = range/6, cut at the limits
     grid     equal steps in every joint, ends included; at least `count` poses
     The count is rounded up: to eight powers of two (sobol), to a multiple of eight (uniform, normal), to a full grid.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Enough to rank the limits and to tell which of them count; shares of a budget, not figures of their own.
+# Enough to rank the limits and to select those that count; shares of a budget, not figures of their own.
 _MOST_POSES: Final = 256
 # A limit below this share of a mean square moves no digit that is printed.
 _LEAST: Final = 1e-3

@@ -148,10 +148,10 @@ def flexibility(
     top = max(8, math.ceil(_PER_ARC / float(half.min()))) if harmonics is None else harmonics
     own = edge_compliance(annulus, top)
     n = np.arange(1, top + 1)
-    waves = np.exp(1j * angles[:, None] * n) * spectrum(half[:, None] * n, exponent)
+    modes = np.exp(1j * angles[:, None] * n) * spectrum(half[:, None] * n, exponent)
     turning, counter, coupling = own[1:, 0, 0], own[1:, 1, 1], own[1:, 0, 1]
-    same = (waves * turning) @ waves.conj().T + ((waves * counter) @ waves.conj().T).conj()
-    mirrored = 2 * ((waves * coupling) @ waves.conj().T).real
+    same = (modes * turning) @ modes.conj().T + ((modes * counter) @ modes.conj().T).conj()
+    mirrored = 2 * ((modes * coupling) @ modes.conj().T).real
     # Beyond the last harmonic the compliance falls as 1/n and the mean square of the spectrum as n^-(2 exponent + 2).
     left = gamma(exponent + 1.5) ** 2 * (2 / half) ** (2 * exponent + 1) / (math.pi * half) * top ** (-2 * exponent - 2) / (2 * exponent + 2) * top
     same = same + np.diag(left * (turning[-1] + counter[-1]))

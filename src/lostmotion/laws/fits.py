@@ -73,10 +73,10 @@ def raceway_diameter(bore: float, outside: float, kind: Literal["ball", "roller"
 
 
 def thermal_loss(temperature_difference: Floats | float, raceway: float, expansion: float = STEEL_EXPANSION) -> Floats:
-    """Return the loss of clearance (m) where the inner ring is warmer than the outer one by a difference in K (any shape): expansion x dT x De.
+    """Return the loss of clearance (m) for a temperature difference of the inner above the outer ring in K (any shape): expansion x dT x De.
 
     `raceway` De (m) of the outer ring. 5-10 K is normal, 15-20 K fast running; a robot's joint that moves intermittently stays near zero. With a
-    warmer outer ring, a negative difference, the clearance grows.
+    hotter outer ring, a negative difference, the clearance grows.
     """
     return np.asarray(expansion * np.asarray(temperature_difference) * raceway)
 

@@ -67,7 +67,7 @@ class Compliances:
 
 
 def compliances(arm: Arm, q: Floats) -> Compliances:
-    """How much does each part let the tool give at these poses, q (pose, joint) in rad or m?
+    """Return the compliance contribution of each part at these poses, q (pose, joint) in rad or m.
 
     The tangent at the load that each part carries, exact for all springs but drawn bearings, whose tables are read over ±0.1 % of the load: a
     contact between rolling elements without load has no stiffness at all, and counts as if it carried a millinewton. Raises ValueError for q of
@@ -107,7 +107,7 @@ def stiffness(arm: Arm, q: Floats) -> Floats:
 
 
 def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
-    """How far does the tool turn and shift (pose, 6; rad, m) if this wrench comes to what the arm carries already?
+    """Return rotation and displacement of the tool (pose, 6; rad, m) under this wrench in addition to the arm's own loads.
 
     wrench (6,) or (pose, 6): moment and force at the tool point in the base's axes, N m and N. Not the tangent: parts are asked with and without the
     wrench, so that zones and contacts count over the whole way; for springs in proportion it is compliance @ wrench. A rigid arm: zero.
@@ -173,7 +173,7 @@ def _inverse(matrix: Floats) -> Floats:
     # Rotations and displacements in units in which both are of one size.
     unit = np.repeat(np.stack([turn[some], shift[some]], axis=1), 3, axis=1)
     unit = unit[:, :, None] * unit[:, None, :]
-    alike = matrix[some] / unit
-    firm = np.linalg.eigvalsh(alike)[:, 0] > _RIGID
-    out[some[firm]] = np.linalg.inv(alike[firm]) / unit[firm]
+    scaled = matrix[some] / unit
+    firm = np.linalg.eigvalsh(scaled)[:, 0] > _RIGID
+    out[some[firm]] = np.linalg.inv(scaled[firm]) / unit[firm]
     return out

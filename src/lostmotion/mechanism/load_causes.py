@@ -139,7 +139,7 @@ def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
 
 
 def _off_the_line(at: Floats, joint: int, tip: int) -> Floats:
-    """Which matrices (2 per pose, 3, 3) take out of a vector in the tip's axes what lies along the line from the joint to the tip?"""
+    """Return the matrices (2 per pose, 3, 3) that remove from a vector in the tip's axes its component along the line from joint to tip."""
     line = np.einsum("pij,pi->pj", at[tip, :, :3, :3], at[tip, :, :3, 3] - at[joint, :, :3, 3])
     line /= np.maximum(np.linalg.norm(line, axis=1), np.finfo(float).tiny)[:, None]
     return np.repeat(np.eye(3) - line[:, :, None] * line[:, None, :], 2, axis=0)

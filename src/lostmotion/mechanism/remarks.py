@@ -28,8 +28,8 @@ def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], unwe
 
 def _corrected(moving: Moving) -> tuple[str, ...]:
     corrected = ", ".join(joint.name for joint in moving if joint.corrected)
-    said = "the controller corrects wind-up and backlash, except backlash that stays open under a load below the friction"
-    return (f"encoder on the output of {corrected}: {said}",) if corrected else ()
+    effect = "the controller corrects wind-up and backlash, except backlash that stays open under a load below the friction"
+    return (f"encoder on the output of {corrected}: {effect}",) if corrected else ()
 
 
 def _rigid_members(moving: Moving) -> tuple[str, ...]:

@@ -47,8 +47,8 @@ def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Float
     """Return what everything outboard of a place puts on it: wrenches (place, pose, 6) in the place's own frame, N m and N.
 
     Static: weights of links, joints, tool and payload, and the payload's process force. A joint's own mass, or its gearbox's where none is stated,
-    sits on its seat with the housing, so it loads the link before and not its own bearing. `payload` left out: the arm's own; `gravity` (3,) in the
-    base's axes, m/s^2, left out: the arm's, turned by the base's tilt. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's
+    sits on its seat with the housing, so it loads the link before and not its own bearing. `payload` by default the arm's own; `gravity` (3,) in the
+    base's axes, m/s^2, by default the arm's, turned by the base's tilt. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's
     static torques (tests/validation).
     """
     free_fall = arm.gravity_in_base if gravity is None else np.asarray(gravity, dtype=float)
@@ -69,7 +69,7 @@ def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None
 
     Eq. (3) of S. Strutynskyi, R. Semenchuk 2021 in its proper reading, for any joint: on a turning joint the weight outboard times the distance
     of its centre of mass from the axis, on a sliding one the whole weight; a process force on the tool turns with the arm. `within` (rad): only
-    tilts of the base by at most so much from level, towards any side; left out, all of them.
+    tilts of the base by at most so much from level, towards any side; by default all of them.
     Exact, without a search over tilts: torque = gravity . v + the torque of the process force, and a direction within a cone that is nearest to v
     is v itself or lies on the cone's edge.
     """

@@ -21,7 +21,7 @@ class Tool(Sourced):
     """The tool frame, and what the tool itself weighs.
 
     frame  seen from the place that the tool is fixed to
-    after  name of that place; left out: the tip of the last joint
+    after  name of that place; by default the tip of the last joint
     """
 
     frame: Frame = Frame()

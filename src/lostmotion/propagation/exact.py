@@ -1,4 +1,4 @@
-"""How much does the first-order sum leave out? The same errors composed exactly, as a product of exponentials."""
+"""The error that the first-order sum neglects: the same errors composed exactly, as a product of exponentials."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ExactCheck:
 
 
 def share_left_out(check: ExactCheck, error: float) -> float:
-    """Return the share of an error (m) that the first-order sum leaves out at most, as far as compared; infinite for an error beyond all figures."""
+    """Return the share of an error (m) that the first-order sum neglects at most, as far as compared; infinite for an error beyond all figures."""
     if not math.isfinite(error) or not math.isfinite(check.largest):
         return math.inf
     if check.largest <= _NOTHING:
@@ -62,7 +62,7 @@ def join(checks: Sequence[ExactCheck]) -> ExactCheck:
 
 
 def draws_of(matrix: PoseMatrix, seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
-    """What multiplies each term at these returns? (term, sample) for equally long lists of robots and visits; 1 for design terms.
+    """Return the draws of each term at these visits (term, sample), for equally long lists of robots and visits; 1 for design terms.
 
     `pose` is the number of the pose in the study: one for all samples, or one for each.
     """
@@ -82,7 +82,7 @@ def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
 
 
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
-    """Where does the tool really go at the poses in these rows? Poses (row, sample, 4, 4) for draws (row, term, sample).
+    """Return the exact tool poses at the poses in these rows: (row, sample, 4, 4) for draws (row, term, sample).
 
     Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
     errors' geometry at any size.
@@ -103,7 +103,7 @@ def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Float
 
 
 def check(matrix: PoseMatrix, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
-    """How far apart are the first-order sum and the exact composition?
+    """Return the differences between the first-order sum and the exact composition.
 
     Compared on these rows of the matrix (whose first is pose `first_pose` of the study), for robots x visits draws each. No rows, no samples.
     """

@@ -31,6 +31,6 @@ def refuse_large_errors(arm: Arm) -> None:
         found = check(screws(arm, sample_poses(arm, _POSES).q), 0, np.arange(_POSES), _SEED, _ROBOTS, _VISITS)
     if share_left_out(found, found.length) <= FAILS:
         return
-    said = f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong by {found.largest * 1e3:.2g} mm"
+    problem = f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong by {found.largest * 1e3:.2g} mm"
     expected = "errors small enough to be added up; look for a mistake in the largest, which `lostmotion study FILE` lists"
-    raise InputError([Problem(arm.name, "", said, expected, 'backlash = "1 arcmin"')])
+    raise InputError([Problem(arm.name, "", problem, expected, 'backlash = "1 arcmin"')])

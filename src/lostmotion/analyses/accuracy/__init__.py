@@ -1,1 +1,1 @@
-"""How accurate is the arm?"""
+"""Accuracy of an arm: error, AP, RP and error budget."""

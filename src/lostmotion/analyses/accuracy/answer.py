@@ -32,7 +32,7 @@ class Answer:
 
     tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
-    budget: who is to blame over all poses, by kind of error too; budgets: the same at poses and in zones that were asked about.
+    budget: error budget over all poses, by kind of error too; budgets: the same at stated poses and in zones.
     zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
     """
 
@@ -58,7 +58,7 @@ class Answer:
 
     @property
     def places(self) -> tuple[Budget, ...]:
-        """Who is to blame at every pose and in every zone that was asked about?"""
+        """Return the error budgets at every stated pose and in every zone."""
         return (*self.budgets, *(zone.budget for zone in self.zones))
 
 
@@ -72,7 +72,7 @@ def answer(
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Answer:
-    """How accurate is this arm over these poses, where does it reach, what does it hold, and which part is to blame?
+    """Return the accuracy, workspace, static torques and error budget of this arm over these poses.
 
     `sampled` is what `montecarlo.run` found at these poses; other arguments as there. The workspace is sampled more densely by the same law of poses
     (Sobol where they were given).

@@ -1,4 +1,4 @@
-"""Ask a study who is to blame: over all its poses, at one of them, or in a zone."""
+"""Error budgets of a study: over all its poses, at one of them, or in a zone."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Attributed:
         return states(self.arm)
 
     def costs(self, by: By = "part", *, at: At | None = None, zone: Zone | None = None) -> list[Cost]:
-        """Which part, cause, level or term costs how much, the largest first: over all poses, at one of them, or in a zone? Exact, no sampling.
+        """Return the error budget by part, cause, level or term, largest first: over all poses, at one of them, or in a zone. Exact, no sampling.
 
         at    a pose: its number in the study, "A=30deg B=-10deg", or joint values (joint,), text with a unit or rad and m
-        zone  "x 0.2..0.5 m" in the base's axes, ends as amounts, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)
+        zone  "x 0.2..0.5 m" in the base's axes, ends as quantities, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)
 
         Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
         """
@@ -49,7 +49,7 @@ class Attributed:
         return costs(tally(self.arm, q, by, approach=self.approach))
 
     def with_budget(self, *, at: At | None = None, zone: Zone | None = None) -> Self:
-        """Give the same study that also says who is to blame at a pose or in a zone, and what halving it buys; arguments and errors as `costs`."""
+        """Return the same study with the error budget at a pose or in a zone, and the effect of halving; arguments and errors as `costs`."""
         from lostmotion.propagation.montecarlo.sensitivity import halving_at
 
         q, where = self._where(at, zone)

@@ -1,4 +1,4 @@
-"""By which route are errors found over some poses: by samples, by sums over terms, by both; over the workspace, and in a zone of it?"""
+"""The method of a study: by samples, by sums over terms, or by both; over the workspace and in zones."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundInZone(Found):
-    """The same in a zone, and who is to blame there. name: how it is called; tried: among how many poses those in it were found."""
+    """The same in a zone, with its error budget. name: its name; tried: number of poses among which those in it were found."""
 
     name: str
     tried: int
@@ -45,7 +45,7 @@ class FoundInZone(Found):
 
 @dataclass(frozen=True)
 class Route:
-    """How errors are found, from which robots, and, with a tolerance, how sure they are to be. Other fields as `montecarlo.run`, `run_until`."""
+    """The method, the robots, and, with a tolerance, the precision asked for. Other fields as `montecarlo.run`, `run_until`."""
 
     method: Method
     robots: int
@@ -59,14 +59,14 @@ class Route:
     device: Device = "cpu"
     progress: Callable[[str, int, int], None] | None = None
 
-    def over(self, arm: Arm, poses: Poses, more: Callable[[int], Poses] | None = None, most_poses: int | None = None, told: str = "") -> Found:
-        """How far off is the tool over these poses? `more` and `most_poses` as `run_until`; `told` goes before what `progress` is told."""
+    def over(self, arm: Arm, poses: Poses, more: Callable[[int], Poses] | None = None, most_poses: int | None = None, prefix: str = "") -> Found:
+        """Return the errors over these poses. `more` and `most_poses` as `run_until`; `prefix` precedes the text of `progress`."""
         progress = self.progress
-        if progress is not None and told:
-            tell = progress
+        if progress is not None and prefix:
+            report = progress
 
             def progress(what: str, done: int, of: int) -> None:
-                tell(f"{told}: {what}", done, of)
+                report(f"{prefix}: {what}", done, of)
 
         sampled, stopping, every, pool = None, None, None, None
         if self.tolerance is not None:
@@ -107,9 +107,9 @@ class Route:
         return Found(poses, sampled, every, pool, stopping)
 
     def within(self, arm: Arm, zone: InZone, more: Callable[[int], Poses] | None = None, most_poses: int | None = None) -> FoundInZone:
-        """How far off is the tool in a zone, and who is to blame there? The same robots, over the zone's poses."""
+        """Return errors and error budget in a zone, of the same robots, over the zone's poses."""
         found = self.over(arm, zone.poses, more, most_poses, zone.name)
-        said = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
-        blame = budget(arm, found.poses.q, said, approach=self.approach, replicates=found.poses.replicates)
+        where = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
+        blame = budget(arm, found.poses.q, where, approach=self.approach, replicates=found.poses.replicates)
         gains = halving_at(arm, found.poses, self.seed, approach=self.approach, threads=self.threads)
         return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=replace(blame, halving=gains))

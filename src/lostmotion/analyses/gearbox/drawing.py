@@ -22,7 +22,7 @@ def refuse_existing_file(out: Path, *, force: bool) -> None:
     if out.exists() and not force:
         raise OutputExistsError(f"'{out}' exists\n  replace it with --force, or name another file with --dxf")
     try:
-        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not tell whether that works
+        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):  # permissions alone do not show whether that works
             pass
     except OSError as error:
         raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a file that can be written with --dxf") from error

@@ -5,8 +5,8 @@
 annulus (`annulus`), fixed at the hub or in the housing and loaded along the contacts' lines of action. Assumptions, with their reasons:
 
 - A force may slide along its line of action. It acts on the annulus where that line crosses the rim, so its moment is exact.
-- A wavy rim (of the disc; of the ring with envelope lobes or planet pins) is replaced by a circle of its mean radius: the waves are low compared with
-  their length. A force is distributed there as a half-ellipse over +-w, a quarter of a wave: the width of one tooth.
+- A wavy rim (of the disc; of the ring with envelope lobes or planet pins) is replaced by a circle of its mean radius: its lobes are low compared with
+  their length. A force is distributed there as a half-ellipse over +-w, a quarter of a lobe pitch: the width of one tooth.
 - At a wavy rim no part may be counted twice or omitted. In a half-plane under a point load, the path from the depth d to a far depth D contributes
   p/(pi E') 2 ln(D/d). A half-ellipse of load inclined by the slant s from the normal has the mean displacement p/(pi E') [2 ln(2 D/w) + 1/2 - (1 +
   nu') cos^2 s] relative to the same point. The real flank is normal to its force, the annulus' rim is not, and Flamant's stresses depend on the
@@ -113,8 +113,8 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
         half, shape = math.asin(stage.pin_radius / body.loaded), CORNERED
         share = stage.pin_radius / reach
     else:
-        waves = stage.pins if stage.kind == "lobe envelope" and part == "ring" else stage.lobes
-        half, shape = math.pi / (2 * waves), ELLIPTIC
+        lobes = stage.pins if stage.kind == "lobe envelope" and part == "ring" else stage.lobes
+        half, shape = math.pi / (2 * lobes), ELLIPTIC
         share = half * body.loaded / (4 * reach * np.exp(-0.75 + (1 + body.plane_nu) / 2 * np.sin(slant) ** 2))
     rest = 2 * np.log(share) / (math.pi * body.plane_modulus * body.width)
     return flexibility(body, np.angle(place), slant, half, shape) + np.diag(rest)

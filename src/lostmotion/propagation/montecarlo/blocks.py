@@ -90,7 +90,7 @@ class Plan:
         return self._robot_draws[stream]
 
     def tables(self, streams: list[Stream]) -> Floats:
-        """Give the tables that these streams' visits read, one after another (stream x ROW)."""
+        """Return the tables that these streams' visits read, one after another (stream x ROW)."""
         return self._kept(
             "visits", streams, lambda: np.concatenate([visit_table(self.seed, stream) for stream in streams] or [np.zeros(draw_kernel.ROW)])
         )
@@ -131,7 +131,7 @@ class BlockSample:
         return out
 
     def whole_hist(self) -> np.ndarray:
-        """Give the histogram of each group with all its bins (group, error_bins.BINS)."""
+        """Return the histogram of each group with all its bins (group, error_bins.BINS)."""
         out = np.zeros((len(self.group_hist), error_bins.BINS), np.int64)
         out[:, self.bins] = self.group_hist
         return out
@@ -196,7 +196,7 @@ def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) 
 
 
 def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
-    """Choose who forms the errors; `moves` tells whether anything changes from visit to visit."""
+    """Choose who forms the errors; `moves`: whether anything changes between visits."""
     if plan.device == "gpu":
         from lostmotion.propagation.montecarlo import jax_kernel
 
@@ -235,7 +235,7 @@ def _padded(columns: np.ndarray) -> np.ndarray:
 
 
 def _reading(seed: int, columns: list[AtVisits], tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Tell the kernel which table each visit stream reads and which key steers it, padded like the screws."""
+    """Return the table of each visit stream and the key of its position, padded like the screws."""
     rows = [tables[each.stream] for each in columns]
     keys = [visit_key(seed, each.stream.name) for each in columns]
     pad = [0] * (-len(rows) % 4)

@@ -46,11 +46,11 @@ class Paired:
 
     @property
     def samples(self) -> int:
-        """Give the number of samples of a run."""
+        """Return the number of samples of a run."""
         return len(self.plan.poses) * self.plan.robots * self.plan.visits
 
     def run(self, factors: Floats) -> Sample:
-        """What do these robots do with every term scaled by its factor (term,)?"""
+        """Return the errors of these robots with every term scaled by its factor (term,)."""
         groups, sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (self.plan.groups, len(self.matrices)))
         means, largest, first = [], 0.0, 0
         for of_set, matrix in zip(sets, self.matrices, strict=True):
@@ -64,7 +64,7 @@ class Paired:
 
 
 def thinned(poses: Poses, most: int) -> Poses:
-    """Which of these poses stand for all, at most `most` and evenly? The first ones of each independent set, or equal steps where there is one."""
+    """Return at most `most` poses that represent all: the first ones of each independent set, or equal steps where there is one."""
     if poses.replicates > 1:
         each = len(poses) // poses.replicates
         kept = min(each, max(most // poses.replicates, 1))

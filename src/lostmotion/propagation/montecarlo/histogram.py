@@ -1,4 +1,4 @@
-"""How often is the tool how far off? Histograms with bins of a round width, and how sure their heights are."""
+"""Histograms of errors with bins of a round width, and the uncertainty of their heights."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NICE: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 
 def linear_bins(hist: np.ndarray) -> tuple[Floats, np.ndarray]:
-    """How many samples of `hist` (kernel.BINS,) fall into equal bins of a round width? Edges (bin + 1,) in m; counts (bin,) add to all samples."""
+    """Return `hist` (kernel.BINS,) in equal bins of a round width: edges (bin + 1,) in m; counts (bin,) add to all samples."""
     fine = bin_edges()
     occupied = np.flatnonzero(hist)
     edges = round_edges(float(fine[occupied[0]]), float(fine[occupied[-1] + 1]), _ABOUT_BINS)
@@ -26,13 +26,13 @@ def linear_bins(hist: np.ndarray) -> tuple[Floats, np.ndarray]:
 
 
 def counts_between(hist: np.ndarray, edges: Floats) -> np.ndarray:
-    """How many samples of `hist` (kernel.BINS,) lie between these edges (bin + 1,), m? Counts (bin,), on straight lines within the bins of `hist`."""
+    """Return the counts (bin,) of `hist` (kernel.BINS,) between these edges (bin + 1,), m, interpolated within its bins."""
     below = np.rint(np.interp(edges, bin_edges(), np.concatenate([[0.0], np.cumsum(hist)])))
     return np.asarray(np.diff(below), dtype=np.int64)
 
 
 def binned(values: Floats, about: int) -> tuple[Floats, np.ndarray]:
-    """How many of these values (value,) fall into about so many equal bins of a round width? Edges (bin + 1,) and counts (bin,)."""
+    """Return edges (bin + 1,) and counts (bin,) of these values (value,) in about so many equal bins of a round width."""
     edges = round_edges(float(values.min()), float(values.max()), about)
     return edges, np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
 
@@ -47,7 +47,7 @@ def round_edges(low: float, high: float, about: int) -> Floats:
 
 
 def share_intervals(group_hist: np.ndarray, edges: Floats) -> Floats:
-    """Which share of all samples falls into each bin, and how sure is that? (bin, 3): share, and the ends of its 95 % interval.
+    """Return the share of all samples in each bin with its 95 % interval: (bin, 3).
 
     group_hist (group, kernel.BINS), edges (bin + 1,) m. The interval counts groups of robots; NaN ends where there is one group.
     """

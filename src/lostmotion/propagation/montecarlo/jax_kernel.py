@@ -134,7 +134,7 @@ def _reduced(
     visits: int,
     groups: int,
 ) -> tuple[Array, Array, Array, Array]:
-    """Give the table (pose, COLUMNS), AP and RP (pose, 2, tile, lane), each robot's summed mean error (tile, lane), and all counts (group x bin)."""
+    """Return the table (pose, COLUMNS), AP and RP (pose, 2, tile, lane), each robot's summed mean error (tile, lane), all counts (group x bin)."""
     import jax
     import jax.numpy as jnp
 
@@ -170,7 +170,7 @@ def _reduced(
 
     table = jnp.zeros((len(pose), COLUMNS)).at[:, MEAN].set(mean).at[:, MEAN_SQUARE].set(mean_square)
     table = table.at[:, MEAN_ERROR].set(z * jnp.sqrt(of_means / max(robots - 1, 1)))
-    # A pose that does not count has no robots either: it is told apart afterwards, not here.
+    # A pose that does not count has no robots either: it is separated afterwards, not here.
     ranked = jnp.where(built[:, None], square, -1.0).reshape(len(pose), -1)
     at = ranked.argmax(axis=1)
     high = jnp.sqrt(ranked.max(axis=1))
@@ -182,7 +182,7 @@ def _reduced(
 
 
 def _reader(pose: Array, tiles: int, visits: int, tables: Array) -> Callable[[Array, Array], Array]:
-    """Give what a stream reads at every pose, tile, visit and lane, by its table and key: `kernel.place_in_table` on whole arrays."""
+    """Return what a stream reads at every pose, tile, visit and lane, by its table and key: `kernel.place_in_table` on whole arrays."""
     import jax.numpy as jnp
 
     def scattered(factor: int, axis: Array) -> Array:
@@ -202,7 +202,7 @@ def _reader(pose: Array, tiles: int, visits: int, tables: Array) -> Callable[[Ar
 
 
 def _quantiles(size: Array, built: Array, low: Array, high: Array, between: Array, z: Array, robots: int) -> Array:
-    """Give each pose's quantiles and the ends of their intervals (pose, 3 x quantile), as `kernel` does."""
+    """Return each pose's quantiles and the ends of their intervals (pose, 3 x quantile), as `kernel` does."""
     import jax
     import jax.numpy as jnp
 
@@ -235,7 +235,7 @@ def _quantiles(size: Array, built: Array, low: Array, high: Array, between: Arra
 
 
 def _accuracy_and_repeatability(errors: Array) -> Array:
-    """Give AP and RP (pose, 2, tile, lane) of errors (3, pose, tile, visit, lane); of no use where there is one visit."""
+    """Return AP and RP (pose, 2, tile, lane) of errors (3, pose, tile, visit, lane); of no use where there is one visit."""
     import jax.numpy as jnp
 
     visits = errors.shape[3]

@@ -95,13 +95,13 @@ def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
 
 @compiled
 def bin_of(square):
-    """In which bin of the histogram does a squared error with these bits lie?"""
+    """Return the bin of the histogram of a squared error with these bits."""
     return min(max((square >> SHIFT) - FIRST_BIN, 0), BINS - 1)
 
 
 @compiled
 def _bin_of(ladder, rank):
-    """Which is the first bin that counts up to `rank`, or the last? By halves; NumPy's search takes a second to compile."""
+    """Return the first bin that counts up to `rank`, or the last. By halves; NumPy's search takes a second to compile."""
     low, high = 0, len(ladder) - 1
     while low < high:
         middle = (low + high) // 2
@@ -114,7 +114,7 @@ def _bin_of(ladder, rank):
 
 @compiled
 def _quantile(ladder, rank, low, width):
-    """Which error leaves `rank` samples below it? Straight line within a bin; `ladder` counts up the bins, which begin at `low`."""
+    """Return the error with `rank` samples below it, linear within a bin; `ladder` counts up the bins, which begin at `low`."""
     b = _bin_of(ladder, rank)
     before = ladder[b - 1] if b > 0 else 0.0
     return low + width * (b + max(rank - before, 0.0) / max(ladder[b] - before, 1.0))
@@ -125,8 +125,8 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
     """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end).
 
     sizes (tile, visit, LANES) hold the errors, between low and high; `between` is the share of their variance that lies between robots.
-    Intervals count robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635), and never surer than the design effect
-    1 + (visits - 1) between allows (L. Kish, Survey Sampling, 1965, 5.4). An end that the sample cannot tell is NaN.
+    Intervals count robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635), and never narrower than the design effect
+    1 + (visits - 1) between allows (L. Kish, Survey Sampling, 1965, 5.4). An end that the sample cannot determine is NaN.
     """
     tiles, visits = sizes.shape[0], sizes.shape[1]
     samples = robots * visits
@@ -193,7 +193,7 @@ def run_block(
     robot_sums,  # out (robot,) sum over poses of the robot's mean error
     group_hist,  # out (group, ROW_OF_BINS), to which the errors of all poses in this block are added
 ):
-    """Form the errors of every pose, robot and visit of one block of poses, and reduce them; tell the lowest and the highest bin they fell into."""
+    """Form the errors of every pose, robot and visit of one block of poses, and reduce them; return the lowest and the highest bin they fell into."""
     tiles = robot_draws.shape[0]
     n_robot, n_visit, n_product = len(robot_columns), len(visit_columns), len(product_columns)
     robot_screws, visit_screws, product_screws = np.empty((3, n_robot)), np.empty((3, n_visit)), np.empty((3, n_product))

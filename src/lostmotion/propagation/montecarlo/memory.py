@@ -12,5 +12,5 @@ _KEPT_BYTES: Final = 16 * 2**20
 
 
 def keep_freed() -> None:
-    """Have a block's memory kept for the next block: one array that is never touched tells so. Elsewhere than with glibc it does nothing."""
+    """Have a block's memory kept for the next block: one array that is never touched does this. Elsewhere than with glibc it does nothing."""
     np.empty(_KEPT_BYTES, np.uint8)

@@ -111,7 +111,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
     device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sampled:
-    """How far off is the tool, for these robots returning to these poses?
+    """Return the errors of these robots at these poses.
 
     `tile` walks over one or a few blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
     device "gpu" forms the errors by JAX on its graphics processor: the same figures but for rounding.

@@ -27,7 +27,7 @@ _STEP: Final = 64
 
 @intrinsic
 def fma(_typing, a, b, c):
-    """Give a b + c, rounded once."""
+    """Return a b + c, rounded once."""
     del a, b, c
 
     def written(_context, builder, _signature, numbers):

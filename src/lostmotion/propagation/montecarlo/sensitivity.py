@@ -1,4 +1,4 @@
-"""What would halving one part's errors buy on the 95 % error? The same robots and visits, with that part halved."""
+"""Effect of halving one part's errors on the 95th percentile, with the same robots and visits."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Halving:
-    """What does the 95 % error gain from halving each part, and each kind of error, with every draw kept?
+    """Return the effect of halving each part, and each kind of error, on the 95th percentile, with the same draws.
 
     `by`: part, term, or level instead of parts. On at most 512 of the poses, `most` robots and 4 visits; intervals count robots and sets of poses.
     Other arguments as `montecarlo.run`.
@@ -66,7 +66,7 @@ def halving(  # noqa: PLR0913 - a study is these numbers
 
 
 def halving_at(arm: Arm, poses: Poses, seed: int, *, approach: float = 0.0, threads: int = 1) -> Halving:
-    """What does the 95 % error gain at one pose, or in a zone? As `halving`, by more robots where there are fewer poses."""
+    """Return the same at one pose or in a zone. As `halving`, by more robots where there are fewer poses."""
     robots = _POSES * _ROBOTS // min(len(poses), _POSES)
     return halving(arm, poses, robots, _VISITS, seed, most=robots, approach=approach, threads=threads)
 

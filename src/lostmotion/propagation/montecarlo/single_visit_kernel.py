@@ -33,7 +33,7 @@ _MOST_KEPT: Final = 4_000_000
 # How many bins of a pose's own histogram are summed up at a time.
 _CHUNK: Final = 32
 _MOST: Final = np.iinfo(np.int64).max
-# A bin is told from the upper half of a number's 64 bits.
+# A bin is read from the upper half of a number's 64 bits.
 _SHIFT: Final = 20 - MANTISSA_BITS
 _LOWEST: Final = FIRST_BIN << _SHIFT
 
@@ -66,7 +66,7 @@ def _largest(count, words, value):
 
 @compiled
 def _bins_of(count, words, rows, out):
-    """Tell where each square is counted: its bin, in the row of its robot's group. All in 32 bits, of which a register holds more."""
+    """Return where each square is counted: its bin, in the row of its robot's group. All in 32 bits, of which a register holds more."""
     for i in range(count):
         above = np.int32(np.int32(words[i] >> np.int64(32)) - np.int32(_LOWEST))
         out[i] = np.uint32(rows[i] + min(max(np.int32(above >> np.int32(_SHIFT)), np.int32(0)), np.int32(BINS - 1)))
@@ -97,7 +97,7 @@ def _sum_of(lanes):
 
 @compiled
 def _find(hist, before_chunk, rank):
-    """Which bin holds the sample of this rank, how many are below its end, and how far into the bin is the rank?"""
+    """Return the bin of the sample of this rank, the count below its end, and the position of the rank within the bin."""
     whole = np.int64(np.ceil(rank))
     chunk = 0
     while chunk + 1 < len(before_chunk) and before_chunk[chunk + 1] < whole:
@@ -139,7 +139,7 @@ def _quantiles(hist, before_chunk, robots, low, width, z, out):
 
 @compiled
 def _present(columns):
-    """How many terms are there before those that fill up to a multiple of four?"""
+    """Return the number of terms before those that fill up to a multiple of four."""
     count = len(columns)
     while count > 0 and columns[count - 1] < 0:
         count -= 1

@@ -1,9 +1,9 @@
-"""How many robots and poses does an answer as sure as this take? Stages of Monte Carlo that stop by rule.
+"""Stages of Monte Carlo with a stopping rule: the robots and poses that a given precision requires.
 
 After JCGM 101:2008, 7.9, in the form of two stages (G. Wübbeler et al., Metrologia 47 (2010) 317): a first run says how far its figures scatter,
 and from that how many robots, and poses where they are sampled, the wanted half-width takes. More robots keep the first ones and a longer sequence of
 poses its beginning, so a later run enlarges an earlier one; every interval is that of the last run alone. Where the second run falls short (its
-scatter came out larger than the first one's), or was kept small because so little was known, further ones follow, four in all: each looks once more
+scatter was larger than the first one's), or was kept small because the variances were uncertain, further ones follow, four in all: each looks again
 at nearly the same figures, so that intervals hold the truth slightly less often than those of a run of a size fixed beforehand. The tests say how
 often.
 """
@@ -47,7 +47,7 @@ _FEW_ROBOTS: Final = 30
 # A stage that adds less than this is not worth its time.
 _LEAST_GROWTH: Final = 1.2
 _WANTED: Final = "a share of each figure from 0.3 % to 50 %, or '1 digit', '2 digits', '3 digits'"
-# Quantiles are read from bins of 0.27 %: a share below that could not be told.
+# Quantiles are read from bins of 0.27 %: a share below that could not be resolved.
 _LEAST: Final = 0.003
 
 
@@ -77,7 +77,7 @@ class Tolerance:
         return cls(float(until))
 
     def half(self, value: float) -> float:
-        """Give the half-width allowed for a figure of this value."""
+        """Return the half-width allowed for a figure of this value."""
         if self.digits:
             return 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - self.digits + 1) if value else 0.0
         return self.share * abs(value)
@@ -97,7 +97,7 @@ class Watched:
 
     @property
     def relative(self) -> float:
-        """Give the half-width as a share of the value; none where nothing errs."""
+        """Return the half-width as a share of the value; none where nothing errs."""
         return 0.0 if self.half == 0 else self.half / abs(self.value) if self.value else math.inf
 
 
@@ -164,7 +164,7 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
     device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> tuple[Poses, Sampled, Stopping]:
-    """How far off is the tool, as sure as asked for? The poses visited in the last run, what it found, and what each stage did.
+    """Return the poses of the last run, its result, and every stage, for the precision asked for.
 
     Begins with these poses and robots. `more(count)` gives so many poses instead, up to `most_poses` (65 536); without it, poses are taken as they
     are. Other arguments and errors as `montecarlo.run`; raises InputError for `most_robots` below `robots`.
@@ -179,8 +179,8 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
         runs += 1
         if count not in visited and more is not None:
             visited[count] = more(count)
-        told = None if progress is None else _by_stage(progress, runs)
-        return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, device=device, progress=told)
+        staged = None if progress is None else _by_stage(progress, runs)
+        return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, device=device, progress=staged)
 
     most_poses = len(poses) if more is None else max(most_poses or MOST_POSES, len(poses))
     found, stopping = settle(sample, watched, len(poses), robots, tolerance, most_poses=most_poses, most_robots=most_robots)
@@ -201,7 +201,7 @@ def settle(
     most_poses: int,
     most_robots: int = MOST_ROBOTS,
 ) -> tuple[_Found, Stopping]:
-    """Run `sample(poses, robots)` until every figure that `watch` tells is within the tolerance, or no more robots and poses are allowed.
+    """Run `sample(poses, robots)` until every figure of `watch` is within the tolerance, or no more robots and poses are allowed.
 
     Poses go up by factors of two, up to `most_poses` (give the number itself where poses are fixed). Gives the last run, and what each stage found.
     """
@@ -222,7 +222,7 @@ def settle(
 
 
 def _off(tolerance: Tolerance, figure: Watched) -> float:
-    """How many times the wanted half-width is this one? Nothing where nothing errs, infinite where the sample cannot tell."""
+    """Return this half-width over the wanted one. Nothing where nothing errs, infinite where the sample cannot determine it."""
     if figure.half == 0:
         return 0.0
     allowed = tolerance.half(figure.value)
@@ -230,9 +230,9 @@ def _off(tolerance: Tolerance, figure: Watched) -> float:
 
 
 def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float) -> tuple[int, int]:
-    """How many poses and robots will do, at the least cost? Variances fall with their number; as many as are allowed where nothing will do."""
+    """Return the least costly sufficient numbers of poses and robots. Variances fall with their number; the largest allowed if none suffice."""
     off = [(_off(tolerance, each) / aim, each.of_poses) for each in stage.figures.values()]
-    if any(math.isinf(ratio) for ratio, _ in off):  # too few robots to tell anything
+    if any(math.isinf(ratio) for ratio, _ in off):  # too few robots to know anything
         return stage.poses, min(4 * stage.robots, max(most_robots, stage.robots))
     choices: list[tuple[int, int]] = []
     for poses in _doubled(stage.poses, most_poses):
@@ -256,7 +256,7 @@ def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: in
 
 
 def _capped(stage: Stage, poses: int, robots: int) -> tuple[int, int]:
-    """How much of this growth is worth its time while so little is known of the variances? Poses and robots share it as they would the whole."""
+    """Return the part of this growth that is worth its time while the variances are uncertain. Poses and robots share it as they would the whole."""
     growth = poses * robots / (stage.poses * stage.robots)
     if growth <= _MOST_GROWTH**2 or (poses == stage.poses and stage.robots >= _FEW_ROBOTS):
         return poses, robots
@@ -273,7 +273,7 @@ def _doubled(count: int, most: int) -> Iterator[int]:
 
 
 def watched(found: Sampled) -> dict[str, Watched]:
-    """Which figures of a study are watched? The mean and the 95 % of all errors, AP and RP on the average and below which 95 % of robots stay."""
+    """Return the watched figures of a study: mean and 95th percentile of all errors; AP and RP, mean and 95th percentile over robots."""
     out = {"mean": _watched(pooled_mean(found.robot_means[:, :, 0]), two_way(found.robot_means[:, :, 0]))}
     q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
     out["95th percentile"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))
@@ -281,11 +281,11 @@ def watched(found: Sampled) -> dict[str, Watched]:
         for column, name in ((1, "AP"), (2, "RP")):
             means = found.robot_means[:, :, column]
             out[f"{name}, mean over poses and robots"] = _watched(pooled_mean(means), two_way(means))
-            told = pooled_robots_quantile(means)
-            half = told.half
+            highest = pooled_robots_quantile(means)
+            half = highest.half
             variance = (half / 1.96) ** 2
             of_poses = quantile_spread(means)
-            out[f"{name}, 95th percentile of robots"] = _watched(told, Spread(max(variance - of_poses, 0.0), of_poses, half))
+            out[f"{name}, 95th percentile of robots"] = _watched(highest, Spread(max(variance - of_poses, 0.0), of_poses, half))
     return out
 
 

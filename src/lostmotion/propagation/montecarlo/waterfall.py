@@ -1,11 +1,11 @@
-"""What would calibration and compensation buy on the 95 % error? The same robots and visits, with what each remedy takes away left out.
+"""Effect of calibration and compensation on the 95th percentile: the same robots and visits, without what each remedy removes.
 
 Calibrated          every error drawn per robot is gone that is a constant screw in the frame it sits in: lengths, axis tilts and offsets, encoder
-                    zeros, base tilt. That is what an ideal identification of the geometry finds. What it does not: waves (transmission error,
+                    zeros, base tilt. That is what an ideal identification of the geometry finds. What it does not: harmonics (transmission error,
                     encoder eccentricity, runout), which a table per joint would have to map, and what follows the load (scatter of stiffness, the
-                    amount of a play that a load holds to one side). What is alike in every robot is left to compensation, constant or not.
+                    amount of a play that a load holds to one side). What is the same in every robot is left to compensation, constant or not.
 Load compensated    every design term is gone: the controller knows pose, load, nominal stiffness and nominal play exactly.
-Mapped              all that is drawn per robot is gone, waves and what follows the load as well. What is left differs from visit to visit, the
+Mapped              all that is drawn per robot is gone, harmonics and what follows the load as well. What is left differs from visit to visit, the
                     amount of a free play included, and nothing takes it away.
 
 Each remedy is ideal, so what is left is the least that a real one can leave.
@@ -93,7 +93,7 @@ def _stage(name: str, sample: Sample, built: Sample) -> Stage:
 
 
 def left(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
-    """Which of these terms are left at a stage out of `STAGES`? One or nothing (term,); `geometry` names those that an ideal calibration finds."""
+    """Return which of these terms remain at a stage of `STAGES`: one or nothing (term,); `geometry` names those that an ideal calibration finds."""
     calibrated = stage in {"calibrated", "both"}
     compensated = stage in {"load compensated", "both", "both, and each robot mapped"}
     mapped = stage == "both, and each robot mapped"

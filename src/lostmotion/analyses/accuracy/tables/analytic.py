@@ -69,22 +69,22 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
 ) -> Sheet:
     """What is there to say about an arm without sampling, over all poses, and at the places and in the zones that were asked about?
 
-    blame: who is to blame over all poses; places: at every pose and in every zone that was asked about. approach: the sign of the
+    blame: error budget over all poses; places: at every pose and in every zone that was asked about. approach: the sign of the
     joints' last motion.
     """
     section = analytic_section(arm, poses, found, whole)
     known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile")) for k, zone in enumerate(zones, 1)]
-    told = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside) if row is not None}
+    found_in = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside) if row is not None}
     halved = halved_sections("halving", "What halving takes off the 95 % error", blame)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
-        verdict=_verdict(told, largest, blame, known),
-        cards=bounded_cards(_cards(section, told, largest), known, ("95 % of", "mean", "root", "worst")),
+        verdict=_verdict(found_in, largest, blame, known),
+        cards=bounded_cards(_cards(section, found_in, largest), known, ("95 % of", "mean", "root", "worst")),
         sections=(
             section,
             *in_zones,
@@ -108,27 +108,27 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     )
 
 
-def _verdict(told: dict[str, Figure], largest: Cost | None, blame: Budget, known: States) -> str:
+def _verdict(found_in: dict[str, Figure], largest: Cost | None, blame: Budget, known: States) -> str:
     """Say how far off the tool is, over all poses ("") and in each zone, and which part contributes most."""
-    said = []
-    for zone, figure in told.items():
+    sentences = []
+    for zone, figure in found_in.items():
         if figure.value == 0:
-            said += [] if zone else [no_error_said(known)]
+            sentences += [] if zone else [no_error_said(known)]
         elif math.isfinite(figure.value):
             within = f"{figure} ({figure.between})"
-            said.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
+            sentences.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
         else:
             here = f" in the zone {zone}" if zone else ""
-            said.append(f"Without sampling the 95 % error{here} is uncertain by more than 5 %; {_REMEDY}.")
-    if not math.isfinite(told[""].value):
-        said.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
+            sentences.append(f"Without sampling the 95 % error{here} is uncertain by more than 5 %; {_REMEDY}.")
+    if not math.isfinite(found_in[""].value):
+        sentences.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
     if largest is not None:
         share = Figure(100 * largest.share, "%")
-        said.insert(1, f"Largest contributor: {largest.part.removeprefix('joints.')} with {share} of the mean-square error.")
-    return " ".join([*said, *limits_said(known), *assumed_said(known)])
+        sentences.insert(1, f"Largest contributor: {largest.part.removeprefix('joints.')} with {share} of the mean-square error.")
+    return " ".join([*sentences, *limits_said(known), *assumed_said(known)])
 
 
-def _cards(section: Section, told: dict[str, Figure], largest: Cost | None) -> list[Card]:
+def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) -> list[Card]:
     """Show the figures that are asked for first, each with its interval."""
     wanted = (
         ("95 % of positions within", "95th percentile"),
@@ -138,7 +138,7 @@ def _cards(section: Section, told: dict[str, Figure], largest: Cost | None) -> l
     )
     rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
     found = [(title, row.figures[0]) for title, row in rows if row is not None]
-    found += [(f"95 % of positions within, {zone}", figure) for zone, figure in told.items() if zone]
+    found += [(f"95 % of positions within, {zone}", figure) for zone, figure in found_in.items() if zone]
     out = [Card(title, str(figure), f"interval {figure.between}" if figure.between else "") for title, figure in found]
     if largest is not None:
         out.append(Card("largest contributor, share of mean square", str(Figure(100 * largest.share, "%")), largest.part.removeprefix("joints.")))
@@ -279,6 +279,6 @@ def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
     )
     why = "; ".join(f"{count} {reason}" for count, reason in reasons if count)
     counted = f"{known.sum()} of {several(len(known), 'pose')}"
-    said = (counted if known.any() else "no pose to compare") + (f": {why}" if why else "")
+    note = (counted if known.any() else "no pose to compare") + (f": {why}" if why else "")
     typical, largest = (float(np.median(shares[known])), float(shares[known].max())) if known.any() else (math.nan, math.nan)
-    return Row(label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), said)
+    return Row(label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), note)
