@@ -76,7 +76,7 @@ def test_a_target_says_each_factor_of_what():
     sized = [row for key in ("single", "kinds") if key in sections for row in sections[key].rows]
     assert sized
     for row in sized:
-        assert row.note.startswith(("now ", "of its "))
+        assert row.note.startswith(("as stated ", "of its "))
         assert "x the error" not in row.note
         assert "100.00 %" not in row.note
     assert sections["together"].columns[-1] == "share"
