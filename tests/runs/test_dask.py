@@ -56,7 +56,7 @@ import subprocess, sys
 from pathlib import Path
 from lostmotion.errors import LostmotionError
 from lostmotion.runs import workers
-from lostmotion.runs.carry_out import carry_out, order
+from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 
 scheduler = subprocess.Popen(

@@ -38,7 +38,7 @@ _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
 # Confidence in a source, as the data file marks it: [R] read, [M 95] from memory, 95 % confidence.
-_MARK: Final = re.compile(r"\s*\[(?:R|M (?P<confidence>\d\d))\]")
+_MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<confidence>\d\d))\]")
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
 
 
@@ -213,6 +213,12 @@ class GearboxRow(_Printed):
 def source_in_words(source: str) -> str:
     """Return a source with its marks in words: "read", or "from memory" with its confidence."""
     return _MARK.sub(lambda mark: f" (from memory, {mark['confidence']} % confidence)" if mark["confidence"] else " (read)", source)
+
+
+def mark_of(source: str) -> str:
+    """Return the mark of confidence of a source, "R" or such as "M 95"; empty without a mark."""
+    match = _MARK.search(source)
+    return match["mark"] if match else ""
 
 
 @functools.cache

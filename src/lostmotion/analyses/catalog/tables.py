@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from lostmotion.catalogue import data_file, materials
 from lostmotion.catalogue.clearances import tables
-from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes
+from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes, mark_of, source_in_words
 from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 Kind = Literal["gearbox", "bearing", "material"]
 
 _UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN), "mass": ("kg", 1.0)}
-_MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<confidence>\d\d))\]$")
 _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
 
 
@@ -77,7 +75,7 @@ def _unweighed(rows: Sequence[GearboxRow]) -> list[str]:
     for row in rows:
         if row.mass_source:
             of_source.setdefault(row.mass_source, []).append(row)
-    return notes + [f"mass of {_names(each)}: {_sourced(source)}" for source, each in of_source.items()]
+    return notes + [f"mass of {_names(each)}: {source_in_words(source)}" for source, each in of_source.items()]
 
 
 def _count(rows: Sequence[GearboxRow]) -> str:
@@ -105,7 +103,7 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
         lines = tuple(
             Row(_label(row), _figures(row), _limits("also only a limit", [x for x in row.upper_limits if x not in shared])) for row in group
         )
-        note = f"Source: {_sourced(source)}." + _limits(" Only upper limits", shared, ".")
+        note = f"Source: {source_in_words(source)}." + _limits(" Only upper limits", shared, ".")
         out.append(Section("gearboxes", maker, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
     return out
 
@@ -121,15 +119,6 @@ def _limits(what: str, names: Sequence[str], end: str = "") -> str:
     return f"{what}: {', '.join(name.replace('_', ' ') for name in names)}{end}" if names else ""
 
 
-def _sourced(source: str) -> str:
-    """Describe a source with its reliability."""
-    match = _MARK.search(source)
-    if match is None:
-        return source
-    confidence = f"from memory, {match['confidence']} % confidence" if match["confidence"] else "read there"
-    return f"{source[: match.start()]} [{match['mark']}: {confidence}]"
-
-
 def _table_sections() -> list[Section]:
     return [
         Section(
@@ -140,7 +129,7 @@ def _table_sections() -> list[Section]:
                 Row(
                     name,
                     (),
-                    f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; {', '.join(table.rows[0].limits)}; {_sourced(table.source)}",
+                    f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; {', '.join(table.rows[0].limits)}; {source_in_words(table.source)}",
                 )
                 for name, table in tables(file).items()
             ),
@@ -154,7 +143,7 @@ def _mm(size: float) -> str:
 
 
 def _material_section() -> Section:
-    lines = tuple(Row(name, _of_material(material), _sourced(material.source)) for name, material in materials().items())
+    lines = tuple(Row(name, _of_material(material), source_in_words(material.source)) for name, material in materials().items())
     return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±"), lines)
 
 
@@ -177,7 +166,7 @@ def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[Gearbo
         if kind in (None, "bearing") and name in tables(file):
             table = tables(file)[name]
             lines = tuple(Row(str(row), (), _bands(row)) for row in table.rows)
-            section = Section("bearings", f"{what.capitalize()}, µm from … to", (), lines, f"Source: {_sourced(table.source)}.")
+            section = Section("bearings", f"{what.capitalize()}, µm from … to", (), lines, f"Source: {source_in_words(table.source)}.")
             known_rows = [{"over": row.over, "to": row.to, **row.limits} for row in table.rows]
             return _sheet(name, [section], [{"name": name, **data_file(f"{file}.toml").get(name, {"source": table.source, "rows": known_rows})}])
     if kind in (None, "gearbox"):
@@ -237,22 +226,21 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
             lines.append((key, str(Figure(value, unit, stated=True))))
     for key, value in row.typical.items():
         if key != "source":
-            lines.append((f"typical {key}", f'{value}, where a file asks for values = "typical" ({_sourced(str(row.typical["source"]))})'))
+            lines.append((f"typical {key}", f'{value}, where a file asks for values = "typical" ({source_in_words(str(row.typical["source"]))})'))
     if row.inertia_by_ratio:
         lines.append(("inertia by ratio", ", ".join(f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()) + " kg cm^2"))
-    lines += [(name, _sourced(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
+    lines += [(name, source_in_words(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
     lines += [("mass", "not stated: counted as zero")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
     ratio = row.ratio or (100 if row.applies_to(100) else math.ceil(row.ratio_above or 0) + 1)
     use = f"{name}-{ratio:g}" if name in row.models else name
-    lines += [("source", _sourced(row.source)), ("in an arm file", f'gearbox = "{use}"')]
+    lines += [("source", source_in_words(row.source)), ("in an arm file", f'gearbox = "{use}"')]
     return [Row(key, (), text) for key, text in lines]
 
 
 def _plain(row: GearboxRow) -> dict[str, Any]:
     """Return a row as data: what it says as text with units, and the figures that are searched for."""
-    match = _MARK.search(row.source)
     stated = {name: figure for name, figure in zip(_UNITS, _figures(row), strict=True) if not math.isnan(figure.value)}
     return {
         "models": row.models,
@@ -264,5 +252,5 @@ def _plain(row: GearboxRow) -> dict[str, Any]:
         "printed": row.printed,
         "figures": {name: {"value": figure.value, "unit": figure.unit} for name, figure in stated.items()},
         "source": row.source,
-        "confidence": match["mark"] if match else "",
+        "confidence": mark_of(row.source),
     }

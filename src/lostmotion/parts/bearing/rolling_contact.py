@@ -37,8 +37,8 @@ class DrawnBearing(MountedBearing, ErrorSource):
                    pose on any slope
     radial_runout, axial_runout  full indicator reading over a turn
 
-    Rings, shaft and housing are rigid, friction none. Loads on the elements and the shaft's stand are `laws.rolling_space`'s, for a pose read
-    from `laws.rolling_table`.
+    Rings, shaft and housing are rigid, friction none. Loads on the elements and the shaft's displacement are those of
+    `laws.rolling.equilibrium`, for a pose read from `laws.rolling.table`.
     """
 
     closing_force: ForceAmount | None = None

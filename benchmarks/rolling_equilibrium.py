@@ -3,12 +3,12 @@
 Loads from any side on a deep-groove pair (9 balls each, 15 um clearance), a preloaded angular-contact pair (13 balls each) and a crossed-roller
 bearing (48 rollers, 5 um preload): shift in x, y, z and tilt about x, y, five unknowns.
 
-    python benchmarks/rolling_space.py [--cases 2000] [--scipy 50]
+    python benchmarks/rolling_equilibrium.py [--cases 2000] [--scipy 50]
 
 Contestants, alternating, best of three:
     SciPy loop   scipy.optimize.root per case on the five balances with their slopes, all contacts at once in NumPy, started along the load
     NumPy        Newton over all cases at once, an eigenvalue decomposition for its step, a search along the step; cases that are balanced drop out
-    lostmotion   laws.rolling_space.settle
+    lostmotion   laws.rolling.equilibrium.shaft_equilibrium
 """
 
 from __future__ import annotations
