@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
-from lostmotion.analyses.iso9283.cube import NAMES, Cube, given_cube
-from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, carrying, cycle_approach, path_approach, path_poses, side_approach
+from lostmotion.analyses.iso9283.cube import NAMES, Cube, cube_from_arguments
+from lostmotion.analyses.iso9283.joint_motion import cycle_approach, path_approach, path_poses, side_approach
+from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, with_payload_share
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.propagation.exact import draws_of
 from lostmotion.spatial import pose_of
@@ -68,7 +69,7 @@ def of_loads(arm: lostmotion.Arm, cube: Cube) -> None:
     line = command[list(DISTANCE)]
     print("pose,path,cycle,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]")
     for number, load in enumerate((1.0, 0.1)):
-        loaded = carrying(arm, load)
+        loaded = with_payload_share(arm, load)
         errors = visited(loaded, cube.q, arrives, 200 + 100 * number)
         for cycle in range(VISITS):
             for k in ORDER:
@@ -86,7 +87,7 @@ def main() -> None:
     arm = lostmotion.read(Path(__file__).parents[1] / "z-arm.toml")
     print("# Simulated, not measured: one robot of examples/z-arm.toml, written by examples/measured/make.py with lostmotion itself.")
     print("# Readings off by 5 µm (standard deviation of each coordinate); base frame off by about 0.1 mm.")
-    {"visits": of_visits, "loads": of_loads}[sys.argv[1]](arm, given_cube(arm, np.array([0.52, 0.0, 1.05]), 0.5))
+    {"visits": of_visits, "loads": of_loads}[sys.argv[1]](arm, cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.5))
 
 
 if __name__ == "__main__":

@@ -86,7 +86,7 @@ def test_a_counterweight_bends_the_link_that_carries_it_and_no_other():
     light, heavy, q = branched(0.0), branched(12.0), poses()
     q[:, 4] = 0.0  # straight back
     added = {
-        name: (LinkLoads.of(heavy, k, q, None).standing - LinkLoads.of(light, k, q, None).standing)[:, 3:6]
+        name: (LinkLoads.of(heavy, k, q, None).nominal - LinkLoads.of(light, k, q, None).nominal)[:, 3:6]
         for k, name in enumerate(joint.name for joint in heavy.joints)
     }
     for name, expected in (("turret", 12 * 9.80665), ("shoulder", 12 * 9.80665), ("elbow", 0.0), ("wrist", 0.0), ("finger", 0.0), ("weight", 0.0)):

@@ -89,7 +89,7 @@ def test_every_entry_can_be_shown_whole(name: str):
     assert sheet.sections
     for section in sheet.sections:
         told = " ".join(f"{row.label} {row.note}" for row in section.rows) + section.note
-        assert "[R" in told or "[M " in told
+        assert "(read)" in told or "(from memory, " in told
     json.dumps(sheet.facts)
 
 

@@ -221,6 +221,7 @@ def test_a_path_that_is_no_arm_is_told(tmp_path):
     assert mistakes(tmp_path / "folder")[0].found == "no ending"
     (tmp_path / "folder").mkdir()
     assert mistakes(tmp_path / "folder")[0].found == "a folder"
+    (tmp_path / "z-arm.toml").write_text('name = "x"', encoding="utf-8")
     assert "URDF only" in mistakes(tmp_path / "z-arm.toml", tmp_path / "s.toml")[0].expected
 
 

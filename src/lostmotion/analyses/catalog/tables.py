@@ -129,7 +129,8 @@ def _table_sections() -> list[Section]:
                 Row(
                     name,
                     (),
-                    f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; {', '.join(table.rows[0].limits)}; {source_in_words(table.source)}",
+                    f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; {', '.join(table.rows[0].limits)}; "
+                    + source_in_words(table.source),
                 )
                 for name, table in tables(file).items()
             ),
@@ -160,7 +161,7 @@ def _of_material(material: Material) -> tuple[Figure, ...]:
 def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[GearboxRow]) -> Sheet:
     """Return one entry with all that is known of it."""
     if kind in (None, "material") and name in materials():
-        lines = tuple(Row(key, (), str(value)) for key, value in data_file("materials.toml")[name].items())
+        lines = tuple(Row(key, (), source_in_words(str(value))) for key, value in data_file("materials.toml")[name].items())
         return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **data_file("materials.toml")[name]}])
     for file, what in _TABLES.items():
         if kind in (None, "bearing") and name in tables(file):
