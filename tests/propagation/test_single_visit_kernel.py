@@ -130,6 +130,7 @@ def test_an_arm_of_one_robot_and_no_error_errs_by_nothing():
 _BITS = """
 import hashlib
 import numpy as np
+from lostmotion.error_model import draw_kernel, error_bins
 from lostmotion.propagation.montecarlo import kernel, single_visit_kernel
 for visits, form in ((1, single_visit_kernel.run_once), (3, kernel.run_block)):
     rng = np.random.default_rng(3)

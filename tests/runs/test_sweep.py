@@ -280,7 +280,7 @@ def test_the_command_goes_on_where_it_was_stopped(arm, tmp_path):
     child.send_signal(signal.SIGINT)
     _, said = child.communicate(timeout=60)
     assert child.returncode == 130
-    assert "what is done is kept in 'stopped'; the same command goes on" in said
+    assert "the blocks that are done are stored in 'stopped'; the same command continues" in said
     assert "Traceback" not in said
     done = len(list((tmp_path / "stopped" / "ledger").glob("*.json")))
     assert 0 < done < 4 * 128
