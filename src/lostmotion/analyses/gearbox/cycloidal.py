@@ -16,10 +16,9 @@ from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.laws.cycloid.tolerances import sample as sample_within
 from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.laws.distributions import Normal
+from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
 from lostmotion.parts.gearbox.cycloidal_model import (
-    FIRST_STAGE,
     LEVELS,
-    along,
     friction,
     gearboxes,
     material_shares,
@@ -27,6 +26,7 @@ from lostmotion.parts.gearbox.cycloidal_model import (
     shared_out,
     wind_up,
 )
+from lostmotion.parts.gearbox.cycloidal_sources import along
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox

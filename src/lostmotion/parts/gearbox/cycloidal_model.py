@@ -1,7 +1,7 @@
-"""What cycloidal gearboxes of one drawing do as they are built, and the error terms that follow from it.
+"""Behaviour of cycloidal gearboxes of one drawing: play, wind-up by member, and harmonics of the transmission error.
 
-Worked out once per drawing, on 256 gearboxes with draws of their own that no study's seed changes: how much play they have, by how much they wind up
-and through which member, and which waves their transmission error is made of. Poses then cost a look into these tables.
+Computed once per drawing on 256 simulated gearboxes, with draws of their own that no study's seed changes. Each pose then costs a look-up in these
+tables.
 """
 
 from __future__ import annotations
@@ -15,21 +15,13 @@ import numpy as np
 
 from lostmotion.laws.cycloid import contact, drive
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
-from lostmotion.laws.distributions import Normal
-from lostmotion.laws.gears import friction_loop
-from lostmotion.parts.error_source import OF_RATED, ErrorSource, Friction
-from lostmotion.parts.forms import Curve, Harmonic, Spring
-from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, loop_term, spring_terms
-from lostmotion.parts.term import Draw, Parameter, Term
-from lostmotion.units import Toleranced
+from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
+from lostmotion.parts.gearbox.cycloidal_sources import Loop, Wave
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from lostmotion.laws.cycloid.tolerances import SimulatedGearboxes
-    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
-    from lostmotion.parts.term import Holding, Motion
     from lostmotion.spatial import Floats
 
 GEARBOXES: Final = 256
@@ -40,20 +32,10 @@ _WAVED: Final = (0.1, 1.0)
 # Fewer gearboxes where every crank angle counts.
 _WAVING: Final = 48
 _MOST_WAVES: Final = 4
-# Before the names of a cycloidal first stage's members.
-FIRST_STAGE: Final = "first stage, "
 # Members that are plain springs and the same in all gearboxes.
 _ALIKE: Final = ("output pins", "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the levels
 _ANGLES: Final = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Wave:
-    """One wave of the transmission error: `cycles` per turn of the output; `size` (level,) rad, root mean square over gearboxes and angles."""
-
-    cycles: float
-    size: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,20 +70,8 @@ class Behaviour:
         return Loop(self.torque, self.total, self.friction)
 
 
-def along(load: Floats | float, torque: Floats, values: Floats) -> Floats:
-    """Which value belongs to loads (any shape, zero or more)? On straight lines between the levels, and straight on beyond the last."""
-    load = np.asarray(load, dtype=float)
-    slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
-    return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
-
-
-def along_curve(load: Floats, torque: Floats, values: Floats) -> Floats:
-    """Which value belongs to loads (any shape) of either sign on a curve that is odd in the load? As `along`."""
-    return np.sign(load) * along(np.abs(load), torque, values)
-
-
 @functools.lru_cache(maxsize=64)
-def behaviour(gearbox: CycloidalGearbox) -> Behaviour:
+def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
     """What do gearboxes of this drawing do? Raises DidNotConvergeError where the contact law does not hold the loads."""
     rated = gearbox.rated_torque
     torque = rated * np.array(LEVELS)
@@ -139,7 +109,7 @@ class Made:
     jammed: float
 
 
-def gearboxes(gearbox: CycloidalGearbox, torque: Floats, angles: int, count: int, seed: int = SEED) -> Made:
+def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int, seed: int = SEED) -> Made:
     """What do so many gearboxes of this drawing do under torques (torque,) of either sign at the output, on average over `angles` of the crank?"""
     share, steps = _share(gearbox), abs(gearbox.steps)
     crank = 2 * math.pi * np.arange(angles) / angles
@@ -163,7 +133,7 @@ def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
     return np.asarray((made.rotation - np.where(sign[:, None] > 0, ahead, behind)).mean(axis=1))
 
 
-def wind_up(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
+def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     """By which angle (rad) does each member wind up under torques (torque,) above zero at the output, as drawn, play not counted?"""
     share, steps = _share(gearbox), abs(gearbox.steps)
     out = {name: share * angle for name, angle in drive.wind_up_by_member(gearbox.drive, share * torque).items()}
@@ -190,7 +160,7 @@ def plain_springs(members: dict[str, Floats]) -> Floats:
     return np.asarray(np.sum([angle for name, angle in members.items() if name.removeprefix(FIRST_STAGE) in _ALIKE], axis=0))
 
 
-def _outside(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
+def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     """Give the wind-up of what stands before and behind the cycloidal stages."""
     first = gearbox.first_stage
     out = {}
@@ -201,13 +171,13 @@ def _outside(gearbox: CycloidalGearbox, torque: Floats) -> dict[str, Floats]:
     return out
 
 
-def _share(gearbox: CycloidalGearbox) -> float:
+def _share(gearbox: CycloidalDrawing) -> float:
     """Give the disc's torque and turn per those of the output: one, or with the ring as output its teeth count."""
     stage = gearbox.stage
     return 1.0 if gearbox.fixed == "ring" else stage.planet_pitch_radius / stage.ring_pitch_radius
 
 
-def _waves(gearbox: CycloidalGearbox) -> tuple[tuple[Wave, ...], float]:
+def _waves(gearbox: CycloidalDrawing) -> tuple[tuple[Wave, ...], float]:
     """Give the largest waves of the transmission error, with the mean square of all, and the share that the smaller ones had."""
     steps, share = abs(gearbox.steps), _share(gearbox)
     loads = gearbox.rated_torque * np.array(_WAVED)
@@ -238,7 +208,7 @@ def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int
     return [(k, power[:, k]) for k in range(1, power.shape[1])]
 
 
-def friction(gearbox: CycloidalGearbox, torque: Floats) -> Floats:
+def friction(gearbox: CycloidalDrawing, torque: Floats) -> Floats:
     """How large (N m) is the friction of flanks, eccentric and output pins, felt at the output, under torques (torque,) above zero?
 
     The stage at the output alone, whose share is nearly all: what rubs before it is felt divided by the ratio.
@@ -257,130 +227,6 @@ def friction(gearbox: CycloidalGearbox, torque: Floats) -> Floats:
     return out
 
 
-@dataclass(frozen=True, slots=True)
-class WindUp(ErrorSource):
-    """One member's wind-up (level,) at torques (level,), its standard deviation over gearboxes, and the ± share by which its material scatters."""
-
-    torque: Floats
-    angle: Floats
-    scatter: Floats | None = None
-    material: float = 0.0
-
-    def terms(self, motion: Motion) -> list[Term]:
-        """Return the wind-up, its scatter over gearboxes, and that of the material."""
-        sized = Parameter("stiffness")
-        out = spring_terms(motion.twist, Curve.through(self.torque, self.angle), self.material, sized, "material scatter", "material")
-        if self.scatter is not None and self.scatter.any():
-            form = Spring(motion.twist, Curve.through(self.torque, self.scatter))
-            out.append(Term("wind-up scatter", "wind-up scatter", form, robot=Draw("wind-up", Normal()), parameter=sized, exponent=-1))
-        return out
-
-
-@dataclass(frozen=True, slots=True)
-class Play(ErrorSource):
-    """Free play of scattered size, which a load above `friction` (N m) closes; `reason` where that is assumed."""
-
-    play: Toleranced
-    friction: float
-    reason: str = ""
-
-    def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
-        """Return what the drawing states, or else what is assumed."""
-        return Friction(self.friction, self.reason)
-
-    def terms(self, motion: Motion) -> list[Term]:
-        """Return the play on the side where the load or the last motion leaves the output."""
-        return backlash_terms(motion, self.play, self.friction)
-
-
-@dataclass(frozen=True, slots=True)
-class Waves(ErrorSource):
-    """Transmission error as waves, whose size (level,) follows the load and whose size and phase differ from gearbox to gearbox."""
-
-    torque: Floats
-    waves: tuple[Wave, ...]
-
-    def terms(self, motion: Motion) -> list[Term]:
-        """Return two terms per harmonic, with draws of their own: amplitude and phase both differ."""
-        sized, law, out = Parameter(TRANSMISSION_ERROR), Normal(), []
-        for wave in self.waves:
-            envelope = Curve(self.torque, wave.size)
-            for phase in PHASES:
-                name = f"{wave.cycles:g} per turn {phase}"
-                form = Harmonic(motion.twist, wave.cycles, phase, envelope=envelope)
-                out.append(Term(name, TRANSMISSION_ERROR, form, robot=Draw(name, law), parameter=sized))
-        return out
-
-
-@dataclass(frozen=True, slots=True)
-class Loop(ErrorSource):
-    """The loop that friction (level,), N m, leaves on a spring that winds up by `angle` (level,), rad, at torques (level,)."""
-
-    torque: Floats
-    angle: Floats
-    friction: Floats
-
-    def branches(self, load: Floats) -> tuple[Floats, Floats]:
-        """Return the angles (rad) at which loads (any shape, N m) of either sign leave the output as they rise, and as they fall."""
-        rubs = along(np.abs(load), self.torque, self.friction)
-        return friction_loop(lambda torque: along_curve(torque, self.torque, self.angle), load, rubs)
-
-    def terms(self, motion: Motion) -> list[Term]:
-        """Return half the width of the loop to either side."""
-        return [loop_term(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"))]
-
-    @property
-    def half_width(self) -> Curve:
-        """Return half the width (rad) of the loop over the size of the load, N m.
-
-        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the load, or the load with friction added or
-        taken away, stands at a level.
-        """
-        low, rubs = self.torque, self.friction
-        steps = np.diff(low)
-        slope = np.append(np.diff(rubs) / steps, (rubs[-1] - rubs[-2]) / steps[-1])
-        high = np.append(low[1:], np.inf)
-        knots = [low]
-        for sign in (1.0, -1.0):
-            # load + sign x friction = level, solved on each stretch of the friction's curve
-            growth = 1 + sign * slope
-            start = low + sign * rubs
-            for level in (*-low, *low):
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    load = low + (level - start) / growth
-                knots.append(load[(load >= low) & (load < high)])
-        load = np.unique(np.concatenate(knots))
-        load = np.append(load, 2 * load[-1])
-        rising, falling = self.branches(load)
-        return Curve.through(load, (falling - rising) / 2)
-
-
 def material_shares() -> dict[str, tuple[float, float]]:
     """Return by which share each member's wind-up follows the compliance of the disc's material, and of the ring's."""
     return {"lobe contacts": (0.5, 0.5), "disc body": (1.0, 0.0), **dict.fromkeys(("ring body", "ring lobes", "ring pins"), (0.0, 1.0))}
-
-
-def sources(gearbox: CycloidalGearbox) -> dict[str, ErrorSource]:
-    """Which sources of error has a gearbox of this drawing? Those that are zero are left out.
-
-    Play and wind-up are drawn apart. In a gearbox they offset each other a little, for a flank that touches early is then the first to yield: so
-    together they scatter up to a third more here than they should.
-    """
-    found = gearbox.behaviour
-    out: dict[str, ErrorSource] = {}
-    play = float(found.play.mean())
-    if play > 0:
-        # a normal law of the same mean and deviation, cut where the play would be none
-        limit = min(float(found.play.std()) * Normal().bound, play)
-        out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest, OF_RATED if gearbox.friction_torque is None else "")
-    disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
-    scatters = {name: of_disc * disc + of_ring * ring for name, (of_disc, of_ring) in material_shares().items()}
-    for name, angle in found.wind_up.items():
-        if angle.any():
-            scatter = found.scatter if name == "lobe contacts" else None
-            out[name] = WindUp(found.torque, angle, scatter, scatters.get(name, 0.0))
-    if found.waves:
-        out["transmission error"] = Waves(found.wave_torque, found.waves)
-    if found.friction.any():
-        out["friction"] = found.loop
-    return out

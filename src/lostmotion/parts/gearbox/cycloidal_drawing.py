@@ -1,0 +1,152 @@
+"""Drawing of a cycloidal gearbox: one stage or two, every dimension with its tolerance, every spring stated or listed as rigid."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.parts.error_source import (
+    OF_RATED,
+    RATED_SHARE,
+    AngularStiffness,
+    ClearanceDim,
+    Inertia,
+    LengthPlus,
+    Line,
+    LinearStiffness,
+    Mass,
+    TorqueAmount,
+)
+from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.provenance import Sourced
+from lostmotion.units import Quantity, Toleranced
+
+Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
+Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
+# Before the names of a cycloidal first stage's members.
+FIRST_STAGE: Final = "first stage, "
+# What some members stand for, where their names do not say it.
+_MEMBERS: Final = {"eccentric shaft": "eccentric shaft and its seats", "frame": "frame (housing and output shaft)"}
+# Of the plane in which involute flanks press on each other.
+_PRESSURE_ANGLE = math.radians(20)
+
+
+class PlanetaryFirstStage(Sourced):
+    """A planetary first stage: a sun drives planets, each on a crankshaft (as in an RV reducer).
+
+    play            along the pitch circle, between sun and planet
+    mesh_stiffness  of one sun-planet mesh along its line of action; for steel about 14 to 20 N/(µm mm) of face width (ISO 6336-1)
+    """
+
+    kind: Literal["planetary"] = "planetary"
+    sun_teeth: Teeth
+    planet_teeth: Teeth
+    module: LengthPlus
+    planets: Annotated[int, Whole("", "2", low=1, high=12)] = 2
+    play: ClearanceDim = Toleranced(0.0)
+    mesh_stiffness: LinearStiffness | None = None
+
+    @property
+    def step(self) -> float:
+        """Give by how much it reduces: turns of the sun per turn of a planet, its carrier held."""
+        return self.planet_teeth / self.sun_teeth
+
+    @property
+    def sun_radius(self) -> float:
+        """Give the sun's pitch radius (m)."""
+        return self.sun_teeth * self.module / 2
+
+    @property
+    def softness(self) -> float:
+        """Give the turn of the sun per torque on it (rad/(N m)), all planets sharing alike."""
+        if self.mesh_stiffness is None:
+            return 0.0
+        return 1 / (self.planets * self.mesh_stiffness * math.cos(_PRESSURE_ANGLE) ** 2 * self.sun_radius**2)
+
+
+class CycloidalFirstStage(CycloidalStage):
+    """A cycloidal first stage: its disc turns the crank of the next."""
+
+    kind: Literal["cycloidal"] = "cycloidal"
+
+
+class CycloidalDrawing(CycloidalStage):
+    """What the drawing of a cycloidal gearbox states; `CycloidalGearbox` lists its fields."""
+
+    kind: Literal["cycloidal"] = "cycloidal"
+    model: Annotated[Line, Field(max_length=80)] = ""
+    rated_torque: Torque
+    fixed: Literal["ring", "carrier"] = "ring"
+    first_stage: Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None = None
+    frame: AngularStiffness | None = None
+    input_shaft: AngularStiffness | None = None
+    friction_torque: TorqueAmount | None = None
+    mass: Mass | None = None
+    inertia: Inertia | None = None
+
+    @model_validator(mode="after")
+    def _stages_fit(self) -> Self:
+        if isinstance(self.first_stage, PlanetaryFirstStage) and self.eccentric.cranks not in (1, self.first_stage.planets):
+            raise refuse(
+                f"{self.first_stage.planets} planets on {self.eccentric.cranks} cranks",
+                "a planet on every crankshaft",
+                f"first_stage = {{ planets = {self.eccentric.cranks} }}",
+            )
+        return self
+
+    @property
+    def steps(self) -> float:
+        """Give the turns of the eccentric, against the ring or carrier that is held, per turn of the output; negative where they go opposite ways."""
+        return ratio_of(self.stage, self.fixed)
+
+    @property
+    def ratio(self) -> float:
+        """Give the turns of the input per turn of the output; negative where they go opposite ways."""
+        first = self.first_stage
+        if first is None:
+            return self.steps
+        if isinstance(first, CycloidalFirstStage):
+            return self.steps * ratio_of(first.stage)
+        # Outer gears turn opposite ways; with the ring held the planets are carried round once more.
+        held = -first.step * ratio_of(self.stage, "carrier")
+        return held if self.fixed == "carrier" else 1 - held
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the default friction."""
+        default = {} if self.friction_torque is not None else {"friction_torque": f"default, {OF_RATED}"}
+        return {**super().assumptions, **default}
+
+    @property
+    def rigid(self) -> tuple[str, ...]:
+        """Name the members of which the drawing says nothing: they are taken as rigid."""
+        out = [*self.rigid_in_stage]
+        first = self.first_stage
+        if isinstance(first, PlanetaryFirstStage) and first.mesh_stiffness is None:
+            out.append("first stage")
+        elif isinstance(first, CycloidalFirstStage):
+            out += [f"{FIRST_STAGE}{name}" for name in first.rigid_in_stage]
+        out += [name for name, stated in (("frame", self.frame), ("input shaft", self.input_shaft)) if stated is None]
+        return tuple(out)
+
+    @property
+    def states_ratio(self) -> bool:
+        """Return that the ratio is known from the teeth."""
+        return True
+
+    @property
+    def assumed_rigid(self) -> str:
+        """Return the same as part of a sentence, each with what it stands for and the stage that it is of."""
+        return ", ".join(
+            f"{_MEMBERS.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"
+            for name in self.rigid
+        )
+
+    @property
+    def friction_at_rest(self) -> float:
+        """Give the load (N m) below which the way of arriving decides on the side of the play."""
+        return self.friction_torque if self.friction_torque is not None else RATED_SHARE * self.rated_torque

@@ -1,0 +1,140 @@
+"""Error sources of a cycloidal gearbox, each a table over the torque: wind-up of a member, play, transmission error, and friction's loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.laws.distributions import Normal
+from lostmotion.laws.gears import friction_loop
+from lostmotion.parts.error_source import ErrorSource, Friction
+from lostmotion.parts.forms import Curve, Harmonic, Spring
+from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, loop_term, spring_terms
+from lostmotion.parts.term import Draw, Parameter, Term
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.parts.term import Holding, Motion
+    from lostmotion.spatial import Floats
+    from lostmotion.units import Toleranced
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """One wave of the transmission error: `cycles` per turn of the output; `size` (level,) rad, root mean square over gearboxes and angles."""
+
+    cycles: float
+    size: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class WindUp(ErrorSource):
+    """One member's wind-up (level,) at torques (level,), its standard deviation over gearboxes, and the ± share by which its material scatters."""
+
+    torque: Floats
+    angle: Floats
+    scatter: Floats | None = None
+    material: float = 0.0
+
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the wind-up, its scatter over gearboxes, and that of the material."""
+        sized = Parameter("stiffness")
+        out = spring_terms(motion.twist, Curve.through(self.torque, self.angle), self.material, sized, "material scatter", "material")
+        if self.scatter is not None and self.scatter.any():
+            form = Spring(motion.twist, Curve.through(self.torque, self.scatter))
+            out.append(Term("wind-up scatter", "wind-up scatter", form, robot=Draw("wind-up", Normal()), parameter=sized, exponent=-1))
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Play(ErrorSource):
+    """Free play of scattered size, which a load above `friction` (N m) closes; `reason` where that is assumed."""
+
+    play: Toleranced
+    friction: float
+    reason: str = ""
+
+    def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
+        """Return what the drawing states, or else what is assumed."""
+        return Friction(self.friction, self.reason)
+
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return the play on the side where the load or the last motion leaves the output."""
+        return backlash_terms(motion, self.play, self.friction)
+
+
+@dataclass(frozen=True, slots=True)
+class Waves(ErrorSource):
+    """Transmission error as waves, whose size (level,) follows the load and whose size and phase differ from gearbox to gearbox."""
+
+    torque: Floats
+    waves: tuple[Wave, ...]
+
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return two terms per harmonic, with draws of their own: amplitude and phase both differ."""
+        sized, law, out = Parameter(TRANSMISSION_ERROR), Normal(), []
+        for wave in self.waves:
+            envelope = Curve(self.torque, wave.size)
+            for phase in PHASES:
+                name = f"{wave.cycles:g} per turn {phase}"
+                form = Harmonic(motion.twist, wave.cycles, phase, envelope=envelope)
+                out.append(Term(name, TRANSMISSION_ERROR, form, robot=Draw(name, law), parameter=sized))
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Loop(ErrorSource):
+    """The loop that friction (level,), N m, leaves on a spring that winds up by `angle` (level,), rad, at torques (level,)."""
+
+    torque: Floats
+    angle: Floats
+    friction: Floats
+
+    def branches(self, load: Floats) -> tuple[Floats, Floats]:
+        """Return the angles (rad) at which loads (any shape, N m) of either sign leave the output as they rise, and as they fall."""
+        rubs = along(np.abs(load), self.torque, self.friction)
+        return friction_loop(lambda torque: along_curve(torque, self.torque, self.angle), load, rubs)
+
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return half the width of the loop to either side."""
+        return [loop_term(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"))]
+
+    @property
+    def half_width(self) -> Curve:
+        """Return half the width (rad) of the loop over the size of the load, N m.
+
+        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the load, or the load with friction added or
+        taken away, stands at a level.
+        """
+        low, rubs = self.torque, self.friction
+        steps = np.diff(low)
+        slope = np.append(np.diff(rubs) / steps, (rubs[-1] - rubs[-2]) / steps[-1])
+        high = np.append(low[1:], np.inf)
+        knots = [low]
+        for sign in (1.0, -1.0):
+            # load + sign x friction = level, solved on each stretch of the friction's curve
+            growth = 1 + sign * slope
+            start = low + sign * rubs
+            for level in (*-low, *low):
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    load = low + (level - start) / growth
+                knots.append(load[(load >= low) & (load < high)])
+        load = np.unique(np.concatenate(knots))
+        load = np.append(load, 2 * load[-1])
+        rising, falling = self.branches(load)
+        return Curve.through(load, (falling - rising) / 2)
+
+
+def along(load: Floats | float, torque: Floats, values: Floats) -> Floats:
+    """Return the value at loads (any shape, zero or more): linear between the levels, and on along the last line beyond them."""
+    load = np.asarray(load, dtype=float)
+    slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
+    return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
+
+
+def along_curve(load: Floats, torque: Floats, values: Floats) -> Floats:
+    """Return the value at loads (any shape) of either sign, on a curve that is odd in the load; as `along`."""
+    return np.sign(load) * along(np.abs(load), torque, values)
