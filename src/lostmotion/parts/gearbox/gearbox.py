@@ -122,6 +122,12 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     inertia: Inertia | None = None
     upper_limits: Keys = ()
 
+    if TYPE_CHECKING:  # a field of some kinds, computed from the teeth of others
+
+        @property
+        def ratio(self) -> float:
+            """Return the turns of the input per turn of the output, negative where they go opposite ways."""
+
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the limits and defaults that count."""

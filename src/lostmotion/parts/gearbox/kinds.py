@@ -1,11 +1,12 @@
-"""Which gearboxes may a joint have? A new kind is one file here and one line below."""
+"""Gearboxes that a joint may have: every kind of which the package `parts.gearbox` has a line."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeGuard, Union
 
 from pydantic import BeforeValidator, Field
 
+from lostmotion.parts import gearbox as package
 from lostmotion.parts.error_source import (
     AngleAmount,
     AngularStiffness,
@@ -18,11 +19,7 @@ from lostmotion.parts.error_source import (
 )
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.gearbox import Gearbox
-from lostmotion.parts.gearbox.planetary import PlanetaryGearbox
-from lostmotion.parts.gearbox.strain_wave import StrainWaveGearbox
-from lostmotion.parts.gearbox.wolfrom import WolfromGearbox
-from lostmotion.parts.gearbox.worm import WormGearbox
+from lostmotion.parts.gearbox.gearbox import Gearbox, TurningFigures
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -35,11 +32,12 @@ def _of_default_kind(stated: Any) -> Any:  # noqa: ANN401 - whatever a file hold
     return {"kind": DEFAULT_KIND, **stated} if isinstance(stated, dict) else stated
 
 
-# What the rest of the package asks of a kind: to be an ErrorSource, or to have `members` (`source.Grouped`), and its `ratio`, turns of the input
-# per turn of the output, negative where they go opposite ways.
-_StatedTurning: TypeAlias = (
-    CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount] | PlanetaryGearbox | WolfromGearbox | StrainWaveGearbox | WormGearbox
-)
+# By the figures that makers print, on a turning joint.
+if TYPE_CHECKING:
+    _StatedTurning: TypeAlias = TurningFigures
+else:
+    _KINDS = [each for each in vars(package).values() if isinstance(each, type) and issubclass(each, TurningFigures)]
+    _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount], *_KINDS)]
 TurningGearbox = Annotated[_StatedTurning | CycloidalGearbox, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
 SlidingDrive: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]
 # By the figures that makers print, on a turning or a sliding joint; and of any kind.
