@@ -108,7 +108,7 @@ def test_every_option_of_the_tour_exists():
 
 def test_every_link_leads_to_a_page_and_a_heading():
     """No link of a page is broken, whether to a file, a folder or a heading."""
-    for page in (*TOUR, *sorted((ROOT / "docs" / "theory").glob("*.md")), ROOT / "docs" / "conventions.md"):
+    for page in (*TOUR, *sorted((ROOT / "docs" / "theory").glob("*.md")), ROOT / "docs" / "conventions.md", ROOT / "docs" / "extending.md"):
         for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
             if target.startswith("http"):
                 continue
