@@ -164,7 +164,7 @@ def test_the_new_question_is_asked_from_python_and_from_the_command_line(copy):
     assert found["steps"]["A"]["mean"]["value"] == pytest.approx(expected, rel=1e-9)
     assert (copy.work / "one-joint-resolution" / "report.html").stat().st_size > 1000
     assert re.search(r"^ +resolution +Report how far", copy.run("-m", "lostmotion", "--help"), re.MULTILINE)
-    assert "Smallest turn of each joint, '1 arcmin'. Default: 1 arcmin." in copy.run("-m", "lostmotion", "resolution", "--help")
+    assert "Smallest turn of each joint, '1 arcmin'. Default: 1 arcmin." in " ".join(copy.run("-m", "lostmotion", "resolution", "--help").split())
     message = copy.run("-m", "lostmotion", "resolution", "one-joint.toml", "--increment", "0 arcmin", check=2)
     assert "--increment" in message
     assert "1 arcmin" in message
