@@ -235,7 +235,7 @@ def test_pins_alike_pass_forty_times_a_turn_of_the_crank():
 
 
 def test_two_stages_bring_two_families_of_waves():
-    """Waves come at multiples of the last stage's 23 per turn; the first stage adds to those at 253, once per turn of its own crank."""
+    """Harmonics come at multiples of the last stage's 23 per turn; the first stage adds to those at 253, once per turn of its own crank."""
     found = looked_at("two-stage-lobes")
     cycles = found.drawn.transmission.cycles
     np.testing.assert_allclose(cycles % 23, 0, atol=1e-9)

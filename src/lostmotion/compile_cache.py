@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def let_numba_cache() -> None:
-    """Give compiled code a folder of this process's own where it can be kept neither beside the package nor in the user's home.
+    """Return compiled code a folder of this process's own where it can be kept neither beside the package nor in the user's home.
 
     Numba refuses to compile at all without one. A folder that others could write to would let them run code here, so each process makes its own and
     compiles each time.

@@ -45,6 +45,8 @@ FOLDERS = (
             "catalogue",
             "runs",
             "reporting",
+            "parts/bearing",
+            "parts/gearbox",
             "analyses/bearing",
             "analyses/catalog",
             "analyses/iso9283",

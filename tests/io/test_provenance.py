@@ -40,10 +40,10 @@ def test_values_that_a_file_assumes_carry_its_source(tmp_path):
 @pytest.mark.parametrize(
     ("names", "found", "near"),
     [
-        ('["stifness"]', "'stifness', which is no key of this table", "stiffness"),
+        ('["stifness"]', "'stifness', not a key of this table", "stiffness"),
         ('["hysteresis"]', "'hysteresis' in assumed, without a value", ""),
-        ('["ratio", "zone_torqes"]', "'zone_torqes', which is no key of this table", "zone_torques"),
-        ('["source"]', "'source', which is no key of this table", ""),
+        ('["ratio", "zone_torqes"]', "'zone_torqes', not a key of this table", "zone_torques"),
+        ('["source"]', "'source', not a key of this table", ""),
     ],
 )
 def test_only_keys_that_a_table_states_can_be_assumed(tmp_path, names, found, near):

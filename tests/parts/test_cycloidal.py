@@ -215,12 +215,12 @@ def test_an_output_encoder_sees_what_the_gearbox_does():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_transmission_error_keeps_its_mean_square(name):
-    """The few waves kept have the mean square of all, over gearboxes and angles; printed drives err by minutes, ground ones by seconds."""
+    """The few harmonics kept have the mean square of all, over gearboxes and angles; printed drives err by minutes, ground ones by seconds."""
     gearbox = example(name)
     found = gearbox.behaviour
-    assert 0 <= found.waves_left_out < 0.2
-    whole = math.sqrt(sum(float(wave.size[-1]) ** 2 for wave in found.waves))
-    assert all(wave.cycles % abs(gearbox.steps) == 0 for wave in found.waves)
+    assert 0 <= found.neglected_share < 0.2
+    whole = math.sqrt(sum(float(harmonic.size[-1]) ** 2 for harmonic in found.harmonics))
+    assert all(harmonic.cycles % abs(gearbox.steps) == 0 for harmonic in found.harmonics)
     assert (0.5 * ARCMIN < whole < 10 * ARCMIN) if name == "printed" else (whole < 0.2 * ARCMIN)
 
 
@@ -271,13 +271,13 @@ def test_a_material_that_scatters_makes_the_wind_up_scatter():
         ({"pin_radius": "6 mm"}, "largest possible"),
         ({"disc_bore_radius": "62 mm"}, "bore"),
         ({"ring_outer_radius": "66 mm"}, "ring of outer radius"),
-        ({"form": "lobe envelope", "ring_outer_radius": "63.5 mm"}, "roots lie"),
-        ({"form": "planet pins", "pins": 20, "ring_outer_radius": "68 mm"}, "roots lie"),
+        ({"form": "lobe envelope", "ring_outer_radius": "63.5 mm"}, "lobes with roots out"),
+        ({"form": "planet pins", "pins": 20, "ring_outer_radius": "68 mm"}, "lobes with roots out"),
         ({"relief": {"circle": "13 mm"}}, "loops"),
-        ({"eccentric": {"rollers": 16}}, "halves"),
+        ({"eccentric": {"rollers": 16}}, "incomplete or doubly stated"),
         ({"eccentric": {"cranks": 2}}, "without circle_radius"),
         ({"eccentric": {"cranks": 2, "circle_radius": "30 mm"}, "output_pins": {"count": 6, "circle_radius": "30 mm"}}, "both output pins"),
-        ({"output_pins": {"count": 6, "circle_radius": "30 mm", "diameter": "8 mm"}}, "halves"),
+        ({"output_pins": {"count": 6, "circle_radius": "30 mm", "diameter": "8 mm"}}, "incomplete or doubly stated"),
         ({"form": "lobe arcs", "pin_span": "10 mm"}, "pin_span"),
         ({"contact_law": "palmgren", "disc_bore_radius": "20 mm"}, "bodies"),
         (
@@ -301,9 +301,9 @@ def test_impossible_drawings_are_refused_with_their_reason(wrong, said):
 def test_waves_of_two_stages_that_fall_together_add_up():
     """253 turns of the input make one of the output: the 11th harmonic of the last crank is the first one of the input."""
     gearbox = example("two-stage-lobes")
-    whole = sum(float(wave.size[-1]) ** 2 for wave in gearbox.behaviour.waves)
+    whole = sum(float(harmonic.size[-1]) ** 2 for harmonic in gearbox.behaviour.harmonics)
     alone = gearbox.model_copy(update={"first_stage": None})
-    assert whole > sum(float(wave.size[-1]) ** 2 for wave in alone.behaviour.waves)
+    assert whole > sum(float(harmonic.size[-1]) ** 2 for harmonic in alone.behaviour.harmonics)
 
 
 @pytest.mark.parametrize(("relief", "jams"), [("4 µm ± 1 µm", False), ("1 µm ± 0.5 µm", True)])

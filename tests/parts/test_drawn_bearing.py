@@ -123,12 +123,12 @@ def test_mounting_takes_clearance_away():
 def test_bearings_built_stay_within_the_limits():
     """Of 20 000 bearings built none leaves the limits, they come near both, and their spread is close to the root of the summed squares."""
     pair = BallPair(**OF_209, clearance=Toleranced(14.5e-6, 8.5e-6, "uniform"), shaft_interference="18 µm ± 11 µm", inner_ring_warmer="5 K ± 5 K")
-    for step, values in pair.built(20_000, 1).items():
+    for step, values in pair.sample(20_000, 1).items():
         spread = pair.spreads[step]
         assert (values >= spread.lowest).all()
         assert (values <= spread.highest).all()
         assert values.mean() == pytest.approx(spread.middle, abs=0.2 * UM)
-    np.testing.assert_array_equal(pair.built(50, 3)["working"], pair.built(50, 3)["working"])
+    np.testing.assert_array_equal(pair.sample(50, 3)["working"], pair.sample(50, 3)["working"])
 
 
 def test_more_clearance_moves_the_shaft_by_what_the_amount_says():

@@ -15,7 +15,7 @@ from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.error_source import ErrorSource
-from lostmotion.parts.gearbox.cycloidal_sources import Loop, Play, Wave, Waves, WindUp
+from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop, Play, TransmissionError, WindUp
 from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
@@ -108,10 +108,10 @@ class DrawnGearbox(ErrorSource):
     def __init__(self, s: float) -> None:
         """Make them."""
         torque = np.array([0.0, 1.0, 10.0, 100.0])
-        waves = (Wave(39.0, s * np.array([1e-5, 2e-5, 3e-5])), Wave(78.0, s * np.array([3e-6, 2e-6, 1e-6])))
+        harmonics = (ErrorHarmonic(39.0, s * np.array([1e-5, 2e-5, 3e-5])), ErrorHarmonic(78.0, s * np.array([3e-6, 2e-6, 1e-6])))
         self.sources = (
             WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), 0.2),
-            Waves(torque[1:], waves),
+            TransmissionError(torque[1:], harmonics),
             Play(Toleranced(s * 2e-4, s * 1e-4), 3.0),
             Loop(torque, s * 1e-6 * torque, 0.1 * torque),
         )

@@ -174,8 +174,8 @@ def test_lost_motion_holds_play_and_wind_up():
     ("fields", "why"),
     [
         ({"backlash": 1e-4, "lost_motion": 1e-4, "rated_torque": 10.0, "stiffness": 1e4}, "both backlash and lost_motion"),
-        ({"lost_motion": 1e-4}, "lost_motion alone"),
-        ({"lost_motion": 1e-4, "rated_torque": 10.0}, "lost_motion alone"),
+        ({"lost_motion": 1e-4}, "lost_motion without rated_torque"),
+        ({"lost_motion": 1e-4, "rated_torque": 10.0}, "lost_motion without rated_torque"),
         ({"lost_motion": 1e-6, "rated_torque": 1000.0, "stiffness": 1e4}, "smaller than the elastic wind-up"),
         ({"stiffness": [1e4, 2e4]}, "zone torques"),
         ({"stiffness": [1e4, 2e4, 3e4], "zone_torques": [5.0, 4.0]}, "zone torques"),

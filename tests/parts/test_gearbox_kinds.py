@@ -153,7 +153,7 @@ def test_a_ratio_follows_from_the_teeth(fields: dict[str, object], ratio: float)
 def test_a_wolfrom_gearbox_errs_as_often_as_its_wheels_turn():
     """Of ratio 116 with a carrier at 116/6 = 58/3: sun 96 2/3, planet 48 1/3 turns against it, 1740 and 1595 teeth, per turn of the output."""
     part = gearbox(**WOLFROM, sun_error=1e-5, planet_error=2e-5, first_mesh_error=3e-5, second_mesh_error=4e-5)
-    cycles = {name: count for name, _, count in part._own_waves()}
+    cycles = {name: count for name, _, count in part._own_harmonics()}
     assert cycles == pytest.approx({"sun": 290 / 3, "planet": 145 / 3, "first mesh": 1740.0, "second mesh": 1595.0}, rel=1e-12)
     assert spectrum(part, 3) == pytest.approx({290: 1e-5, 145: 2e-5, 3 * 1740 - 4096: 3e-5, 3 * 1595 - 4096: 4e-5}, rel=1e-9)
 
@@ -204,15 +204,15 @@ def test_a_duplex_worm_is_shifted_until_little_play_is_left():
 
 
 def test_a_duplex_worm_shifted_too_far_jams():
-    """No more play can be taken away than the tightest gearbox has; the shift that is offered passes, a thousandth more does not."""
+    """The play cannot be reduced by more than its lower limit; the suggested shift passes, a thousandth more does not."""
     fields = {"kind": "worm", "wheel_teeth": 60, "backlash": Toleranced(3 * ARCMIN, 0.5 * ARCMIN)}
     leads = {"left_lead": 6.2e-3, "right_lead": 6.4e-3}
     example = why(**fields, duplex={**leads, "shift": 5e-3})["example"]
     shift = float(example.split('"')[1].removesuffix(" mm")) * 1e-3
     assert gearbox(**fields, duplex={**leads, "shift": shift}).play.nominal == pytest.approx(0.5 * ARCMIN, rel=1e-3)
-    assert "more play" in why(**fields, duplex={**leads, "shift": shift * 1.001})["why"]
+    assert "play by more" in why(**fields, duplex={**leads, "shift": shift * 1.001})["why"]
     assert "equal leads" in why(**fields, duplex={"left_lead": 6e-3, "right_lead": 6e-3})["why"]
-    assert "more play" in why(kind="worm", wheel_teeth=60, duplex={**leads, "shift": 1e-6})["why"]
+    assert "play by more" in why(kind="worm", wheel_teeth=60, duplex={**leads, "shift": 1e-6})["why"]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 
 from lostmotion.laws.beam import box_section, compliance_per_length, i_section, rectangle_section, round_section
-from lostmotion.parts.compliance import doubt_of_compliance
+from lostmotion.parts.compliance import compliance_error
 from lostmotion.parts.link import Link
 from tests.parts.conditions import STEEL, condition, terms_at
 
@@ -317,9 +317,9 @@ GOOD = np.eye(6) * 1e-6
 @pytest.mark.parametrize(
     ("fields", "why"),
     [
-        ({"section": TUBE_IN_SLEEVE, "material": STEEL}, "a material that nothing is made of"),
+        ({"section": TUBE_IN_SLEEVE, "material": STEEL}, "a material beside a section that states its own"),
         ({"section": {"kind": "stepped", "steps": [{"length": 0.8, "section": ROD}]}}, "a section without a material"),
-        ({"section": {"kind": "stepped", "steps": [{"length": 0.8, "section": ROD, "material": STEEL}]}, "material": STEEL}, "nothing is made of"),
+        ({"section": {"kind": "stepped", "steps": [{"length": 0.8, "section": ROD, "material": STEEL}]}, "material": STEEL}, "states its own"),
         ({"section": {"kind": "stepped", "steps": [{"length": 0.7, "section": ROD}]}, "material": STEEL}, "700 mm long in a link 800 mm"),
         ({"section": {"kind": "stepped", "steps": [{"length": 0.8, "section": TUBE_IN_SLEEVE, "material": STEEL}]}}, "beside a composite"),
         (
@@ -329,10 +329,10 @@ GOOD = np.eye(6) * 1e-6
         ({"section": {"kind": "tapered", "stations": [{"at": 0.0, "section": ROD}, {"at": 0.8, "section": BOX}]}, "material": STEEL}, "rod to a box"),
         ({"section": {"kind": "I", "width": 0.05, "height": 0.02, "web": 0.005, "flange": 0.01}, "material": STEEL}, "flanges 10 mm"),
         ({"section": ROD, "material": STEEL, "compliance": {"matrix": GOOD.tolist()}}, "section beside compliance"),
-        ({"length": 0.0, "compliance": {"matrix": GOOD.tolist()}}, "leads nowhere"),
+        ({"length": 0.0, "compliance": {"matrix": GOOD.tolist()}}, "zero length"),
         ({"compliance": {"matrix": (GOOD + 5e-7 * np.eye(6, k=1)).tolist()}}, "across the diagonal"),
         ({"compliance": {"matrix": (GOOD - 2e-6 * np.diag([0, 1, 0, 0, 0, 0])).tolist()}}, "negative entry"),
-        ({"compliance": {"matrix": (GOOD + 2e-6 * (np.eye(6, k=3) + np.eye(6, k=-3))).tolist()}}, "energy back"),
+        ({"compliance": {"matrix": (GOOD + 2e-6 * (np.eye(6, k=3) + np.eye(6, k=-3))).tolist()}}, "not positive definite"),
         ({"compliance": {"matrix": (GOOD * np.nan).tolist()}}, "not finite"),
         ({"measured": {"force": 100.0, "deflection": 1e-4, "slope": 1e-3}}, "bends a bar of 800 mm"),
         ({"measured": {"force": 0.0, "deflection": 1e-4}}, "force or a deflection of zero"),
@@ -366,4 +366,4 @@ def test_a_wall_thinner_than_any_foil_is_refused(section):
 def test_a_matrix_of_the_smallest_entries_is_judged_without_a_warning():
     """Two entries whose product is below every float are an extreme that is allowed: no division by zero, no warning."""
     matrix = np.diag([1e-200, 1e-200, 3e-6, 1e-5, 1e-5, 1e-5])
-    assert doubt_of_compliance(matrix) is None
+    assert compliance_error(matrix) is None

@@ -21,7 +21,7 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import nearest, refuse_all
 from lostmotion.io.text import numbers, read_text, refuse
-from lostmotion.parts.compliance import doubt_of_compliance
+from lostmotion.parts.compliance import compliance_error
 from lostmotion.units import UnitError, read_quantity
 
 if TYPE_CHECKING:
@@ -69,9 +69,9 @@ def read_compliance(path: Path) -> dict[str, tuple[tuple[float, ...], ...]]:
         for (column, column_unit), value in zip(across, values, strict=True):
             whole[row, column] = value * row_unit / column_unit
     matrix = whole[:, :_SIZE]
-    doubt = doubt_of_compliance(matrix)
-    if doubt or (kind == "stiffness" and not np.diag(matrix).all()):
-        refuse(file, "", *(doubt or ("a stiffness of zero", "a positive definite matrix")), _HEADER)
+    problem = compliance_error(matrix)
+    if problem or (kind == "stiffness" and not np.diag(matrix).all()):
+        refuse(file, "", *(problem or ("a stiffness of zero", "a positive definite matrix")), _HEADER)
     found = {"matrix": _inverse(matrix) if kind == "stiffness" else matrix}
     if len(columns) > _SIZE:
         found["own_weight"] = whole[:, _SIZE:]

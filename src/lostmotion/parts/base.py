@@ -1,4 +1,4 @@
-"""What the arm stands on: a tilt, known or not, and a mount that gives."""
+"""Base of the arm: its tilt, nominal and tolerance, and the compliance of its mount."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Tracks(Sourced):
 
     length, width   of each track's contact with the ground; gauge between the tracks' middles
     bedding         the ground's pressure per settlement
-    shear_share     how stiff the ground is along itself, as a share of that
+    shear_share     stiffness of the ground in shear (along its surface), as a share of `bedding`
     middle          the middle of both contacts, in the base's frame
-    scatter         ± share by which the ground differs from place to place
+    scatter         ± variation of the ground's stiffness between sites, as a share
 
-    Assumed: a rigid hull on rigid tracks and rollers, ground that answers evenly under all of both tracks (Winkler), no lifting off, no slip. A
-    suspension gives on top: state it all as a `compliance` then.
+    Assumed: a rigid hull on rigid tracks and rollers, a uniform elastic foundation (Winkler) under both tracks, no lifting off, no slip. A
+    suspension adds compliance: then state the whole mount as a `compliance`.
     """
 
     length: LengthPlus
@@ -59,7 +59,7 @@ class Tracks(Sourced):
 
     @functools.cached_property
     def values(self) -> Floats:
-        """Give the compliance (6, 6) at the base's origin, in its axes."""
+        """Return the compliance (6, 6) at the base's origin, in its axes."""
         carry = np.eye(6)
         carry[3:, :3] = skew(np.array(self.middle))  # a turn about the middle swings the base's origin
         return np.asarray(carry / track_stiffness(self.length, self.width, self.gauge, self.bedding, self.shear_share) @ carry.T)
@@ -68,15 +68,15 @@ class Tracks(Sourced):
 class Base(Sourced, ErrorSource):
     """The ground, chassis or table under the arm.
 
-    xyz, rpy      where the arm stands on it: the frame that the first joint's origin is seen from, as in an origin
-    roll, pitch   tilt about the base's x, then y axis; the nominal turns gravity, the tolerance is what nobody measured
+    xyz, rpy      frame of the arm in the base: the first joint's origin is given in it
+    roll, pitch   tilt about the base's x, then y axis; the nominal value turns gravity, the tolerance is the unmeasured part
     tilt_varies   "robot": the arm is set down once; "visit": a mobile base stands differently every time
-    angular_stiffness, linear_stiffness  of the mount about and along x, y, z; left out: rigid
+    angular_stiffness, linear_stiffness  of the mount about and along x, y, z; default: rigid
     compliance    of the mount instead, a whole matrix at the base's origin and in its axes
     tracks        instead: two tracks on the ground
 
-    The error that an unmeasured tilt makes is counted at the tool, seen from the level ground. The change of load that comes with it is left out:
-    it is the tilt times what the arm gives under its whole weight, small beside the tilt times its reach (tests/parts/test_base.py).
+    The error of an unmeasured tilt is counted at the tool, relative to level ground. The change of load that it causes is neglected: its effect is
+    the tilt times the arm's deflection under its whole weight, small beside the tilt times the reach (tests/parts/test_base.py).
     """
 
     xyz: Vector = (0.0, 0.0, 0.0)
@@ -101,32 +101,32 @@ class Base(Sourced, ErrorSource):
 
     @functools.cached_property
     def foot(self) -> Floats:
-        """Return the frame that the arm stands in, as a pose (4, 4) seen from the base."""
+        """Return the frame in which the arm stands, as a pose (4, 4) in the base's frame."""
         return pose_of(self.xyz, self.rpy)
 
     @functools.cached_property
     def tilt(self) -> Floats:
-        """Give the rotation (3, 3) of the base against level ground."""
+        """Return the rotation (3, 3) of the base against level ground."""
         return pose_of(rpy=(self.roll.nominal, self.pitch.nominal, 0.0))[:3, :3]
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
-        """Give what errs, by name: each counts by itself."""
+        """Return the error sources of the base by name; the budget lists each separately."""
         return {"tilt": BaseTilt(self), "mount": BaseMount(self)}
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return the terms of the tilt that nobody measured, and of the mount's compliance."""
+        """Return the terms of the unmeasured tilt and of the mount's compliance."""
         return [term for source in self.sources.values() for term in source.terms(motion)]
 
 
 class BaseTilt(ErrorSource):
-    """The tilt of a base that nobody measured."""
+    """Unmeasured tilt of a base."""
 
     def __init__(self, base: Base) -> None:
-        """Keep the base."""
+        """Store the base."""
         self.base = base
 
-    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - a tilt asks for no motion
+    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - a tilt does not depend on a joint
         """Return roll and pitch, drawn once per robot or at every visit."""
         base = self.base
         out: list[Term] = []
@@ -142,15 +142,15 @@ class BaseTilt(ErrorSource):
 
 
 class BaseMount(ErrorSource):
-    """What the mount gives under the whole arm: linear in the load."""
+    """Deflection of the mount under the whole arm, linear in the load."""
 
     def __init__(self, base: Base) -> None:
-        """Keep the base."""
+        """Store the base."""
         self.base = base
 
     @functools.cached_property
     def compliance(self) -> Floats | None:
-        """Give the compliance (6, 6) at the base's origin, in its axes; None where it is rigid."""
+        """Return the compliance (6, 6) at the base's origin, in its axes; None where it is rigid."""
         base = self.base
         stated = base.compliance or base.tracks
         if stated is not None:
@@ -160,7 +160,7 @@ class BaseMount(ErrorSource):
         return np.diag([1 / k for k in (base.angular_stiffness or _RIGID) + (base.linear_stiffness or _RIGID)])
 
     def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - a mount has no joint
-        """Return the mount's compliance, and how much it differs between mounts."""
+        """Return the deflection of the mount, and its scatter over mounts."""
         if self.compliance is None:
             return []
         stated = self.base.compliance or self.base.tracks

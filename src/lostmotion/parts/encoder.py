@@ -1,4 +1,4 @@
-"""The encoder that the controller believes: resolution, noise, eccentricity, zero."""
+"""Encoder errors: resolution, noise, eccentricity and zero offset."""
 
 from __future__ import annotations
 
@@ -24,19 +24,18 @@ NoiseLaw = Annotated[ToleranceLaw, Distribution(("normal", "normal without limit
 class Encoder(Sourced, ErrorSource, Generic[AmountT]):
     """An encoder on the motor or on the output. On a sliding joint all its errors are lengths at the slide, whatever the ratio.
 
-    side          "motor": on a turning joint its errors reach the output divided by the gear ratio. "output": they reach it whole,
-                  and the gearbox's own errors are seen and taken away by the controller, but for the backlash that a load below the joint's
-                  friction leaves open
-    dead_band     on the output only: ± error that the controller leaves uncorrected. Within it, and within the backlash, a joint whose load is
-                  below its friction rests anywhere; left out: anywhere within the backlash
-    resolution    one count; the position is anywhere within it
-    noise         ± limit of what differs from reading to reading
-    noise_law     distribution of the noise: "normal", three sigma at the limit, cut there; "normal without limits", the same not cut, so that there
+    side          "motor": on a turning joint its errors reach the output divided by the gear ratio. "output": they reach it undivided, and
+                  the controller corrects the gearbox's errors, except for the backlash that stays open under a load below the joint's friction
+    dead_band     on the output only: ± error that the controller does not correct. A joint whose load is below its friction rests anywhere
+                  within the dead band and within the backlash; default: anywhere within the backlash
+    resolution    one count; the position is uniformly distributed within it
+    noise         ± limit of the variation between readings
+    noise_law     distribution of the noise: "normal", truncated at the limit of three sigma; "normal without limits", not truncated, so that there
                   is no worst case; "uniform"; or a table of rows [value in units of the noise, probability of a smaller one]
-    eccentricity  ± amplitude of the error over one turn of the encoder, its phase drawn per robot; not of a scale along a slide
-    zero          ± limit of the mastering of the joint's zero, at the output
-    ratio         turns of the encoder per turn of the output, or of the screw; left out, the joint's gear ratio
-    lead          of the screw, on a sliding joint; left out, that of the joint's gearbox
+    eccentricity  ± amplitude of the error over one turn of the encoder, with a random phase per robot; not for a linear scale
+    zero          ± limit of the joint's zero offset after mastering, at the output
+    ratio         turns of the encoder per turn of the output, or of the screw; default: the joint's gear ratio
+    lead          of the screw, on a sliding joint; default: the lead of the joint's gearbox
     """
 
     side: Literal["motor", "output"] = "motor"
@@ -54,14 +53,14 @@ class Encoder(Sourced, ErrorSource, Generic[AmountT]):
         if self.dead_band is not None and self.side == "motor":
             context = {
                 "why": "dead_band of an encoder on the motor",
-                "expected": "an encoder on the output: one on the motor does not see the backlash",
+                "expected": "an encoder on the output: an encoder on the motor does not measure the backlash",
                 "example": 'encoder = { side = "output", dead_band = "10 arcsec" }',
             }
             raise PydanticCustomError("limits", "{why}", context)
         return self
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return the errors of the value that the controller believes."""
+        """Return the errors of the position that the encoder reports."""
         turns = (self.ratio or 1.0) if self.side == "motor" else 1.0
         ratio, along = turns if motion.turning else 1.0, Constant(motion.twist)
         out: list[Term] = []

@@ -25,7 +25,7 @@ def _is_printable(text: str) -> str:
     return text
 
 
-# Text that is shown: one line of it, and nothing that a terminal would obey.
+# One line of displayable text without terminal control characters.
 Line = Annotated[str, AfterValidator(_is_printable)]
 
 # The quantities that parts are made of. From a file each takes text with a unit, from Python a number in SI as well.
@@ -51,19 +51,19 @@ Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
 
 
 class Part(BaseModel):
-    """A description that cannot be changed once made and knows no field but its own."""
+    """Base class of descriptions: immutable, and unknown fields are refused."""
 
     model_config = ConfigDict(defer_build=True, frozen=True, extra="forbid")
 
     def __copy__(self) -> Self:
-        """Copy the fields only: what was worked out from them once may not hold for a changed copy."""
+        """Return a copy of the fields alone: cached results may not be valid for a changed copy."""
         out = super().__copy__()
         for name in set(out.__dict__) - set(type(self).model_fields):
             del out.__dict__[name]
         return out
 
     def __repr__(self) -> str:
-        """Show what was stated and leave out what was not."""
+        """Return the fields that were stated, without those at their defaults."""
         stated = ", ".join(f"{name}={getattr(self, name)!r}" for name in sorted(self.model_fields_set))
         return f"{type(self).__name__.partition('[')[0]}({stated})"
 
@@ -72,13 +72,13 @@ class Part(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Friction:
-    """The load (N m or N) below which a play does not close; `reason` says why so much where it is assumed, and is empty where it is stated."""
+    """Load (N m or N) below which a play stays open; `reason` explains an assumed value, and is empty for a stated one."""
 
     load: float
     reason: str = ""
 
 
-# Friction that nobody states, as a share of what a reducer is rated for, or else of the most that the joint holds at rest.
+# Default friction where none is stated, as a share of the rated torque, or else of the largest load that the joint holds at rest.
 RATED_SHARE: Final = 0.01
 HELD_SHARE: Final = 0.02
 OF_RATED: Final = "1 % of the rated torque"
@@ -86,19 +86,19 @@ OF_HELD: Final = "2 % of the most that it holds at rest"
 
 
 class ErrorSource(ABC):
-    """Anything that moves the tool off its place."""
+    """Base class of error sources."""
 
     @abstractmethod
     def terms(self, motion: Motion) -> Sequence[Term]:
-        """Return the elementary errors of this part, on a joint of this motion; no pose is known yet."""
+        """Return the terms of this part on a joint with this motion, for all poses."""
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:  # noqa: ARG002 - most parts have no play
-        """Which friction keeps this part's play open against a small load? None for a part without play."""
+        """Return the friction below which this part's play stays open; None for a part without play."""
         return None
 
 
 class PartFigure(NamedTuple):
-    """A figure of a part that its sheet shows: value in SI, its unit, and a note."""
+    """A figure of a part for its sheet: value in SI, unit, and a note."""
 
     label: str
     value: float
@@ -108,8 +108,8 @@ class PartFigure(NamedTuple):
 
 @runtime_checkable
 class Grouped(Protocol):
-    """A part that offers several error sources by name, each to be counted by itself."""
+    """A part with several error sources, each listed separately in the budget."""
 
     @property
     def members(self) -> Mapping[str, ErrorSource]:
-        """Give the sources by name."""
+        """Return the sources by name."""

@@ -1,4 +1,4 @@
-"""Families of sections: of one kind, some sizes fixed and the others free within a range, or a share of the leading one."""
+"""Families of sections of one kind: each size is fixed, free within a range, or a share of the leading size."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LONGEST: Final = 80
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """What a size may be: from low to high, both alike where it is fixed; m, or where `share` is set a share of the family's leading size."""
+    """Range of a size, from low to high, equal for a fixed size; in m, or with `share` as a share of the family's leading size."""
 
     low: float
     high: float
@@ -32,21 +32,21 @@ class Span:
 
     @property
     def free(self) -> bool:
-        """Tell whether there is anything to choose."""
+        """Return whether the size is free."""
         return self.high > self.low
 
 
 @dataclass(frozen=True)
 class SizeRange(Quantity):
-    """Marks a size of a family: a length, a percentage of the leading size, or from one to another of either."""
+    """Marks a size of a family: a length, a percentage of the leading size, or a range of either."""
 
     @property
     def expected(self) -> str:
-        """Say in words what this field takes."""
+        """Return the description of the values that this field takes."""
         return 'a length above zero ("3 mm"), a range ("30 mm .. 200 mm"), or a share of the leading size ("5 %", "4 % .. 10 %")'
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> Span:  # type: ignore[override]  # noqa: ANN401, ARG002 - a range is no number
-        """Turn what was given into a Span; raises pydantic's error with `expected` and `example` in its context."""
+        """Convert an input value to a Span; raises pydantic's error with `expected` and `example` in its context."""
         if isinstance(value, Span):
             return value
         try:
@@ -82,34 +82,34 @@ Wall = Annotated[Span, SizeRange("m", "3 mm", above=0, high=10.0)]
 
 
 class _Family(Part):
-    """What every family has: its sizes in order, the leading one first."""
+    """Base class of families: the sizes in order, the leading one first."""
 
     @model_validator(mode="after")
-    def _leads_by_a_length(self) -> Self:
+    def _leading_size_is_a_length(self) -> Self:
         if self.spans[0].share:
             name = next(iter(self.names))
             raise _refuse(f"{name} as a share: it is the leading size", f"{name} as a length or a range of lengths", f'{name} = "30 mm .. 200 mm"')
         if self.section(tuple(span.high for span in self.spans)) is None and self.section(tuple(span.low for span in self.spans)) is None:
-            raise _refuse("sizes of which no section can be made", "walls that fit into the section", 'outer = "30 mm .. 200 mm", wall = "3 mm"')
+            raise _refuse("sizes of which no section can exist", "walls that fit into the section", 'outer = "30 mm .. 200 mm", wall = "3 mm"')
         return self
 
     @property
     def names(self) -> list[str]:
-        """Name the sizes, the leading one first."""
+        """Return the names of the sizes, the leading one first."""
         return value_keys(type(self))
 
     @property
     def spans(self) -> list[Span]:
-        """Give what each size may be."""
+        """Return the range of each size."""
         return [getattr(self, name) for name in self.names]
 
     @property
     def free(self) -> list[int]:
-        """Give the positions of the sizes that are free."""
+        """Return the positions of the sizes that are free."""
         return [k for k, span in enumerate(self.spans) if span.free]
 
     def section(self, values: tuple[float, ...]) -> Sized | None:
-        """Which section has these values of its spans? None where no section can be made of them."""
+        """Return the section with these sizes; None where no such section can exist."""
         leading = values[0]
         sizes = {name: value * leading if span.share else value for name, value, span in zip(self.names, values, self.spans, strict=True)}
         kind: Any = _SECTIONS[self.kind]  # type: ignore[attr-defined]
@@ -165,17 +165,17 @@ class IFamily(_Family):
 Family = Annotated[TubeFamily | RodFamily | RectangleFamily | BoxFamily | IFamily, Field(discriminator="kind")]
 _SECTIONS: Final[dict[str, type[Part]]] = {"tube": Tube, "rod": Rod, "rectangle": Rectangle, "box": Box, "I": ISection}
 _KINDS: Final[dict[str, type[_Family]]] = {"tube": TubeFamily, "rod": RodFamily, "rectangle": RectangleFamily, "box": BoxFamily, "I": IFamily}
-# A section that was stated leads its family from this share of its leading size to so many times it.
+# Range of the leading size of the family around a stated section, as multiples of that size.
 _SMALLEST: Final = 0.1
 _LARGEST: Final = 5.0
-# Sizes that follow the leading one in a stated section's family; the others, walls, stay.
+# Sizes that keep their ratio to the leading one in the family around a stated section; the others, walls, stay constant.
 _FOLLOW: Final = ("width",)
-# Sides of at least so many walls: two, and a little.
+# Least side of a section in wall thicknesses: slightly above two.
 _ROOM: Final = 2.02
 
 
 def family_around(section: Sized, smallest: float = _SMALLEST, largest: float = _LARGEST) -> Family:
-    """Which sections are like this one? Of its kind, from `smallest` to `largest` times as large, walls as they are, the width in proportion."""
+    """Return the family of a section: `smallest` to `largest` times its leading size, width in proportion, walls constant."""
     kind = _KINDS[section.kind]
     leading, *others = value_keys(kind)
     size = float(getattr(section, leading))
@@ -203,5 +203,5 @@ def section_text(section: object) -> str:
 
 
 def rounded(value: float, step: float) -> float:
-    """Give the nearest whole number of steps, free of the rounding of binary fractions."""
+    """Return the nearest whole multiple of `step`, without binary rounding noise."""
     return round(round(value / step) * step, 12) if step and math.isfinite(value) else value

@@ -1,4 +1,4 @@
-"""Where a frame stands, and which way a direction points."""
+"""Frames and directions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Vector = Annotated[tuple[Length, Length, Length], Field(description="x, y, z, ea
 
 
 def _is_direction(stated: str | tuple[float, float, float]) -> str | tuple[float, float, float]:
-    with np.errstate(over="ignore"):  # a length beyond every float is infinite, and refused
+    with np.errstate(over="ignore"):  # an overflowing length is infinite, and refused
         length = float(np.linalg.norm(stated)) if isinstance(stated, tuple) else 1.0
     if not 0 < length < math.inf:  # never true of a NaN
         context = {"why": f"the direction {list(stated)}", "expected": "a finite direction that is not zero", "example": "[0, 0, 1]"}
@@ -32,14 +32,14 @@ Direction = Annotated[Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, fl
 
 
 class Frame(Part):
-    """A frame seen from the frame before: xyz, then roll, pitch, yaw about the fixed x, y, z axes (as in URDF)."""
+    """A frame in its parent frame: xyz, then roll, pitch, yaw about the fixed x, y, z axes (as in URDF)."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
     rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
 
     @functools.cached_property
     def pose(self) -> Floats:
-        """Give the frame as a pose (4, 4)."""
+        """Return the frame as a pose (4, 4)."""
         return pose_of(self.xyz, self.rpy)
 
 
@@ -47,7 +47,7 @@ _AXES: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)
 
 
 def unit(direction: Direction) -> Floats:
-    """Which unit vector (3,) does a direction name?"""
+    """Return the unit vector (3,) of a direction."""
     if isinstance(direction, str):
         sign = -1.0 if direction.startswith("-") else 1.0
         return sign * np.array(_AXES[direction[-1]])

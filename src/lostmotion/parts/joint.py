@@ -1,4 +1,4 @@
-"""A joint unit: one motion, and the gearbox, bearing, encoder and link that belong to it."""
+"""A joint unit: one motion, with its gearbox, bearing, encoder and link."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part
 from lostmotion.parts.forms import Constant
-from lostmotion.parts.gearbox.gearbox import AmountT, Loose, PlayInLoop
+from lostmotion.parts.gearbox.gearbox import AmountT, HasPlay, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
@@ -37,7 +37,7 @@ GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
 Bearing = Annotated[RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing, Field(discriminator="kind")]
 
 
-# What a bearing has only where something turns in it, and where it is not the drive that holds the axis.
+# Fields of a bearing for turning joints only; along a slide the drive carries the load.
 _TURNING_ONLY: Final = ("axial_play", "axial_stiffness", "radial_runout", "axial_runout")
 
 
@@ -52,7 +52,7 @@ def _rising(limits: tuple[float, float]) -> tuple[float, float]:
     return limits
 
 
-# Each end with an example of its own, so that an example made of both is a range.
+# Each end has its own example, so that the example of both is a range.
 _Turning = tuple[Annotated[float, Quantity("rad", "-90 deg")], Annotated[float, Quantity("rad", "90 deg")]]
 _Sliding = tuple[Annotated[float, Quantity("m", "0 mm")], Annotated[float, Quantity("m", "300 mm")]]
 TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
@@ -75,7 +75,7 @@ def _is_name(text: str) -> str:
 # Any name that a URDF may have: `joint_3.0`, `r2/fixed/waist`.
 Name = Annotated[str, Field(max_length=LONGEST_JOINT_NAME), AfterValidator(_is_name)]
 
-# The name of a place: "base", a joint's own, or that with ".seat" or ".tip" behind it.
+# The name of a place: "base", the name of a joint, or that with ".seat" or ".tip" appended.
 PlaceName = Annotated[
     str,
     Field(max_length=LONGEST_JOINT_NAME + len(".seat"), description="a place that comes before: base, or NAME.seat, NAME or NAME.tip of a joint"),
@@ -84,7 +84,7 @@ PlaceName = Annotated[
 
 
 class Mounting(Sourced, ErrorSource):
-    """How exactly the joint's axis lies in the link before: ± tilt about, and ± offset along, the two directions across it."""
+    """Tolerances of the joint's axis in the previous link: ± tilt about, and ± offset along, the two directions across it."""
 
     tilt: AngleAmount = 0.0
     offset: LengthAmount = 0.0
@@ -105,11 +105,11 @@ class Mounting(Sourced, ErrorSource):
 
 
 class _Joint(Sourced):
-    """What every joint has, moving or not.
+    """Base class of joints, moving or fixed.
 
-    after  name of the place that it stands on: "base", or NAME.seat, NAME or NAME.tip of a joint before. Left out: the tip of the joint before, the
+    after  name of the parent place: "base", or NAME.seat, NAME or NAME.tip of an earlier joint. Default: the tip of the previous joint, the
            base for the first joint
-    mass   of the joint unit, its gearbox included; it sits on the seat, at centre_of_mass. Left out: the gearbox's own mass, where it states one
+    mass   of the joint unit, its gearbox included; fixed to the seat, at centre_of_mass. Default: the gearbox's own mass, where stated
     """
 
     name: Name
@@ -122,7 +122,7 @@ class _Joint(Sourced):
 
     @property
     def total_mass(self) -> float:
-        """Return the mass (kg) at the joint: as stated, which includes its gearbox, or else the gearbox's own; none where neither is stated."""
+        """Return the mass (kg) at the joint: as stated, which includes the gearbox, or else the gearbox's own; zero where neither is stated."""
         if self.mass is not None:
             return self.mass
         gearbox = getattr(self, "gearbox", None)
@@ -131,11 +131,11 @@ class _Joint(Sourced):
     @property
     @abstractmethod
     def twist(self) -> Floats:
-        """Give the joint's unit motion (6,), zero where nothing moves."""
+        """Return the joint's unit motion (6,), zero where nothing moves."""
 
     @functools.cached_property
     def elastic_link(self) -> ElasticLink:
-        """Give the link as it stands behind this joint, whose axis says how its section lies."""
+        """Return the link behind this joint, whose axis orients its section."""
         return self.link.with_joint_axis(self.twist[:3] if self.twist[:3].any() else self.twist[3:])
 
 
@@ -146,17 +146,17 @@ class FixedJoint(_Joint):
 
     @property
     def twist(self) -> Floats:
-        """Give no motion (6,)."""
+        """Return zero motion (6,)."""
         return np.zeros(6)
 
     @property
     def sources(self) -> dict[str, ErrorSource]:
-        """Give no sources: nothing moves."""
+        """Return no error sources: nothing moves."""
         return {}
 
 
 def _lead_of(part: Part) -> float | None:
-    """Give the lead of a drive or encoder; kinds that only turn have no such field."""
+    """Return the lead of a drive or encoder; None for kinds without that field."""
     lead: float | None = getattr(part, "lead", None)
     return lead
 
@@ -170,7 +170,7 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
-        """Return the parts that err, by name, one of several sources by each; of a gearbox with an encoder on its output only open play."""
+        """Return the error sources by name, each member of a grouped part by itself; of a gearbox with an output encoder only its open play."""
         gearbox, encoder = self.gearbox, self.encoder
         if encoder is not None and gearbox is not None:
             own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
@@ -183,17 +183,17 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
                 out |= {f"{name} {member}": one for member, one in source.members.items()}
             elif source is not None:
                 out[name] = source
-        return out if not in_loop or gearbox is None or encoder is None else self._left_open(gearbox, encoder.dead_band) | out
+        return out if not in_loop or gearbox is None or encoder is None else self._open_play(gearbox, encoder.dead_band) | out
 
     @staticmethod
-    def _left_open(gearbox: TurningGearbox | SlidingDrive, dead_band: float | None) -> dict[str, ErrorSource]:
-        """Return the play of a gearbox in the loop of an encoder on its output, where it has any, and nothing else of it."""
-        loose = gearbox.members.get("play") if isinstance(gearbox, Grouped) else gearbox
-        return {"gearbox": PlayInLoop(loose, dead_band)} if isinstance(loose, Loose) and loose.play.nominal else {}
+    def _open_play(gearbox: TurningGearbox | SlidingDrive, dead_band: float | None) -> dict[str, ErrorSource]:
+        """Return the play of a gearbox within the control loop of an encoder on its output; empty without play."""
+        with_play = gearbox.members.get("play") if isinstance(gearbox, Grouped) else gearbox
+        return {"gearbox": PlayInLoop(with_play, dead_band)} if isinstance(with_play, HasPlay) and with_play.play.nominal else {}
 
     @property
     def corrected(self) -> bool:
-        """Return whether an encoder on the output lets the controller correct what the gearbox does."""
+        """Return whether an encoder on the output lets the controller correct the errors of the gearbox."""
         return self.gearbox is not None and self.encoder is not None and self.encoder.side == "output"
 
 
@@ -212,7 +212,7 @@ class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
 
     @functools.cached_property
     def twist(self) -> Floats:
-        """Give the unit rotation about the axis (6,)."""
+        """Return the unit rotation about the axis (6,)."""
         return np.concatenate([unit(self.axis), np.zeros(3)])
 
 
@@ -226,20 +226,22 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
     @classmethod
     def _only_guides(cls, bearing: Bearing | None) -> Bearing | None:
         if isinstance(bearing, DrawnBearing):
-            raise _refuse(f"a {bearing.kind} on a sliding joint", "a guide: nothing turns there", 'bearing = { kind = "rolling", span = "80 mm" }')
+            raise _refuse(
+                f"a {bearing.kind} on a sliding joint", "a guide: this joint does not turn", 'bearing = { kind = "rolling", span = "80 mm" }'
+            )
         fields = type(bearing).model_fields if bearing is not None else {}
         nowhere = [name for name in _TURNING_ONLY if name in fields and getattr(bearing, name) != fields[name].default]
         if nowhere:
             raise _refuse(
                 f"{' and '.join(nowhere)} of a bearing on a sliding joint",
-                "a guide without them: it does not turn, and along the slide the drive holds and gives",
+                "a guide without them: it does not turn, and along the slide the drive carries the load",
                 'gearbox = { backlash = "10 µm", stiffness = "200 N/µm" }',
             )
         return bearing
 
     @field_validator("gearbox")
     @classmethod
-    def _waves_have_a_lead(cls, drive: SlidingDrive | None) -> SlidingDrive | None:
+    def _harmonics_have_a_lead(cls, drive: SlidingDrive | None) -> SlidingDrive | None:
         if drive is not None and drive.transmission_error is not None and drive.lead is None:
             example = 'gearbox = { transmission_error = "20 µm", lead = "10 mm" }'
             raise _refuse("transmission_error without a lead on a sliding joint", "lead, the travel per turn of the screw or pulley", example)
@@ -261,7 +263,7 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
 
     @functools.cached_property
     def twist(self) -> Floats:
-        """Give the unit shift along the axis (6,)."""
+        """Return the unit shift along the axis (6,)."""
         return np.concatenate([np.zeros(3), unit(self.axis)])
 
 

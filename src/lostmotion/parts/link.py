@@ -1,4 +1,4 @@
-"""A link: where it leads, what it weighs, how it bends, how exactly it was made."""
+"""A link: its length and tip frame, mass, compliance and length tolerance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lostmotion.parts.error_source import ErrorSource, LengthAmount, LengthDim, 
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
-from lostmotion.parts.profile import Section, beam_of, doubt_of_section
+from lostmotion.parts.profile import Section, beam_of, section_error
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import Rod, refuse_section
 from lostmotion.parts.standard_terms import limit_terms, parameter
@@ -26,7 +26,7 @@ from lostmotion.units import Toleranced
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# What a link is described with stands in files of its own, and can be had from here.
+# Re-exported: the descriptions that a link is made of.
 __all__ = ["Direction", "ElasticLink", "Frame", "Link", "Material", "Rod", "Vector", "unit"]
 
 
@@ -34,15 +34,15 @@ class Link(Sourced):
     """The body between a joint and the next one, as a beam along the straight line between them.
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
-    length_tolerance    ± limit of the distance to the next seat, where `length` does not carry it (a tip from DH or URDF)
-    section, material   a section all along, or one that changes on the way (stepped, tapered); composite ones have materials of their own
+    length_tolerance    ± limit of the distance to the next seat, where `length` does not state it (a tip from DH or URDF)
+    section, material   a uniform section, or one that changes along the link (stepped, tapered); composite sections state their own materials
     compliance          instead of a section: matrix (6, 6) at the tip and in its axes
-    measured            instead of a section: a force on the tip and what it did
-    rigid               true: the link is rigid on purpose. None of the four: the stiffness is not specified, and the link is taken as rigid
-    mass                left out: as section and material make it; none from a compliance or a measurement
-    centre_of_mass      in the joint's frame; left out: as the sections spread the mass, or half way. Stated: the mass is spread evenly on both sides
-                        of it, as far as to the nearer end
-    up                  direction across the link that the section's height follows; left out: across the joint's axis
+    measured            instead of a section: a force on the tip and the measured deflection
+    rigid               true: the link is declared rigid. None of these four: the stiffness is not specified, and the link is assumed rigid
+    mass                default: that of section and material; zero with a compliance or a measurement
+    centre_of_mass      in the joint's frame; default: that of the sections, or the middle. Stated: the mass is spread uniformly on both sides
+                        of it, up to the nearer end
+    up                  direction across the link that the section's height follows; default: across the joint's axis
     """
 
     length: LengthDim = Toleranced(0.0)
@@ -65,13 +65,13 @@ class Link(Sourced):
         if self.length_tolerance and self.length.tolerance:
             raise refuse_section("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and not self.reach:
-            raise refuse_section("length_tolerance on a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
-        self._check_give()
+            raise refuse_section("length_tolerance on a link of zero length", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
+        self._check_stiffness()
         if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
             raise refuse_section("up along the link itself", "a direction across the link", 'up = "z"')
         return self
 
-    def _check_give(self) -> None:
+    def _check_stiffness(self) -> None:
         stated = [name for name in ("section", "compliance", "measured") if getattr(self, name) is not None]
         if len(stated) > 1:
             raise refuse_section(" beside ".join(stated), "one of section, compliance and measured", 'section = "tube"')
@@ -80,57 +80,60 @@ class Link(Sourced):
         if self.section is None and self.material is not None:
             raise refuse_section("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
         if self.section is not None:
-            doubt = doubt_of_section(self.section, self.reach, has_material=self.material is not None)
-            if doubt:
-                raise refuse_section(*doubt, 'material = "aluminium"')
+            problem = section_error(self.section, self.reach, has_material=self.material is not None)
+            if problem:
+                raise refuse_section(*problem, 'material = "aluminium"')
         elif stated and not self.reach:
-            raise refuse_section(f"{stated[0]} of a link that leads nowhere", "a link with a length or a tip", 'length = "400 mm"')
+            raise refuse_section(f"{stated[0]} of a link of zero length", "a link with a length or a tip", 'length = "400 mm"')
         for bending in (self.measured, self.measured.sideways) if self.measured is not None else ():
-            if bending is not None and bending.doubt(self.reach):
-                raise refuse_section(bending.doubt(self.reach), "a deflection that a bar can have", 'deflection = "0.2 mm", slope = "2 arcmin"')
+            if bending is not None and bending.inconsistency(self.reach):
+                raise refuse_section(
+                    bending.inconsistency(self.reach), "a deflection possible for a bar", 'deflection = "0.2 mm", slope = "2 arcmin"'
+                )
 
     @functools.cached_property
     def tip_pose(self) -> Floats:
-        """Give the next seat's frame in this joint's frame (4, 4)."""
+        """Return the next seat's frame in this joint's frame (4, 4)."""
         if self.tip is not None:
             return self.tip.pose
         return pose_of(unit(self.direction) * self.length.nominal)
 
     @property
     def reach(self) -> float:
-        """Give the straight distance from the joint to the next seat, m."""
+        """Return the straight distance from the joint to the next seat, m."""
         return float(np.linalg.norm(self.tip_pose[:3, 3]))
 
     @property
     def is_rigid(self) -> bool:
-        """Return whether its stiffness is not specified, or it has no length."""
+        """Return whether the link is assumed rigid: its stiffness is not specified, or its length is zero."""
         return not self.reach or (self.section is None and self.compliance is None and self.measured is None)
 
     @functools.cached_property
     def _built(self) -> tuple[beam.Beam, tuple[Material, ...]] | None:
-        """Give the beam that section and material make, and the materials that its causes stand for."""
+        """Return the beam of section and material, and the material of each of its causes."""
         return beam_of(self.section, self.reach, self.material) if self.section is not None and self.reach else None
 
     @functools.cached_property
     def total_mass(self) -> float:
-        """Give the mass as stated, or as section, length and material make it."""
+        """Return the mass as stated, or that of section, length and material."""
         if self.mass is not None:
             return self.mass
         return self._built[0].mass if self._built is not None else 0.0
 
     @functools.cached_property
     def mass_centre(self) -> Floats:
-        """Give the centre of mass in the joint's frame (3,), m."""
+        """Return the centre of mass in the joint's frame (3,), m."""
         if self.centre_of_mass is not None:
             return np.array(self.centre_of_mass)
         share = self._built[0].mass_centre / self.reach if self._built is not None else 0.5
         return np.asarray(self.tip_pose[:3, 3] * share)
 
     def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
-        """Give the beam that stands for this link, in its own axes, and the scatter of each of its causes.
+        """Return the equivalent beam of this link, in its own axes, and the scatter of each of its causes.
 
-        `tip_from_beam` (3, 3) turns those axes into the tip's. A measurement stands as the uniform beam that gives so at its tip, a compliance as
-        `beam_of_compliance`: exact under loads on the tip, while its own weight bends it as it would that beam. Raises ValueError for a rigid link.
+        `tip_from_beam` (3, 3) turns those axes into the tip's. The beam of a measurement is uniform and has the measured tip deflection. That of a
+        compliance is `beam_of_compliance`: exact under loads on the tip; under its own weight the link bends like that beam. Raises ValueError for a
+        rigid link.
         """
         if self._built is not None:
             made, materials = self._built
@@ -138,37 +141,37 @@ class Link(Sourced):
         if self.is_rigid:
             raise ValueError("a rigid link has no compliance")
         if self.measured is not None:
-            return beam.prism(self.reach, [self.measured.give(self.reach)]), (self.measured.scatter,)
+            return beam.prism(self.reach, [self.measured.compliance_per_length(self.reach)]), (self.measured.scatter,)
         assert self.compliance is not None  # noqa: S101 - it is not rigid
         turn6 = np.kron(np.eye(2), tip_from_beam)
         return beam.beam_of_compliance(turn6.T @ self.compliance.values @ turn6, self.reach), (self.compliance.scatter,)
 
     def beam_axes(self, joint_axis: Floats) -> Floats:
-        """Give the rotation (3, 3) whose columns are the beam's x (along), y (section's width) and z (height) in the joint's frame."""
+        """Return the rotation (3, 3) whose columns are the beam's x (along), y (section's width) and z (height) in the joint's frame."""
         along = self.tip_pose[:3, 3] / self.reach
         if self.up is not None:
             height = unit(self.up)
         else:
             height = np.cross(along, joint_axis)
-            if np.linalg.norm(height) < 1e-6:  # noqa: PLR2004 - the joint turns the link about itself: any side will do
+            if np.linalg.norm(height) < 1e-6:  # noqa: PLR2004 - the joint turns the link about its own line: any direction serves
                 height = np.eye(3)[int(np.argmin(np.abs(along)))]
         across = np.cross(height, along)
         across /= np.linalg.norm(across)
         return np.column_stack([along, across, np.cross(along, across)])
 
     def with_joint_axis(self, joint_axis: Floats) -> ElasticLink:
-        """Give this link as it stands behind a joint: only there is it known how its section lies."""
+        """Return this link behind a joint, whose axis orients its section."""
         return ElasticLink(self, joint_axis)
 
 
 class ElasticLink(ErrorSource):
     """A link behind its joint; its terms act at the link's tip, in the tip's axes.
 
-    It answers linearly to the wrench on its tip and to gravity: responses to loads by cause add up to that to all of them.
+    Its deflection is linear in the wrench on its tip and in gravity: the deflections under the loads of each cause add up to the total.
     """
 
     def __init__(self, link: Link, joint_axis: Floats) -> None:
-        """Work out once what does not depend on the pose."""
+        """Compute what does not depend on the pose."""
         self.link = link
         self.tip_from_joint = link.tip_pose[:3, :3].T
         self.joint_axis = joint_axis
@@ -197,7 +200,7 @@ class ElasticLink(ErrorSource):
         ]
         for k, scatter in enumerate(scatters):
             if scatter:
-                form = Linear(self._give_by_cause[k], self._sag_by_cause[k])
+                form = Linear(self._compliance_by_cause[k], self._sag_by_cause[k])
                 cause = "stiffness scatter" if len(scatters) == 1 else "stiffness scatter of material"
                 name = cause if len(scatters) == 1 else f"{cause} {k + 1}"
                 out += limit_terms(name, form, scatter, Normal(), sized, exponent=-1, cause=cause)
@@ -205,16 +208,16 @@ class ElasticLink(ErrorSource):
 
     @functools.cached_property
     def tip_compliance(self) -> Floats:
-        """Give the twist of the tip per wrench on it (6, 6), both in the tip's axes."""
-        return np.asarray(self._give_by_cause.sum(axis=0))
+        """Return the twist of the tip per wrench on it (6, 6), both in the tip's axes."""
+        return np.asarray(self._compliance_by_cause.sum(axis=0))
 
     @functools.cached_property
     def own_weight_compliance(self) -> Floats:
-        """Give the twist of the tip per gravity (6, 3), both in the tip's axes.
+        """Return the twist of the tip per gravity (6, 3), both in the tip's axes.
 
-        The weight is spread along the beam as the sections have it. Where a centre of mass is stated it is spread evenly on both sides of it, as far
-        as the nearer end is away: all of the beam for a centre half way, a point for one at an end. A centre beside the beam, or beyond its ends,
-        adds the weight's moment there.
+        The weight is distributed along the beam as in its sections. Around a stated centre of mass it is uniform on both sides, up to the nearer
+        end: over the whole beam for a centre in the middle, at a point for one at an end. A centre beside the beam, or beyond its ends, adds the
+        moment of the weight there.
         """
         return np.asarray(self._sag_by_cause.sum(axis=0))
 
@@ -229,14 +232,14 @@ class ElasticLink(ErrorSource):
         return self.link.beam_in(self._to_tip)
 
     @functools.cached_property
-    def _give_by_cause(self) -> Floats:
-        """Give the tip's compliance by cause (cause, 6, 6)."""
+    def _compliance_by_cause(self) -> Floats:
+        """Return the tip's compliance by cause (cause, 6, 6)."""
         turn6 = np.kron(np.eye(2), self._to_tip)
         return np.asarray(turn6 @ self._beam[0].compliance_at(self.link.reach) @ turn6.T)
 
     @functools.cached_property
     def _sag_by_cause(self) -> Floats:
-        """Give the twist of the tip per gravity by cause (cause, 6, 3)."""
+        """Return the twist of the tip per gravity by cause (cause, 6, 3)."""
         link, made = self.link, self._beam[0]
         if link.compliance is not None and link.compliance.own_weight is not None:
             return np.array(link.compliance.own_weight)[None]

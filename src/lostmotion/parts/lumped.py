@@ -1,4 +1,4 @@
-"""One lumped error for a whole joint, as papers and quick estimates state it, when no part is known by itself."""
+"""One lumped error of a whole joint, as in papers and quick estimates, where the parts are not specified."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _LAWS: Final[dict[str, Law]] = {"uniform": Uniform(), "two-sided": TwoSided(), "
 class Lumped(Sourced, ErrorSource):
     """A lumped joint error: an angle about the axis, and a shift of the joint's centre.
 
-    angle     largest angle error. law "normal": +-angle at three sigma, cut there; "uniform"; "two-sided": always + or -;
-              "from zero to maximum": normal around angle/2 with sigma angle/6, cut to 0..angle; "normal without limits": angle is three
+    angle     largest angle error. law "normal": +-angle at three sigma, truncated there; "uniform"; "two-sided": always + or -;
+              "from zero to maximum": normal around angle/2 with sigma angle/6, truncated to 0..angle; "normal without limits": angle is three
               sigma, exceeded in 0.27 % of draws, so that there is no worst case; or a table of rows [value in units of the angle, probability
               of a smaller one], uniform between neighbouring values: [[-1, 0], [0.2, 0.5], [1, 1]]
     offset    ± shift along each direction in `offset_along`, uniform
-    varies    "visit": drawn anew at every return; "robot": once per robot
+    varies    "visit": drawn at every visit; "robot": once per robot
     """
 
     angle: AngleAmount = 0.0

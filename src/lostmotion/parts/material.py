@@ -1,4 +1,4 @@
-"""What a part is made of."""
+"""Elastic properties and density of a material."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _INCOMPRESSIBLE: Final = 0.499
 
 
 class Material(Sourced):
-    """What a link is made of: Young's modulus along it, Poisson's ratio, density.
+    """Material of a link: Young's modulus along it, Poisson's ratio, density.
 
-    shear_modulus  of what is not alike to all sides, a laminate or a print; left out: young / (2 (1 + poisson))
-    scatter        ± share by which both moduli differ from part to part
+    shear_modulus  of an anisotropic material (laminate, 3D print); default: the isotropic value young / (2 (1 + poisson))
+    scatter        ± variation of both moduli between parts, as a share
     """
 
     young: Annotated[float, Quantity("Pa", "70 GPa", above=0)]
@@ -28,13 +28,13 @@ class Material(Sourced):
     scatter: Share = 0.0
 
     @model_validator(mode="after")
-    def _is_alike_to_all_sides(self) -> Self:
+    def _poisson_is_isotropic(self) -> Self:
         if self.shear_modulus is None and self.poisson > _INCOMPRESSIBLE:
-            why = f"poisson {self.poisson:g}, out of range for a material alike to all sides"
+            why = f"poisson {self.poisson:g}, out of range for an isotropic material"
             raise refuse_section(why, "at most 0.499, or the shear_modulus of a laminate", 'poisson = 0.75, shear_modulus = "33 GPa"')
         return self
 
     @property
     def shear(self) -> float:
-        """Give the shear modulus, as stated or isotropic."""
+        """Return the shear modulus, as stated or isotropic."""
         return self.young / (2 * (1 + self.poisson)) if self.shear_modulus is None else self.shear_modulus

@@ -1,4 +1,4 @@
-"""Links whose section is of two materials, or changes along the way: composite, stepped and tapered."""
+"""Sections of several materials, or that change along the link: composite, stepped and tapered."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# Stations and steps may miss the link's length by this share, for lengths that come from a table or a URDF; they are stretched to it.
+# Allowed relative difference between the link's length and that of its steps or stations (rounded lengths of a table or URDF); they are stretched.
 _SLACK: Final = 1e-3
-# A taper is integrated in pieces over which no size changes by more than twice, with so many of Gauss's points each: 1e-10 of the bending.
+# Gauss points per piece of a taper, over which no size changes by more than a factor of two: 1e-10 of the bending.
 _TAPER_POINTS: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
 class _Share:
-    """What one material does for a section: its part of the section's give (6, 6), its mass per length, kg/m."""
+    """Contribution of one material to a section: compliance per length (6, 6), and mass per length, kg/m."""
 
     material: Material
-    give: Floats
+    compliance: Floats
     density: float
 
 
@@ -42,7 +42,7 @@ def _plain(section: Plain, material: Material) -> _Share:
 
 
 class Layer(Part):
-    """One of the profiles that a composite section is made of."""
+    """One profile of a composite section."""
 
     section: Plain
     material: Material
@@ -51,18 +51,18 @@ class Layer(Part):
 class Composite(Sourced):
     """A section of several materials bonded together about one centroid: an aluminium tube in a sleeve of carbon fibre.
 
-    The layers bend, stretch and twist as one, so their stiffnesses add. They are taken side by side: that they do not overlap is for
-    the drawing to see to. The torsion of layers that are not round is approximate.
+    The layers bend, stretch and twist as one, so their stiffnesses add. Whether they overlap is not
+    checked. The torsion of layers that are not round is approximate.
     """
 
     kind: Literal["composite"] = "composite"
     layers: Annotated[tuple[Layer, ...], Field(min_length=1, max_length=10)]
 
     def shares(self) -> list[_Share]:
-        """Give what each layer does for the section."""
+        """Return the contribution of each layer to the section."""
         alone = [_plain(layer.section, layer.material) for layer in self.layers]
-        gives = beam.parallel_layers(np.stack([share.give for share in alone]))
-        return [_Share(share.material, give, share.density) for share, give in zip(alone, gives, strict=True)]
+        compliances = beam.parallel_layers(np.stack([share.compliance for share in alone]))
+        return [_Share(share.material, compliance, share.density) for share, compliance in zip(alone, compliances, strict=True)]
 
 
 CrossSection: TypeAlias = Annotated[Tube | Rod | Rectangle | Box | ISection | CustomSection | Outline | Composite, Field(discriminator="kind")]
@@ -77,7 +77,7 @@ def _shares(section: CrossSection, material: Material | None) -> list[_Share]:
 
 
 class Step(Part):
-    """A stretch of a stepped link: how long, its section, and its material where it is not the link's."""
+    """One step of a stepped link: its length, its section, and its material where it differs from the link's."""
 
     length: LengthPlus
     section: CrossSection
@@ -91,36 +91,36 @@ class Step(Part):
 
 
 class Stepped(Sourced):
-    """A link of several sections one after the other, from the joint on; their lengths add to the link's."""
+    """A link of several uniform sections in a row, from the joint on; their lengths add up to the link's."""
 
     kind: Literal["stepped"] = "stepped"
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=50)]
 
     @property
     def length(self) -> float:
-        """Give the sum of the steps, m."""
+        """Return the sum of the steps, m."""
         return sum(step.length for step in self.steps)
 
 
 class Station(Part):
-    """A place along a tapered link, seen from the joint, and the section there."""
+    """A position along a tapered link, from the joint, and the section there."""
 
     at: LengthAmount
     section: Sized
 
 
 class Tapered(Sourced):
-    """A link whose sizes change evenly from each station to the next, from the joint (at 0) to the tip; a step is two stations at one place."""
+    """A link whose sizes change linearly from each station to the next, from the joint (at 0) to the tip; a step is two stations at one place."""
 
     kind: Literal["tapered"] = "tapered"
     stations: Annotated[tuple[Station, ...], Field(min_length=2, max_length=50)]
 
     @model_validator(mode="after")
-    def _leads_on(self) -> Self:
+    def _stations_ascend(self) -> Self:
         at = [station.at for station in self.stations]
         if at[0] != 0 or any(a > b for a, b in itertools.pairwise(at)) or at[-1] <= 0:
             found = ", ".join(f"{x * 1e3:g}" for x in at)
-            raise refuse_section(f"stations at {found} mm", "the first at 0, each as far as the one before or farther", _STATIONS)
+            raise refuse_section(f"stations at {found} mm", "the first at 0, in ascending order", _STATIONS)
         for one, other in itertools.pairwise(self.stations):
             if one.at < other.at and type(one.section) is not type(other.section):
                 found = f"a taper from a {one.section.kind} to a {other.section.kind}"
@@ -129,7 +129,7 @@ class Tapered(Sourced):
 
     @property
     def length(self) -> float:
-        """Give where the last station stands, m."""
+        """Return the position of the last station, m."""
         return self.stations[-1].at
 
 
@@ -140,24 +140,24 @@ Section = Annotated[
 ]
 
 
-def doubt_of_section(section: Section, length: float, *, has_material: bool) -> tuple[str, str] | None:
-    """What keeps a link of this length from having such a section: what was found and what is expected? None where nothing does."""
+def section_error(section: Section, length: float, *, has_material: bool) -> tuple[str, str] | None:
+    """Return why a link of this length cannot have such a section, and what is expected; None where it can."""
     takes = not isinstance(section, Composite)
     if isinstance(section, Stepped):
         takes = any(step.material is None and not isinstance(step.section, Composite) for step in section.steps)
     if takes and not has_material:
         return "a section without a material", "both or neither"
     if has_material and not takes:
-        return "a material that nothing is made of, beside a section that has its own", "the materials in the section alone"
+        return "a material beside a section that states its own", "the materials in the section alone"
     if isinstance(section, Stepped | Tapered) and abs(section.length - length) > _SLACK * length:
-        return f"a {section.kind} section {section.length * 1e3:g} mm long in a link {length * 1e3:g} mm long", "steps or stations as far as its tip"
+        return f"a {section.kind} section {section.length * 1e3:g} mm long in a link {length * 1e3:g} mm long", "steps or stations up to its tip"
     return None
 
 
 def beam_of(section: Section, length: float, material: Material | None) -> tuple[beam.Beam, tuple[Material, ...]]:
-    """Which beam is a link of this length and section, and which materials do its causes stand for?
+    """Return the beam of a link of this length and section, and the material of each of its causes.
 
-    Pieces of one material scatter together: they come from one batch. Raises ValueError for a section of no material.
+    Pieces of one material share one scatter: they come from one batch. Raises ValueError for a section of no material.
     """
     if isinstance(section, Tapered):
         if material is None:
@@ -173,10 +173,10 @@ def beam_of(section: Section, length: float, material: Material | None) -> tuple
 
 
 def _even(start: float, end: float, shares: Sequence[_Share], materials: tuple[Material, ...]) -> beam.Segment:
-    give = np.zeros((len(materials), 6, 6))
+    compliance = np.zeros((len(materials), 6, 6))
     for share in shares:
-        give[materials.index(share.material)] += share.give
-    return beam.uniform_segment(start, end, give, sum(share.density for share in shares))
+        compliance[materials.index(share.material)] += share.compliance
+    return beam.uniform_segment(start, end, compliance, sum(share.density for share in shares))
 
 
 def _tapered(section: Tapered, length: float, material: Material) -> beam.Beam:
@@ -191,7 +191,7 @@ def _tapered(section: Tapered, length: float, material: Material) -> beam.Beam:
 
 @dataclass(frozen=True, slots=True)
 class _Taper:
-    """A stretch whose sizes run evenly from those of one section to those of another."""
+    """A part of a link whose sizes change linearly from one section to another."""
 
     near: Sized
     far: Sized
@@ -200,20 +200,20 @@ class _Taper:
     material: Material
 
     def pieces(self) -> list[beam.Segment]:
-        """Cut where a size has doubled or halved."""
+        """Return the taper in pieces, divided where a size has doubled or halved."""
         cuts = {0.0, 1.0}
         for near, far in ((getattr(self.near, size), getattr(self.far, size)) for size in _sizes(self.near)):
             count = math.ceil(abs(math.log2(far / near)))
             cuts |= {((far / near) ** (k / count) - 1) / (far / near - 1) for k in range(1, count)}
         places = [self.start + (self.end - self.start) * cut for cut in sorted(cuts)]
-        return [beam.Segment(low, high, self.give, self.density, _TAPER_POINTS) for low, high in itertools.pairwise(places)]
+        return [beam.Segment(low, high, self.compliance, self.density, _TAPER_POINTS) for low, high in itertools.pairwise(places)]
 
-    def give(self, x: float) -> Floats:
-        """Give what the section at x gives (1, 6, 6)."""
-        return self._at(x).give[None]
+    def compliance(self, x: float) -> Floats:
+        """Return the compliance per length of the section at x (1, 6, 6)."""
+        return self._at(x).compliance[None]
 
     def density(self, x: float) -> float:
-        """Give the mass per length at x, kg/m."""
+        """Return the mass per length at x, kg/m."""
         return self._at(x).density
 
     def _at(self, x: float) -> _Share:

@@ -1,4 +1,4 @@
-"""Where the values of a part come from: stated by the user, assumed, or a maker's upper limit."""
+"""Provenance of the values of a part: stated by the user, assumed, or a maker's upper limit."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ UPPER_LIMIT: Final = "maker's upper limit"
 # The reason of a default begins with this word.
 DEFAULT: Final = "default"
 LONGEST_SOURCE: Final = 300
-# Keys that say what a part is or where its values come from: no values themselves.
+# Keys that identify a part or its provenance, and hold no values.
 NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes", "after"})
 
 Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
 
 
 class Sourced(Part):
-    """A part whose values carry their origin.
+    """A part whose values have a provenance.
 
     assumed   keys of this table whose values are assumed: neither measured nor taken from a maker's data
     source    where the values come from, in one line
@@ -43,7 +43,7 @@ class Sourced(Part):
         strange = [name for name in names if name not in known]
         if strange:
             near = nearest(strange[0], known)
-            raise _refusal(f"{shown(strange[0])}, which is no key of this table", f"keys of this table: {', '.join(known)}", near or known[0], near)
+            raise _refusal(f"{shown(strange[0])}, not a key of this table", f"keys of this table: {', '.join(known)}", near or known[0], near)
         return names
 
     @model_validator(mode="after")
@@ -63,7 +63,7 @@ class Sourced(Part):
         return dict.fromkeys(self.assumed, ASSUMED)
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """Copy with other values; a value that is set here is no longer an assumption or a limit."""
+        """Return a copy with other values; a value that is set here is no longer an assumption or a limit."""
         changed = dict(update or {})
         for listing in ("assumed", "upper_limits"):
             names = getattr(self, listing, ())

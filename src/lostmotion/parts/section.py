@@ -1,4 +1,4 @@
-"""Cross-sections of links, from their sizes, their figures or their outline. Width (y) lies along the joint's axis, height (z) across it."""
+"""Cross-sections of links by sizes, section properties or outline. Width (y) lies along the joint's axis, height (z) across it."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from lostmotion.units import Quantity
 
 
 def refuse_section(why: str, expected: str, example: str) -> PydanticCustomError:
-    """Build the error of a link that cannot be."""
+    """Return the validation error of an impossible link."""
     return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
 
 
-# A wall thinner than this share of its section's width is no wall, and below about 1e-8 of it rounding alone would say how stiff it is.
+# Least wall thickness as a share of the section's width; below about 1e-8 rounding would determine the stiffness.
 _THINNEST: Final = 1e-6
 
 
 def _refuse_foil(name: str, thin: float, wide: float, example: str) -> None:
-    """Refuse a wall, web or flange that is too thin beside its section to be one."""
+    """Refuse a wall, web or flange that is too thin for its section."""
     if thin < _THINNEST * wide:
         found = f"{name} {thin * 1e3:g} mm in a section {wide * 1e3:g} mm wide"
         raise refuse_section(found, f"a {name} of at least {_THINNEST:g} of the width, {_THINNEST * wide * 1e3:g} mm", example)
@@ -48,7 +48,7 @@ class Tube(Sourced):
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
+        """Return the section values of the beam."""
         return beam.round_section(self.outer, self.outer - 2 * self.wall, nu)
 
 
@@ -59,7 +59,7 @@ class Rod(Sourced):
     diameter: LengthPlus
 
     def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
+        """Return the section values of the beam."""
         return beam.round_section(self.diameter, 0.0, nu)
 
 
@@ -71,7 +71,7 @@ class Rectangle(Sourced):
     height: LengthPlus
 
     def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
+        """Return the section values of the beam."""
         return beam.rectangle_section(self.width, self.height, nu)
 
 
@@ -96,7 +96,7 @@ class Box(Sourced):
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
+        """Return the section values of the beam."""
         return beam.box_section(self.width, self.height, self.wall, nu)
 
 
@@ -122,12 +122,12 @@ class ISection(Sourced):
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
+        """Return the section values of the beam."""
         return beam.i_section(self.width, self.height, self.web, self.flange, nu)
 
 
 class CustomSection(Sourced):
-    """Any section by its figures; y lies along the joint's axis, z across it and the link."""
+    """Any section by its section properties; y lies along the joint's axis, z across it and the link."""
 
     kind: Literal["custom"] = "custom"
     area: Annotated[float, Quantity("m^2", "540 mm^2", above=0)]
@@ -137,8 +137,8 @@ class CustomSection(Sourced):
     shear_y: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
     shear_z: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
 
-    def values(self, nu: float) -> beam.SectionValues:  # noqa: ARG002 - one way to ask every section
-        """Give what the beam needs; the ratio nu is already in the figures."""
+    def values(self, nu: float) -> beam.SectionValues:  # noqa: ARG002 - the signature of all sections
+        """Return the section values of the beam; the stated figures already include nu."""
         return beam.SectionValues(self.area, self.i_y, self.i_z, self.torsion, self.shear_y, self.shear_z)
 
 
@@ -148,7 +148,7 @@ Corners: TypeAlias = Annotated[tuple[tuple[Length, Length], ...], Field(min_leng
 class Outline(Sourced):
     """Any section by its outline: corners (y, z) in order, y along the joint's axis, and holes in it. The link's line runs through the centroid.
 
-    Worked out by finite elements (`laws.outline`), with the extra `sections`. A channel or an angle twists under a force beside its shear centre.
+    Computed by finite elements (`laws.outline`), with the extra `sections`. A channel or an angle twists under a force beside its shear centre.
     """
 
     kind: Literal["outline"] = "outline"
@@ -162,14 +162,14 @@ class Outline(Sourced):
         doubt = outline.outline_error(self.points, self.holes)
         if doubt:
             example = 'points = [["0 mm", "0 mm"], ["40 mm", "0 mm"], ["0 mm", "60 mm"]]'
-            raise refuse_section(f"an outline that is no section: {doubt}", "corners in order, no side across another, holes inside", example)
+            raise refuse_section(f"an invalid outline: {doubt}", "corners in order, no side across another, holes inside", example)
         return self
 
     def values(self, nu: float) -> beam.SectionValues:
-        """Give what the beam needs."""
+        """Return the section values of the beam."""
         return outline.outline_section(self.points, self.holes, nu)
 
 
-# Given by sizes alone, so that there is one between any two of a kind.
+# Defined by sizes alone, so that sections of one kind can be interpolated.
 Sized = Annotated[Tube | Rod | Rectangle | Box | ISection, Field(discriminator="kind")]
 Plain = Annotated[Tube | Rod | Rectangle | Box | ISection | CustomSection | Outline, Field(discriminator="kind")]

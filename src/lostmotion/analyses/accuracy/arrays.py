@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def dataset(answer: Answer) -> xarray.Dataset:
-    """Give what the study found per pose and per robot, in SI, with units and long names; what it found without sampling as `analytic_...`."""
+    """Return what the study found per pose and per robot, in SI, with units and long names; what it found without sampling as `analytic_...`."""
     import xarray
 
     sampled = answer.sampled
@@ -153,7 +153,7 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
 
 
 def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:
-    """Give the poses, and where they put the tool."""
+    """Return the poses, and where they put the tool."""
     return {
         "q": (("pose", "joint"), poses.q, _of_joints(arm, "rad", "m", "joint values")),
         "tool": (("pose", "axis"), tool, {"units": "m", "long_name": "commanded tool point, base frame"}),
@@ -178,7 +178,7 @@ def _zones_said(zones: Sequence[FoundInZone]) -> dict[str, str]:
 
 
 def _of_zone(inside: xarray.Dataset, key: str) -> dict[str, object]:
-    """Give the arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
+    """Return the arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
     own = {"pose", "robot", "bin"}
     return {
         f"{key}_{name}": (

@@ -90,7 +90,7 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
         count,
         seed,
         clearances,
-        bearing.built(count, seed),
+        bearing.sample(count, seed),
         settled,
         _held(settled.stiffness[1]),
         bearing.pressure(hardest),

@@ -19,14 +19,14 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
 from lostmotion.parts.gearbox.cycloidal_model import (
     LEVELS,
+    distribute_wind_up,
     friction,
     gearboxes,
     material_shares,
-    plain_springs,
-    shared_out,
     wind_up,
+    wind_up_without_scatter,
 )
-from lostmotion.parts.gearbox.cycloidal_sources import along
+from lostmotion.parts.gearbox.cycloidal_sources import interpolated
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
@@ -139,7 +139,7 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
     flanks = (made.wind_up[len(levels) :] - made.wind_up[: len(levels)][::-1]) / 2
     as_drawn = wind_up(gearbox, levels)
     softer = _of_materials(gearbox, as_drawn, count, seed)
-    angle = flanks + plain_springs(as_drawn)[:, None] + softer
+    angle = flanks + wind_up_without_scatter(as_drawn)[:, None] + softer
     rubs = friction(gearbox, levels) + (gearbox.friction_torque or 0.0)
     start = np.zeros(1)
     curve = SampledCurve(
@@ -148,12 +148,12 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         np.concatenate([start + (gearbox.friction_torque or 0.0), rubs]),
     )
     at = int(np.searchsorted(levels, torque))
-    found = shared_out(as_drawn, (flanks + softer).mean(axis=1))
+    found = distribute_wind_up(as_drawn, (flanks + softer).mean(axis=1))
     members = {name: float(each[at]) for name, each in found.items() if each.any()}
     rubbing = None
     if curve.friction.any():
         loads = torque * np.array(FRICTION_LOADS)
-        felt = along(loads, curve.torque, curve.friction)
+        felt = interpolated(loads, curve.torque, curve.friction)
         rubbing = Rubbing(loads, felt, efficiency(loads, felt))
     shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
     return Drawn(

@@ -1,4 +1,4 @@
-"""One crossed-roller bearing (or any preloaded bearing that carries all loads by itself): no play, but it gives under load."""
+"""One crossed-roller bearing (or any preloaded bearing that carries all loads by itself): no play, elastic deflection."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from lostmotion.parts.term import Motion, Term
 
 
 class CrossedRoller(Sourced, ErrorSource):
-    """A preloaded bearing by catalogue stiffness; every value left out is taken as rigid or exact.
+    """A preloaded bearing by catalogue stiffness; an omitted value is assumed rigid or exact.
 
-    moment_stiffness  against tilting across the axis; left out: k D^2/8 per radian of axial_stiffness k and pitch_diameter D, where both are stated
-    radial_stiffness, axial_stiffness  against shifting
-    axial_runout, radial_runout  full indicator reading over a turn, with a phase that differs from robot to robot
+    moment_stiffness  against tilting; default: k D^2/8 per radian of axial_stiffness k and pitch_diameter D, where both are stated
+    radial_stiffness, axial_stiffness  against displacement
+    axial_runout, radial_runout  full indicator reading over a turn, with a random phase per robot
 
-    A sliding joint takes neither runout nor axial_stiffness: nothing turns, and along the slide the drive holds.
+    Runout and axial_stiffness are for turning joints only: along a slide the drive carries the load.
     """
 
     kind: Literal["crossed roller"] = "crossed roller"
@@ -34,7 +34,7 @@ class CrossedRoller(Sourced, ErrorSource):
 
     @property
     def tilt_stiffness(self) -> float | None:
-        """Give the stiffness against tilting (N m/rad): the maker's own, or that of a ring of axial springs; None where neither is known."""
+        """Return the stiffness against tilting (N m/rad): as stated, or that of a ring of axial springs; None where neither is known."""
         if self.moment_stiffness is None and self.axial_stiffness is not None and self.pitch_diameter is not None:
             return self.axial_stiffness * self.pitch_diameter**2 / 8
         return self.moment_stiffness

@@ -1,4 +1,4 @@
-"""One crossed-roller bearing by its drawing: every other roller leans the other way, so that one pair of rings carries every load."""
+"""One crossed-roller bearing from its drawing: alternating rollers are inclined in opposite directions, so that it carries all loads."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _LEAN = math.pi / 4
-# Neither family of rollers may lean so far that it holds nothing across, or nothing along.
+# Contact angles at which the rollers carry both radial and axial load.
 Lean = Annotated[float, Quantity("rad", "45 deg", low=0.3, high=1.3)]
 
 
 class CrossedRollerBearing(DrawnBearing):
     """A crossed-roller bearing from the number and the size of its rollers.
 
-    rollers         both ways together, an even number
+    rollers         total number, even
     roller_length   effective length of the contact
-    lean            of the contacts from the bearing's plane
-    clearance       below zero preload, its usual state: "-5 µm ± 3 µm"
+    lean            contact angle, from the bearing's plane
+    clearance       usually negative, a preload: "-5 µm ± 3 µm"
     """
 
     kind: Literal["crossed roller bearing"] = "crossed roller bearing"
@@ -45,20 +45,20 @@ class CrossedRollerBearing(DrawnBearing):
         spread = self.spreads["working"]
         check_clearance(spread.lowest, spread.highest, 0.04 * self.roller_diameter)
         if self.rollers % 2:
-            raise refuse_drawing(f"{self.rollers} crossed rollers", "an even number: they lean this way and that by turns", "rollers = 48")
+            raise refuse_drawing(f"{self.rollers} crossed rollers", "an even number: their directions alternate", "rollers = 48")
         return self
 
     @property
     def bearings(self) -> int:
-        """Say that it is one."""
+        """Return the number of bearings, 1."""
         return 1
 
     @property
     def rows(self) -> Pair:
-        """Give the row, and how far apart its two families of rollers act on the axis."""
+        """Return the row, and the distance on the axis between the pressure centres of its two families of rollers."""
         row = CrossedRow(count=self.rollers, length=self.roller_length, pitch=self.pitch_diameter, lean=self.lean)
         return Pair((Seat(row),), self.pitch_diameter * math.tan(self.lean), axial=True)
 
     def pressure(self, load: Floats) -> Floats:
-        """Take Hertz's line contact at the inner race."""
+        """Return the Hertz line-contact pressure (Pa) at the inner race."""
         return roller_pressure(load, self.roller_length, self.roller_diameter, self.pitch_diameter, self.lean)

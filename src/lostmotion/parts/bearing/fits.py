@@ -1,4 +1,4 @@
-"""What a bearing's mounting makes of its clearance: from the delivered one through its fits to the one at work."""
+"""Clearance of a bearing as delivered, after mounting with its fits, and at working temperature."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 PlayOrPreload = Annotated[Toleranced, Quantity("m", "15 µm ± 8 µm", toleranced=True)]
 Interference = Annotated[Toleranced, Quantity("m", "13 µm ± 11 µm", toleranced=True)]
-Warmth = Annotated[Toleranced, Quantity("K", "5 K ± 5 K", toleranced=True)]
+TemperatureDifference = Annotated[Toleranced, Quantity("K", "5 K ± 5 K", toleranced=True)]
 FitShare = Annotated[float, Quantity("", "80 %", low=0, high=1)]
 
-# The steps of a clearance's way, in order.
+# Stages of the clearance, in order.
 STEPS: Final = ("delivered", "mounted", "working")
 
 
@@ -40,9 +40,9 @@ class MountedBearing(Sourced):
     clearance               radial internal clearance as delivered, diametral; ± over bearings. In a file also a group of ISO 5753-1: "CN"
     shaft_interference      of the shaft in the inner ring, on the diameter; below zero loose. In a file also by zone: shaft_fit = "k5"
     housing_interference    of the outer ring in its housing. In a file also by zone: housing_fit = "H7"
-    finish                  of the seats, "ground" or "turned": its peaks are pressed flat
-    inner_share, outer_share  which share of an interference reaches the raceway
-    inner_ring_warmer       by how many kelvin, than the outer ring
+    finish                  of the seats, "ground" or "turned": fitting flattens its roughness
+    inner_share, outer_share  share of an interference that reduces the clearance
+    inner_ring_warmer       temperature of the inner ring above that of the outer ring
     """
 
     bore: LengthPlus
@@ -53,7 +53,7 @@ class MountedBearing(Sourced):
     finish: Finish = "ground"
     inner_share: FitShare = CUSTOMARY_SHARE
     outer_share: FitShare = CUSTOMARY_SHARE
-    inner_ring_warmer: Warmth = Toleranced(0.0)
+    inner_ring_warmer: TemperatureDifference = Toleranced(0.0)
 
     @property
     def assumptions(self) -> dict[str, str]:
@@ -68,16 +68,16 @@ class MountedBearing(Sourced):
 
     @property
     def elements(self) -> Literal["ball", "roller"]:
-        """Say what rolls in it."""
+        """Return the kind of rolling element."""
         return "roller"
 
     @functools.cached_property
     def spreads(self) -> dict[str, Spread]:
-        """Give the clearance's middle, limits and spread at each of `STEPS`."""
-        shaft, housing, warmth = self._losses(*(np.array(_limits(each)) for each in self._stated[1:]))
+        """Return the mean, limits and spread of the clearance at each of `STEPS`."""
+        shaft, housing, heating = self._losses(*(np.array(_limits(each)) for each in self._stated[1:]))
         delivered = _limits(self.clearance)
         shares = self.inner_share, self.outer_share
-        inner, outer, lost = _pair(shaft), _pair(housing), _pair(warmth)
+        inner, outer, lost = _pair(shaft), _pair(housing), _pair(heating)
         return {
             "delivered": clearance_spread(delivered, (0.0, 0.0)),
             "mounted": clearance_spread(delivered, inner, outer, (0.0, 0.0), *shares),
@@ -86,31 +86,31 @@ class MountedBearing(Sourced):
 
     @functools.cached_property
     def working(self) -> Toleranced:
-        """Give the working clearance: its middle and ± over bearings at random, uniform where the delivered one is."""
+        """Return the working clearance: its mean and statistical ± over bearings, uniform where the delivered one is."""
         spread = self.spreads["working"]
         return Toleranced(spread.middle, spread.statistical, self.clearance.law)
 
-    def built(self, count: int, seed: int) -> dict[str, Floats]:
-        """Which clearances (bearing,), m, have so many bearings built and mounted at random, at each of `STEPS`? Each dimension by its own law."""
+    def sample(self, count: int, seed: int) -> dict[str, Floats]:
+        """Return clearances (bearing,), m, of `count` simulated bearings at each of `STEPS`, each dimension drawn from its own distribution."""
         rng = np.random.default_rng(seed)
         stated = []
         for each in self._stated:
             law = of_tolerance(each.law)
             uniform = rng.uniform(np.finfo(float).tiny, 1.0, count)
             stated.append(each.nominal + each.tolerance / law.bound * law.quantile(uniform))
-        shaft, housing, warmth = self._losses(*stated[1:])
+        shaft, housing, heating = self._losses(*stated[1:])
         mounted = stated[0] - self.inner_share * shaft - self.outer_share * housing
-        return dict(zip(STEPS, (stated[0], mounted, mounted - warmth), strict=True))
+        return dict(zip(STEPS, (stated[0], mounted, mounted - heating), strict=True))
 
     @property
     def _stated(self) -> tuple[Toleranced, ...]:
         return self.clearance, self.shaft_interference, self.housing_interference, self.inner_ring_warmer
 
-    def _losses(self, shaft: Floats, housing: Floats, warmth: Floats) -> tuple[Floats, Floats, Floats]:
-        """Give the effective interferences and the loss to warmth, m."""
-        warm = thermal_loss(warmth, raceway_diameter(self.bore, self.outside_diameter, self.elements))
+    def _losses(self, shaft: Floats, housing: Floats, heating: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return the effective interferences and the loss of clearance to the temperature rise, m."""
+        thermal = thermal_loss(heating, raceway_diameter(self.bore, self.outside_diameter, self.elements))
         inner, outer = (effective_interference(tight, size, self.finish) for tight, size in ((shaft, self.bore), (housing, self.outside_diameter)))
-        return inner, outer, warm
+        return inner, outer, thermal
 
 
 def _limits(dimension: Toleranced) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Two spaced bearings by their drawing: deep-groove or angular-contact balls, or cylindrical rollers."""
+"""Two spaced bearings from their drawing: deep-groove or angular-contact balls, or cylindrical rollers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ContactAngle = Annotated[float, Quantity("rad", "25 deg", low=0, high=1.1)]
 
 
 def refuse_drawing(why: str, expected: str, example: str) -> PydanticCustomError:
-    """Build the error for a drawing that no bearing can have."""
+    """Return the validation error of an impossible bearing drawing."""
     return PydanticCustomError("limits", "{why}", {"why": why, "expected": expected, "example": example})
 
 
@@ -39,7 +39,7 @@ def check_sizes(pitch: float, element: float, count: int, bore: float, outside: 
 
 
 def check_clearance(lowest: float, highest: float, most: float) -> None:
-    """Refuse a working clearance, or a preload, that is no bearing's any more: the laws hold while elements barely change their place."""
+    """Refuse a working clearance, or a preload, beyond the validity of the laws, which assume small displacements of the elements."""
     if max(highest, -lowest) > most:
         found = f"a working clearance of {lowest * 1e6:.4g} to {highest * 1e6:.4g} µm"
         raise refuse_drawing(found, f"one within ±{most * 1e6:.4g} µm for elements of this size", 'clearance = "15 µm ± 8 µm"')
@@ -50,9 +50,9 @@ class BallPair(DrawnBearing):
 
     balls, ball_diameter, pitch_diameter  of each bearing
     groove_conformity   radius of the inner and the outer groove over the ball's diameter
-    contact_angle       0: deep groove, which holds either way; above 0: each holds one way
-    arrangement         of angular-contact bearings: "back-to-back" (their forces meet the axis outside the span) or "face-to-face"
-    preload             axial force between two angular-contact bearings as mounted; they have no clearance of their own
+    contact_angle       0: deep groove, axial load in both directions; above 0: each in one direction
+    arrangement         of angular-contact bearings: "back-to-back" (pressure centres outside the span) or "face-to-face"
+    preload             axial force between two angular-contact bearings as mounted; they have no clearance
     """
 
     kind: Literal["ball pair"] = "ball pair"
@@ -79,7 +79,7 @@ class BallPair(DrawnBearing):
             raise refuse_drawing(found, f"at most {self.balls * self.static_load:.4g} N, the balls' static limit", 'preload = "200 N"')
         if self.rows.span <= 0:
             raise refuse_drawing(
-                "face-to-face bearings so close that they hold the shaft at one point",
+                "face-to-face bearings so close that their pressure centres coincide",
                 "a longer span, or back-to-back",
                 'arrangement = "back-to-back"',
             )
@@ -87,17 +87,17 @@ class BallPair(DrawnBearing):
 
     @property
     def elements(self) -> Literal["ball", "roller"]:
-        """Say that balls roll in it."""
+        """Return the kind of rolling element."""
         return "ball"
 
     @property
     def bearings(self) -> int:
-        """Say that there are two."""
+        """Return the number of bearings, 2."""
         return 2
 
     @property
     def rows(self) -> Pair:
-        """Give the two rows, the mirrored one where the arrangement has it."""
+        """Return the two rows, one of them mirrored for angular contact."""
         row = BallRow(
             count=self.balls,
             ball=self.ball_diameter,
@@ -115,12 +115,12 @@ class BallPair(DrawnBearing):
         return Pair(seats if back else seats[::-1], self.span + beyond if back else self.span - beyond, axial=True)
 
     def pressure(self, load: Floats) -> Floats:
-        """Take Hertz's point contact at the inner groove."""
+        """Return the Hertz point-contact pressure (Pa) at the inner groove."""
         return ball_pressure(load, self.ball_diameter, self.pitch_diameter, self.groove_conformity[0], self.contact_angle)
 
 
 class RollerPair(DrawnBearing):
-    """Two cylindrical roller bearings of one kind, `span` apart; along the axis they hold nothing.
+    """Two cylindrical roller bearings of one kind, `span` apart; they carry no axial load.
 
     rollers, roller_diameter, roller_length, pitch_diameter  of each bearing; the length is the effective one, without the rounded ends
     """
@@ -141,17 +141,17 @@ class RollerPair(DrawnBearing):
 
     @property
     def bearings(self) -> int:
-        """Say that there are two."""
+        """Return the number of bearings, 2."""
         return 2
 
     @property
     def rows(self) -> Pair:
-        """Give the two rows of crowned rollers."""
+        """Return the two rows of crowned rollers."""
         row = RollerRow(count=self.rollers, length=self.roller_length, roller=self.roller_diameter, pitch=self.pitch_diameter)
         return _spaced(row, self.span, axial=False)
 
     def pressure(self, load: Floats) -> Floats:
-        """Take Hertz's line contact at the inner race, even along the roller."""
+        """Return the Hertz line-contact pressure (Pa) at the inner race, uniform along the roller."""
         return roller_pressure(load, self.roller_length, self.roller_diameter, self.pitch_diameter)
 
 

@@ -1,4 +1,4 @@
-"""Two rolling bearings at a distance: clearance lets the axis shift and tilt, and the load decides where to."""
+"""Two spaced rolling bearings: shift and tilt of the axis in the clearances, in the direction of the load."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class RollingPair(Sourced, ErrorSource):
 
     clearance         diametral working clearance of each bearing; ± is its scatter over bearings
     span              distance between the two; the axis can tilt by clearance/span
-    axial_play        full axial play; on a turning joint only, for along a slide the drive holds
-    radial_stiffness  of each bearing; left out: rigid once the clearance is closed
-    axial_stiffness   of the pair, on a turning joint only; left out: rigid
-    closing_force     a load below it on one bearing cannot hold its clearance closed; left out: 2 % of the most that one bearing holds at rest, in
+    axial_play        full axial play; on a turning joint only, because along a slide the drive carries the load
+    radial_stiffness  of each bearing; default: rigid once the clearance is closed
+    axial_stiffness   of the pair, on a turning joint only; default: rigid
+    closing_force     under a load below it on one bearing its clearance stays open; default: 2 % of the largest load on one bearing at rest, in
                       any pose on any slope
 
-    Each bearing takes its share of force and moment and sits at half its clearance towards its own reaction. Valid for loads that bend
-    neither shaft nor housing.
+    Each bearing carries its share of force and moment, and is displaced by half its clearance towards its own reaction. Valid for a rigid
+    shaft and housing.
     """
 
     kind: Literal["rolling"] = "rolling"
@@ -81,13 +81,13 @@ class RollingPair(Sourced, ErrorSource):
             way = per_shift(axis, side, self.span)
             if self.clearance.nominal:
                 seat = Seat(way, closing, min(self.span, 1.0))
-                # Unloaded, the bearing rests somewhere on the circle that its clearance leaves it.
+                # Without load the shaft rests anywhere on the circle of the clearance.
                 ends = circle(f"{name} clearance", f"{name} position", way, axis)
                 out += play_terms(f"{name} clearance", self.clearance, seat, ends, f"{name} amount", clearance, cause="clearance")
             if self.radial_stiffness is not None:
                 form = Linear(way.T @ way / self.radial_stiffness)
                 out.append(Term(f"{name} radial give", "radial give", form, parameter=stiffness, exponent=-1))
-        # Along a sliding joint the drive holds, not the bearing; the joint refuses what would be lost here.
+        # Along a sliding joint the drive carries the load; the joint refuses axial values that this would ignore.
         return [*out, *self._axial(np.concatenate([np.zeros(3), axis]), closing)] if motion.turning else out
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
@@ -107,7 +107,7 @@ class RollingPair(Sourced, ErrorSource):
 
 
 def closing_friction(stated: float | None, span: float, holding: Callable[[], Holding]) -> Friction:
-    """Which load (N) on one of two bearings at a distance of `span` (m) closes its clearance? As stated, or else assumed."""
+    """Return the load (N), stated or else assumed, that closes the clearance of one of two bearings `span` (m) apart."""
     if stated is not None:
         return Friction(stated)
     most = holding()
@@ -115,5 +115,5 @@ def closing_friction(stated: float | None, span: float, holding: Callable[[], Ho
 
 
 def per_shift(axis: Floats, side: float, span: float) -> Floats:
-    """Which twist (3, 6) follows per radial shift of one bearing while the other stays? Half shift, and a tilt of 1/span."""
+    """Return the map (3, 6) from a wrench to the load on one bearing; transposed, from its radial shift to a twist (shift/2, tilt shift/span)."""
     return np.hstack([skew(axis).T * (side / span), (np.eye(3) - np.outer(axis, axis)) / 2])

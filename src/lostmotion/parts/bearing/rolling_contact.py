@@ -1,4 +1,4 @@
-"""Bearings by their drawing: rolling elements that only push, behind the clearance that mounting left, so a dead band and then a hardening spring."""
+"""Bearings from their drawing: rolling elements in one-sided contact, with a dead band of the mounted clearance and a hardening stiffness."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# By how much the clearance is changed to see what follows from it, m.
+# Step of the clearance for finite differences, m.
 _STEP: Final = 1e-6
 
 
 class DrawnBearing(MountedBearing, ErrorSource):
-    """What every bearing by its drawing has besides its mounting.
+    """Base class of bearings described by a drawing.
 
-    closing_force  a load below it on one bearing cannot hold its clearance closed; left out: 2 % of the most that one bearing holds at rest, in any
+    closing_force  under a load below it on one bearing its clearance stays open; default: 2 % of the largest load on one bearing at rest, in any
                    pose on any slope
     radial_runout, axial_runout  full indicator reading over a turn
 
-    Rings, shaft and housing are rigid, friction none. Loads on the elements and the shaft's displacement are those of
-    `laws.rolling.equilibrium`, for a pose read from `laws.rolling.table`.
+    Rings, shaft and housing are assumed rigid, without friction. Loads on the elements and the shaft's displacement are those of
+    `laws.rolling.equilibrium`, interpolated in `laws.rolling.table` for each pose.
     """
 
     closing_force: ForceAmount | None = None
@@ -52,45 +52,45 @@ class DrawnBearing(MountedBearing, ErrorSource):
 
     @property
     def stated_figures(self) -> list[PartFigure]:
-        """Return none: the sheet of a drawn bearing shows what follows from its drawing."""
+        """Return no stated figures: the sheet of a drawn bearing shows computed ones."""
         return []
 
     @property
     @abstractmethod
     def rows(self) -> Pair:
-        """Give its rows on the shaft, z along the joint's axis, and where their forces meet the axis."""
+        """Return the rows on the shaft, z along the joint's axis, and their pressure centres."""
 
     @property
     @abstractmethod
     def bearings(self) -> int:
-        """Give how many bearings there are: each has a clearance of its own."""
+        """Return the number of bearings, each with its own clearance."""
 
     @property
     def is_single(self) -> bool:
-        """Say whether one row stands by itself, so that it holds next to no moment."""
+        """Return whether this is a single row, which carries almost no moment."""
         return False
 
     @abstractmethod
     def pressure(self, load: Floats) -> Floats:
-        """How hard do elements under these loads (N) press on the inner race, Pa?"""
+        """Return the contact pressure (Pa) of elements under these loads (N) at the inner race."""
 
     @functools.cached_property
     def static_load(self) -> float:
-        """Give the load (N) that presses an element as hard as static ratings allow: 4 200 MPa for balls, 4 000 MPa for rollers (ISO 76)."""
+        """Return the load (N) of an element at the static pressure limit: 4 200 MPa for balls, 4 000 MPa for rollers (ISO 76)."""
         limit, power = (4200e6, 3) if self.elements == "ball" else (4000e6, 2)
         return float((limit / self.pressure(np.ones(1))[0]) ** power)
 
     @property
     def top(self) -> float:
-        """Give the load (N) at the top of the table: all elements of a third of the ring at their static limit."""
+        """Return the largest load (N) of the table: a third of the elements at their static limit."""
         return sum(self.static_load * seat.row.count / 3 for seat in self.rows.seats)
 
     def table(self, clearance: float) -> ShiftTable:
-        """Give the shifts under load at one clearance (m)."""
+        """Return the shifts under load at one clearance (m)."""
         return shift_table(self.rows, clearance, self.top)
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return where the load holds the shaft in the clearance, its free play, how the elements deflect, how bearings differ, and runout."""
+        """Return the shift of the shaft in the clearance under load, its free play, elastic deflection, scatter over bearings, and runout."""
         axis, out = motion.axis, []
         along, names = np.concatenate([np.zeros(3), axis]), [name for name, _ in SIDES]
         streams = [f"{name} amount" if self.bearings > 1 else "amount" for name in names]
@@ -135,11 +135,11 @@ class DrawnBearing(MountedBearing, ErrorSource):
         return out
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Return the closing force that is stated, or else assumed; where every bearing is preloaded there is no play to close."""
+        """Return the closing force that is stated, or else assumed; None where every bearing is preloaded."""
         some_have_play = self.working.nominal + self.working.tolerance > 0
         return closing_friction(self.closing_force, self.rows.span, holding) if some_have_play else None
 
 
 def is_drawn_bearing(bearing: object) -> TypeIs[DrawnBearing]:
-    """Return whether a bearing is given by its drawing and not by stated figures."""
+    """Return whether a bearing is described by its drawing and not by stated figures."""
     return isinstance(bearing, DrawnBearing)

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def runout_terms(axis: Floats, radial: float, axial: float) -> list[Term]:
-    """Return the errors that a high spot makes: across the axis it turns with this frame, along it it rises and falls with the joint's angle.
+    """Return the terms of runout: the radial part turns with this frame, the axial part is a harmonic of the joint's angle.
 
-    `radial`, `axial`: full indicator reading over a turn, m; with a phase that differs from robot to robot.
+    `radial`, `axial`: full indicator reading over a turn, m; with a random phase per robot.
     """
     out: list[Term] = []
     if radial:

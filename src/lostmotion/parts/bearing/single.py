@@ -1,4 +1,4 @@
-"""One ball or cylindrical roller bearing by itself. A joint needs two, or one of crossed rollers: a single row holds next to no moment."""
+"""One ball or cylindrical roller bearing by itself. A joint needs two, or one of crossed rollers: a single row carries almost no moment."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 if TYPE_CHECKING:
     from lostmotion.parts.term import Motion
 
-# Of the file: what a pair is called that has two of them.
+# Kinds of a file: the pair with two of each bearing.
 PAIRS: Final = {"ball bearing": "ball pair", "roller bearing": "roller pair"}
-# What only a pair has.
+# Fields of pairs only.
 OF_PAIRS: Final = ("span", "arrangement", "preload")
 
 
 def _one(pair: Pair, reach: float) -> Pair:
-    """Return the first row of a pair alone, in the middle, with its pitch diameter where a pair has its span."""
+    """Return the first row of a pair alone, in the middle, with the pitch diameter instead of the span."""
     row = pair.seats[0].row
     return Pair((type(pair.seats[0])(row),), reach, pair.axial)
 
 
 class _Single(DrawnBearing):
-    """What one bearing has in common with one of another kind; stands before the class of its pair."""
+    """Mixin of single bearings, before the class of their pair."""
 
     @property
     def bearings(self) -> int:
-        """Return that it is one."""
+        """Return the number of bearings, 1."""
         return 1
 
     @property
     def is_single(self) -> bool:
-        """Return that no second row stands beside it."""
+        """Return that this is a single row."""
         return True
 
     def terms(self, motion: Motion) -> NoReturn:
         """Raise ValueError."""
         del motion
-        raise ValueError("a single bearing is no part of an arm: a row holds next to no moment")
+        raise ValueError("a single bearing cannot be part of an arm: one row carries almost no moment")
 
 
 class SingleBallBearing(_Single, BallPair):
-    """One deep-groove or angular-contact ball bearing. An angular-contact one holds towards +z only, with the radial load that this leaves."""
+    """One deep-groove or angular-contact ball bearing. An angular-contact one carries axial load towards +z only."""
 
     @property
     def rows(self) -> Pair:
@@ -52,7 +52,7 @@ class SingleBallBearing(_Single, BallPair):
 
 
 class SingleRollerBearing(_Single, RollerPair):
-    """One cylindrical roller bearing; along the axis it holds nothing."""
+    """One cylindrical roller bearing; it carries no axial load."""
 
     @property
     def rows(self) -> Pair:

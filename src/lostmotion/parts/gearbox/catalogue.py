@@ -1,7 +1,7 @@
-"""A gearbox by the figures its maker prints and nothing more: whatever is inside, its ratio is stated.
+"""A gearbox by the figures of its data sheet, with a stated ratio.
 
-On a turning joint amounts are angles; on a sliding joint the same class stands for a screw or belt drive, amounts are lengths at the slide, and
-what turns is the screw or pulley, by a turn per `lead`.
+On a turning joint its quantities are angles. On a sliding joint the same class describes a screw or belt drive: quantities are lengths at the slide,
+and the screw or pulley makes a turn per `lead`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT]):
-    """A reducer or drive described by catalogue values, as `Gearbox` lists them; every value left out is taken as ideal.
+    """A reducer or drive described by catalogue values, as `Gearbox` lists them; an omitted value is assumed ideal.
 
     ratio  turns of the motor per turn of the output, or of the screw
     lead   travel per turn of the screw or pulley, on a sliding joint; there the transmission error counts the screw's turns
@@ -29,7 +29,7 @@ class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def states_ratio(self) -> bool:
-        """Return whether the ratio is stated: a row of a catalogue may leave it out."""
+        """Return whether the ratio is stated; a row of a catalogue may omit it."""
         return "ratio" in self.model_fields_set
 
     def _turns(self, motion: Motion) -> float | None:

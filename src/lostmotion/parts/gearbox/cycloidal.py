@@ -1,4 +1,4 @@
-"""A cycloidal gearbox by its drawing, and the error sources that follow from it."""
+"""A cycloidal gearbox from its drawing, and the error sources that follow from it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.parts.error_source import OF_RATED
 from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
 from lostmotion.parts.gearbox.cycloidal_model import Behaviour, behaviour, material_shares
-from lostmotion.parts.gearbox.cycloidal_sources import Play, Waves, WindUp
+from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 class CycloidalGearbox(CycloidalDrawing):
-    """A cycloidal gearbox: the stage at the output, and what stands before and behind it.
+    """A cycloidal gearbox: the output stage, with an optional first stage, input shaft and frame.
 
-    rated_torque     at the output; the wind-up is worked out up to 2.5 times of it, and goes on straight beyond
+    rated_torque     at the output; the wind-up is computed up to 2.5 times this torque, and extrapolated linearly beyond
     fixed            "ring" (the disc, or its carrier, is the output) or "carrier" (the ring is)
-    first_stage      planetary (RV) or cycloidal; left out: the input turns the eccentric
+    first_stage      planetary (RV) or cycloidal; default: the input turns the eccentric
     frame            torsional stiffness of housing and output shaft, at the output
     input_shaft      torsional stiffness at the input
-    friction_torque  at the output without load (seals, preload), counted in friction's loop. A load below it cannot hold the play closed; left out:
-                     1 % of the rated torque for that, and none in the loop
+    friction_torque  at the output without load (seals, preload), included in the hysteresis. Under a load below it the play stays open; default:
+                     1 % of the rated torque for the play, and none in the hysteresis
     mass, inertia    of the gearbox, and at its input, as for `Gearbox`
     """
 
@@ -43,13 +43,13 @@ class CycloidalGearbox(CycloidalDrawing):
 def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSource]:
     """Return the error sources of a gearbox of this drawing by name, without those that are zero.
 
-    Play and wind-up are drawn apart. In a gearbox they offset each other a little, for a flank that touches early is then the first to yield: so
-    together they scatter up to a third more here than they should.
+    Play and wind-up are drawn independently. In a real gearbox they partly cancel, because a flank that makes contact early also deflects first:
+    their joint scatter is overestimated by up to a third.
     """
     out: dict[str, ErrorSource] = {}
     play = float(found.play.mean())
     if play > 0:
-        # a normal law of the same mean and deviation, cut where the play would be none
+        # a normal distribution of the same mean and deviation, truncated at zero play
         limit = min(float(found.play.std()) * Normal().bound, play)
         out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest, OF_RATED if gearbox.friction_torque is None else "")
     disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
@@ -58,8 +58,8 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
         if angle.any():
             scatter = found.scatter if name == "lobe contacts" else None
             out[name] = WindUp(found.torque, angle, scatter, scatters.get(name, 0.0))
-    if found.waves:
-        out["transmission error"] = Waves(found.wave_torque, found.waves)
+    if found.harmonics:
+        out["transmission error"] = TransmissionError(found.harmonic_torque, found.harmonics)
     if found.friction.any():
         out["friction"] = found.loop
     return out

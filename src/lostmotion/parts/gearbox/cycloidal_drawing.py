@@ -27,11 +27,11 @@ from lostmotion.units import Quantity, Toleranced
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
 Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
-# Before the names of a cycloidal first stage's members.
+# Prefix of the names of a cycloidal first stage's members.
 FIRST_STAGE: Final = "first stage, "
-# What some members stand for, where their names do not say it.
+# What some members include beyond their names.
 _MEMBERS: Final = {"eccentric shaft": "eccentric shaft and its seats", "frame": "frame (housing and output shaft)"}
-# Of the plane in which involute flanks press on each other.
+# Pressure angle of the involute flanks.
 _PRESSURE_ANGLE = math.radians(20)
 
 
@@ -52,24 +52,24 @@ class PlanetaryFirstStage(Sourced):
 
     @property
     def step(self) -> float:
-        """Give by how much it reduces: turns of the sun per turn of a planet, its carrier held."""
+        """Return the reduction: turns of the sun per turn of a planet, with the carrier held."""
         return self.planet_teeth / self.sun_teeth
 
     @property
     def sun_radius(self) -> float:
-        """Give the sun's pitch radius (m)."""
+        """Return the sun's pitch radius (m)."""
         return self.sun_teeth * self.module / 2
 
     @property
-    def softness(self) -> float:
-        """Give the turn of the sun per torque on it (rad/(N m)), all planets sharing alike."""
+    def compliance(self) -> float:
+        """Return the rotation of the sun per torque on it (rad/(N m)), with the load shared equally by all planets."""
         if self.mesh_stiffness is None:
             return 0.0
         return 1 / (self.planets * self.mesh_stiffness * math.cos(_PRESSURE_ANGLE) ** 2 * self.sun_radius**2)
 
 
 class CycloidalFirstStage(CycloidalStage):
-    """A cycloidal first stage: its disc turns the crank of the next."""
+    """A cycloidal first stage: its disc drives the crank of the second stage."""
 
     kind: Literal["cycloidal"] = "cycloidal"
 
@@ -100,18 +100,18 @@ class CycloidalDrawing(CycloidalStage):
 
     @property
     def steps(self) -> float:
-        """Give the turns of the eccentric, against the ring or carrier that is held, per turn of the output; negative where they go opposite ways."""
+        """Return the turns of the eccentric, relative to the held ring or carrier, per turn of the output; negative for opposite directions."""
         return ratio_of(self.stage, self.fixed)
 
     @property
     def ratio(self) -> float:
-        """Give the turns of the input per turn of the output; negative where they go opposite ways."""
+        """Return the turns of the input per turn of the output; negative for opposite directions."""
         first = self.first_stage
         if first is None:
             return self.steps
         if isinstance(first, CycloidalFirstStage):
             return self.steps * ratio_of(first.stage)
-        # Outer gears turn opposite ways; with the ring held the planets are carried round once more.
+        # Outer gears turn in opposite directions; with the ring held the carrier adds one turn.
         held = -first.step * ratio_of(self.stage, "carrier")
         return held if self.fixed == "carrier" else 1 - held
 
@@ -123,7 +123,7 @@ class CycloidalDrawing(CycloidalStage):
 
     @property
     def rigid(self) -> tuple[str, ...]:
-        """Name the members of which the drawing says nothing: they are taken as rigid."""
+        """Return the members whose stiffness the drawing does not specify; they are assumed rigid."""
         out = [*self.rigid_in_stage]
         first = self.first_stage
         if isinstance(first, PlanetaryFirstStage) and first.mesh_stiffness is None:
@@ -140,7 +140,7 @@ class CycloidalDrawing(CycloidalStage):
 
     @property
     def assumed_rigid(self) -> str:
-        """Return the same as part of a sentence, each with what it stands for and the stage that it is of."""
+        """Return the members assumed rigid as text, each with what it includes and its stage."""
         return ", ".join(
             f"{_MEMBERS.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"
             for name in self.rigid
@@ -148,5 +148,5 @@ class CycloidalDrawing(CycloidalStage):
 
     @property
     def friction_at_rest(self) -> float:
-        """Give the load (N m) below which the way of arriving decides on the side of the play."""
+        """Return the load (N m) below which the direction of the last motion decides the side of the play."""
         return self.friction_torque if self.friction_torque is not None else RATED_SHARE * self.rated_torque

@@ -1,4 +1,4 @@
-"""Error sources of a cycloidal gearbox, each a table over the torque: wind-up of a member, play, transmission error, and friction's loop."""
+"""Error sources of a cycloidal gearbox, each a table over the torque: wind-up of a member, play, transmission error, and hysteresis."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Wave:
-    """One wave of the transmission error: `cycles` per turn of the output; `size` (level,) rad, root mean square over gearboxes and angles."""
+class ErrorHarmonic:
+    """One harmonic of the transmission error: `cycles` per turn of the output; `size` (level,) rad, root mean square over gearboxes and angles."""
 
     cycles: float
     size: Floats
@@ -32,7 +32,7 @@ class Wave:
 
 @dataclass(frozen=True, slots=True)
 class WindUp(ErrorSource):
-    """One member's wind-up (level,) at torques (level,), its standard deviation over gearboxes, and the ± share by which its material scatters."""
+    """One member's wind-up (level,) at torques (level,), its standard deviation over gearboxes, and the ± scatter of its material, as a share."""
 
     torque: Floats
     angle: Floats
@@ -51,14 +51,14 @@ class WindUp(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Play(ErrorSource):
-    """Free play of scattered size, which a load above `friction` (N m) closes; `reason` where that is assumed."""
+    """Free play with scatter, closed by a load above `friction` (N m); `reason` where that is assumed."""
 
     play: Toleranced
     friction: float
     reason: str = ""
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
-        """Return what the drawing states, or else what is assumed."""
+        """Return the stated friction, or else the assumed one."""
         return Friction(self.friction, self.reason)
 
     def terms(self, motion: Motion) -> list[Term]:
@@ -67,47 +67,47 @@ class Play(ErrorSource):
 
 
 @dataclass(frozen=True, slots=True)
-class Waves(ErrorSource):
-    """Transmission error as waves, whose size (level,) follows the load and whose size and phase differ from gearbox to gearbox."""
+class TransmissionError(ErrorSource):
+    """Transmission error as harmonics whose size (level,) depends on the load, with amplitude and phase that scatter over gearboxes."""
 
     torque: Floats
-    waves: tuple[Wave, ...]
+    harmonics: tuple[ErrorHarmonic, ...]
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return two terms per harmonic, with draws of their own: amplitude and phase both differ."""
         sized, law, out = Parameter(TRANSMISSION_ERROR), Normal(), []
-        for wave in self.waves:
-            envelope = Curve(self.torque, wave.size)
+        for harmonic in self.harmonics:
+            envelope = Curve(self.torque, harmonic.size)
             for phase in PHASES:
-                name = f"{wave.cycles:g} per turn {phase}"
-                form = Harmonic(motion.twist, wave.cycles, phase, envelope=envelope)
+                name = f"{harmonic.cycles:g} per turn {phase}"
+                form = Harmonic(motion.twist, harmonic.cycles, phase, envelope=envelope)
                 out.append(Term(name, TRANSMISSION_ERROR, form, robot=Draw(name, law), parameter=sized))
         return out
 
 
 @dataclass(frozen=True, slots=True)
 class Loop(ErrorSource):
-    """The loop that friction (level,), N m, leaves on a spring that winds up by `angle` (level,), rad, at torques (level,)."""
+    """Hysteresis of a spring with `angle` (level,), rad, at torques (level,), under friction (level,), N m."""
 
     torque: Floats
     angle: Floats
     friction: Floats
 
     def branches(self, load: Floats) -> tuple[Floats, Floats]:
-        """Return the angles (rad) at which loads (any shape, N m) of either sign leave the output as they rise, and as they fall."""
-        rubs = along(np.abs(load), self.torque, self.friction)
-        return friction_loop(lambda torque: along_curve(torque, self.torque, self.angle), load, rubs)
+        """Return the angles (rad) of the output under rising and falling loads (any shape, N m) of either sign."""
+        rubs = interpolated(np.abs(load), self.torque, self.friction)
+        return friction_loop(lambda torque: interpolated_odd(torque, self.torque, self.angle), load, rubs)
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return half the width of the loop to either side."""
+        """Return half the width of the hysteresis loop, to either side."""
         return [loop_term(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"))]
 
     @property
     def half_width(self) -> Curve:
         """Return half the width (rad) of the loop over the size of the load, N m.
 
-        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the load, or the load with friction added or
-        taken away, stands at a level.
+        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the load, or the load plus or minus friction,
+        equals a level.
         """
         low, rubs = self.torque, self.friction
         steps = np.diff(low)
@@ -115,7 +115,7 @@ class Loop(ErrorSource):
         high = np.append(low[1:], np.inf)
         knots = [low]
         for sign in (1.0, -1.0):
-            # load + sign x friction = level, solved on each stretch of the friction's curve
+            # load + sign x friction = level, solved on each segment of the friction's curve
             growth = 1 + sign * slope
             start = low + sign * rubs
             for level in (*-low, *low):
@@ -128,13 +128,13 @@ class Loop(ErrorSource):
         return Curve.through(load, (falling - rising) / 2)
 
 
-def along(load: Floats | float, torque: Floats, values: Floats) -> Floats:
-    """Return the value at loads (any shape, zero or more): linear between the levels, and on along the last line beyond them."""
+def interpolated(load: Floats | float, torque: Floats, values: Floats) -> Floats:
+    """Return the value at loads (any shape, zero or more): linear between the levels, extrapolated linearly beyond the last."""
     load = np.asarray(load, dtype=float)
     slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
     return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
 
 
-def along_curve(load: Floats, torque: Floats, values: Floats) -> Floats:
-    """Return the value at loads (any shape) of either sign, on a curve that is odd in the load; as `along`."""
-    return np.sign(load) * along(np.abs(load), torque, values)
+def interpolated_odd(load: Floats, torque: Floats, values: Floats) -> Floats:
+    """Return the value at loads (any shape) of either sign, on a curve that is odd in the load; as `interpolated`."""
+    return np.sign(load) * interpolated(np.abs(load), torque, values)

@@ -1,4 +1,4 @@
-"""One cycloidal stage as a drawing describes it, with its tolerances; what can be wrong with it; and what the laws need of it."""
+"""One cycloidal stage from its drawing, with tolerances: validation, and the arguments of the laws."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
-# Of a shift of the tool, to either side.
+# A dimension of either sign.
 EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True)]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
 _LOBES = ("lobe arcs", "lobe envelope")
-# What discs and rings are made of where nothing is stated: no fact, and so it says.
+# Default material of discs and rings, marked as assumed.
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0, assumed=("young", "poisson", "density"), source="default, steel")
 
 
 class Relief(Sourced):
-    """What is ground off the disc beyond the profile that fits without play: see `laws.cycloid.Modification`.
+    """Profile modification of the disc, beyond the profile that fits without play: see `laws.cycloid.Modification`.
 
     roller   by how much the generating roller is larger than the pin
-    circle   by how much the generating pin circle is smaller than the real one; below zero: larger, which closes the gaps that `roller` opens
+    circle   by how much the generating pin circle is smaller than the real one; below zero: larger, which closes the gaps of `roller`
     """
 
     roller: ClearanceDim = Toleranced(0.0)
@@ -46,11 +46,11 @@ class Eccentric(Sourced):
     """The eccentric with its bearings, one per disc and crankshaft.
 
     clearance       diametral working clearance of each bearing
-    position        ± of each disc's bore for it, in both directions: against the flank and, with several crankshafts, against where these stand
-    rollers, roller_length   its rolling elements; or
-    bearing         its stiffness across the axis
+    position        ± position of each disc's bore, in both directions: relative to the flank and, with several crankshafts, relative to these
+    rollers, roller_length   its rolling elements, or:
+    bearing         its radial stiffness
     shaft           stiffness of the shaft with its seats, at one disc
-    cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer; left out: one eccentric in the middle
+    cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer; default: one central eccentric
     """
 
     clearance: ClearanceDim = Toleranced(0.0)
@@ -66,23 +66,23 @@ class Eccentric(Sourced):
     def _fits_together(self) -> Self:
         if (self.rollers is None) != (self.roller_length is None) or (self.rollers is not None and self.bearing is not None):
             expected = "rollers with roller_length, or the stiffness as bearing, or neither (rigid)"
-            raise refuse("the eccentric's bearing described by halves or twice", expected, 'rollers = 16, roller_length = "10 mm"')
+            raise refuse("an incomplete or doubly stated bearing of the eccentric", expected, 'rollers = 16, roller_length = "10 mm"')
         if (self.cranks > 1) != (self.circle_radius is not None):
             raise refuse(
                 f"{self.cranks} crank{'s' if self.cranks > 1 else ''} {'with' if self.circle_radius else 'without'} circle_radius",
-                "two or more cranks with the radius of the circle they stand on, or one in the middle without",
+                "two or more cranks with the radius of their circle, or one central crank without it",
                 'cranks = 3, circle_radius = "36 mm"',
             )
         return self
 
 
 class OutputPins(Sourced):
-    """The pins that take the torque from the discs' holes.
+    """The pins that transmit the torque from the holes of the discs.
 
-    clearance               of a pin in its hole, on the diameter, beyond what the eccentricity asks for
-    position                ± of each pin against its hole, in both directions
-    stiffness               of one pin at the discs, with its seat and its hole; or
-    diameter, free_length   of a round pin, held at one end: from its seat to the middle of the discs; seat and hole are then taken as rigid
+    clearance               of a pin in its hole, diametral, beyond the eccentricity
+    position                ± position of each pin relative to its hole, in both directions
+    stiffness               of one pin at the discs, with its seat and its hole, or:
+    diameter, free_length   of a round cantilever pin, from its seat to the middle of the discs; seat and hole are then assumed rigid
     """
 
     count: Annotated[int, Whole("", "8", low=3, high=100)]
@@ -97,12 +97,12 @@ class OutputPins(Sourced):
     def _fits_together(self) -> Self:
         if (self.diameter is None) != (self.free_length is None) or (self.diameter is not None and self.stiffness is not None):
             expected = "diameter with free_length, or stiffness, or neither (rigid)"
-            raise refuse("output pins described by halves or twice", expected, 'diameter = "12 mm", free_length = "14 mm"')
+            raise refuse("an incomplete or doubly stated stiffness of the output pins", expected, 'diameter = "12 mm", free_length = "14 mm"')
         return self
 
 
 class Friction(Sourced):
-    """Coulomb coefficients; what is left out does not rub.
+    """Coulomb coefficients; default: no friction.
 
     flank    between disc and pins or lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
     bearing  of the eccentric, at bearing_radius; about 0.002 with rolling elements
@@ -120,14 +120,14 @@ class CycloidalStage(Sourced):
 
     form           "ring pins" (pins or rollers in the ring), "lobe arcs" and "lobe envelope" (no rolling bodies: lobes of one piece with the
                    ring), or "planet pins" (pins on the planet, lobes in the ring)
-    pins           how many pins or lobes the ring has (N), or pins the planet
+    pins           number of pins or lobes of the ring (N), or of pins of the planet
     ring_radius    of the circle of pin centres (R); ± over gearboxes, as for pin_radius (Rr) and eccentricity (e)
-    pin_position   ± of each pin or lobe by itself, radially and tangentially; pin_size ± of its radius; flank_form ± of each disc's flank
-    width          of one disc; discs how many
-    disc_bore_radius   the disc's body gives around it; left out: a rigid disc
-    ring_outer_radius  the ring's body, with its lobes, gives inside it; left out: a rigid ring, on which lobes bend
-    pin_span       free length of a ring pin held at both ends; left out: pins in full-length seats, which do not bend
-                   (so the ring's body takes them in either case)
+    pin_position   ± position of each pin or lobe, radially and tangentially; pin_size ± of its radius; flank_form ± of each disc's flank
+    width          of one disc; discs: their number
+    disc_bore_radius   inner radius of the elastic disc body; default: a rigid disc
+    ring_outer_radius  outer radius of the elastic ring body with its lobes; default: a rigid ring, on which lobes bend
+    pin_span       free length of a ring pin held at both ends; default: pins in full-length seats, which do not bend
+                   (the model of the ring's body assumes such seats in either case)
     """
 
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
@@ -158,14 +158,14 @@ class CycloidalStage(Sourced):
         except ValueError as error:
             why = str(error).removeprefix("this cycloidal stage cannot exist: ")
             example = 'pins = 40, ring_radius = "77.5 mm", pin_radius = "4 mm", eccentricity = "1.5 mm"'
-            raise refuse(why, "a stage that can be built", example) from None
+            raise refuse(why, "a possible stage", example) from None
         root = stage.tip_radius - 2 * stage.eccentricity
         if self.disc_bore_radius is not None and self.disc_bore_radius >= root:
-            why = f"a bore of radius {self.disc_bore_radius * 1e3:g} mm in a disc whose valleys lie at {root * 1e3:.4g} mm"
-            raise refuse(why, "a bore inside the valleys", f'disc_bore_radius = "{root * 500:.3g} mm"')
+            why = f"a bore of radius {self.disc_bore_radius * 1e3:g} mm in a disc with a root radius of {root * 1e3:.4g} mm"
+            raise refuse(why, "a bore inside the root circle", f'disc_bore_radius = "{root * 500:.3g} mm"')
         if self.ring_outer_radius is not None and self.ring_outer_radius <= ring_reach(stage):
             outside = ring_reach(stage) * 1e3
-            reaching = "pins that reach" if self.form == "ring pins" else "lobes whose roots lie"
+            reaching = "pins that reach" if self.form == "ring pins" else "lobes with roots"
             why = f"a ring of outer radius {self.ring_outer_radius * 1e3:g} mm around {reaching} out to {outside:.4g} mm"
             raise refuse(why, "a ring around its pins or lobes", f'ring_outer_radius = "{1.2 * outside:.3g} mm"')
         made = self.relief.circle.nominal * (1 if stage.twin else -1)
@@ -176,7 +176,7 @@ class CycloidalStage(Sourced):
             expected = "output pins behind one eccentric, or crankshafts, which carry the output themselves"
             raise refuse("both output pins and several cranks", expected, 'eccentric = { cranks = 3, circle_radius = "36 mm" }')
         if self.contact_law != "johnson" and (self.disc_bore_radius is not None or self.ring_outer_radius is not None):
-            # what is left for the bodies follows from the depth to which Johnson's law counts them
+            # the compliance of the bodies is defined by the depth to which Johnson's law includes them
             raise refuse(
                 f'bodies of disc or ring beside contact_law = "{self.contact_law}"', "Johnson's law of contact with them", 'contact_law = "johnson"'
             )
@@ -186,14 +186,14 @@ class CycloidalStage(Sourced):
 
     @functools.cached_property
     def stage(self) -> Stage:
-        """Give the geometry."""
+        """Return the geometry."""
         return Stage(self.ring_radius.nominal, self.pin_radius.nominal, self.eccentricity.nominal, self.pins, self.form)
 
     @property
     def rigid_in_stage(self) -> tuple[str, ...]:
-        """Name the members of which the drawing says nothing: they are taken as rigid."""
+        """Return the members whose stiffness the drawing does not specify; they are assumed rigid."""
         eccentric, pins = self.eccentric, self.output_pins
-        said = {
+        specified = {
             "ring pins": self.pin_span is not None or self.form != "ring pins",
             "planet pins": self.form != "planet pins",
             "disc body": self.disc_bore_radius is not None,
@@ -201,13 +201,13 @@ class CycloidalStage(Sourced):
             "eccentric bearing": eccentric.bearing is not None or eccentric.rollers is not None,
             "eccentric shaft": eccentric.shaft is not None,
             "output pins": eccentric.cranks > 1 or (pins is not None and (pins.stiffness is not None or pins.diameter is not None)),
-            "holes of the output pins": pins is None or pins.diameter is None,  # a stated stiffness has them in it
+            "holes of the output pins": pins is None or pins.diameter is None,  # a stated stiffness includes them
         }
-        return tuple(name for name, stated in said.items() if not stated)
+        return tuple(name for name, stated in specified.items() if not stated)
 
     @functools.cached_property
     def drive(self) -> drive.Drive:
-        """Give what the laws of the loaded stage need."""
+        """Return the arguments of the laws of the loaded stage."""
         disc, ring = self.disc_material, self.ring_material
         flanks = Flanks(self.width, equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), self.contact_law, self._lobe_bending)
         made = Modification(self.relief.roller.nominal, self.relief.circle.nominal)
@@ -227,7 +227,7 @@ class CycloidalStage(Sourced):
 
     @property
     def scatter(self) -> Scatter:
-        """Give by how much the dimensions differ from gearbox to gearbox."""
+        """Return the tolerances of the dimensions over gearboxes."""
         none = Toleranced(0.0)
         return Scatter(
             ring_radius=self.ring_radius,
@@ -246,12 +246,12 @@ class CycloidalStage(Sourced):
 
     @property
     def _lobe_bending(self) -> float:
-        """Give by how much a pin or lobe bends under its force (m/N); zero for pins in full-length seats."""
+        """Return the bending compliance of a pin or lobe (m/N); zero for pins in full-length seats."""
         material = self.ring_material
         if self.pin_span is not None:
             return round_bar_compliance(self.pin_span, 2 * self.pin_radius.nominal, material.young, material.poisson)
-        if self.form in _LOBES and self.ring_outer_radius is None:  # the ring's body counts its lobes in
-            # From the root, where the disc's tips reach, to the crest, on half of which the forces work; as thick as the arc is wide there.
+        if self.form in _LOBES and self.ring_outer_radius is None:  # the ring's body includes its lobes
+            # From the root, reached by the disc's tips, to the crest; the forces act at half this height; thickness: that of the arc at its root.
             height, rr = 2 * self.eccentricity.nominal, self.pin_radius.nominal
             root = 2 * rr if height >= rr else 2 * math.sqrt(rr**2 - (rr - height) ** 2)
             return lobe_compliance(height / 2, root, self.width, material.young, material.poisson)
@@ -271,7 +271,7 @@ class CycloidalStage(Sourced):
 
 
 def _pin_stiffness(pins: OutputPins) -> float:
-    """Give the stiffness (N/m) of an output pin at the discs: stated, or of a round cantilever of steel in bending and shear."""
+    """Return the stiffness (N/m) of an output pin at the discs: stated, or of a round cantilever of steel in bending and shear."""
     if pins.stiffness is not None:
         return pins.stiffness
     if pins.diameter is None or pins.free_length is None:

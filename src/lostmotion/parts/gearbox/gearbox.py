@@ -1,4 +1,4 @@
-"""The figures that makers print of any gearbox, and the errors they stand for: what every kind takes, whatever is inside it."""
+"""Data-sheet figures common to all kinds of gearbox, and their error terms."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ class Whole(Quantity):
 
     @property
     def expected(self) -> str:
-        """Say in words what this field takes."""
+        """Return the description of the values that this field takes."""
         return f"a whole number from {self.low:g} to {self.high:g}"
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> int:  # noqa: ANN401 - whatever a file holds
-        """Turn what was given into a count; raises pydantic's error with `expected` and `example` in its context."""
+        """Convert an input value to a count; raises pydantic's error with `expected` and `example` in its context."""
         number = super().__call__(value, info)
         if not isinstance(number, float) or not number.is_integer():
             raise self.refusal("not a whole number")
@@ -77,31 +77,31 @@ MOST_PLANETS: Final = 64
 Planets = Annotated[int, Whole("", "3", low=1, high=MOST_PLANETS)]
 
 
-# Fields for which a maker may print an upper limit, each with the key of the parameter that its terms follow.
+# Fields for which a maker may state an upper limit, each with the parameter of its terms.
 LIMITED: Final = {"backlash": "play", "lost_motion": "play", "hysteresis": "hysteresis", "transmission_error": TRANSMISSION_ERROR}
 
 
 class Harmonic(Sourced, Generic[AmountT]):
-    """One wave of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn of the output, or of the screw."""
+    """One harmonic of the transmission error: `amplitude` (half of peak to peak) with `cycles` per turn of the output, or of the screw."""
 
     amplitude: AmountT
     cycles: Annotated[float, Quantity("", "2", above=0)]
 
 
 class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
-    """What makers print of any reducer; every value left out is taken as ideal (no play, rigid, exact).
+    """Data-sheet figures of any reducer; an omitted value is assumed ideal (no play, rigid, exact).
 
-    backlash          total free play at the output; ± is its scatter over gearboxes built
-    lost_motion       instead of backlash: what the maker reads between + and - `lost_motion_torque` (share of rated torque)
+    backlash          total free play at the output; ± is its scatter over gearboxes
+    lost_motion       instead of backlash: the maker's reading between + and - `lost_motion_torque` (share of rated torque)
     stiffness         one value, or one per zone with `zone_torques` between them (K1/K2/K3)
-    stiffness_scatter ± share of the wind-up over gearboxes built
-    hysteresis        full width of the loop that friction leaves at zero load; its side follows the way of arriving, loaded or not
-    transmission_error full peak-to-peak error over a turn (one wave per turn), or a list of waves
-    friction_torque   a load below it cannot hold the play closed; left out: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
+    stiffness_scatter ± scatter of the wind-up over gearboxes, as a share
+    hysteresis        full width of the friction loop at zero load; its side follows the last motion, with or without load
+    transmission_error full peak-to-peak error over a turn (one harmonic per turn), or a list of harmonics
+    friction_torque   under a load below it the play stays open; default: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
                       most that the joint holds at rest, in any pose on any slope
-    mass              of the gearbox; it weighs at the joint where no mass of the joint is stated, for a joint's mass includes its gearbox
-    inertia           moment of inertia seen at the input; kept as data, no result uses it
-    upper_limits      keys for which the maker prints an upper limit and no value: figures that rest on them are "at most"
+    mass              of the gearbox; used where the joint states no mass, which would include its gearbox
+    inertia           moment of inertia at the input; data only, no result uses it
+    upper_limits      keys for which the maker states an upper limit instead of a value: figures based on them are "at most"
 
     A kind adds its `kind` and its `ratio`, turns of the input per turn of the output.
     """
@@ -130,7 +130,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the limits and defaults that count."""
+        """Return the values that are not stated as facts: key to reason, with the limits and defaults in use."""
         out = {**super().assumptions, **dict.fromkeys(self.upper_limits, UPPER_LIMIT)}
         if self.lost_motion is not None and "lost_motion_torque" not in self.model_fields_set:
             out["lost_motion_torque"] = "default, 3 % of the rated torque"
@@ -138,7 +138,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def zones(self) -> list[float]:
-        """Give the stiffness of each zone; empty for a rigid gearbox."""
+        """Return the stiffness of each zone; empty for a rigid gearbox."""
         if self.stiffness is None:
             return []
         return list(self.stiffness) if isinstance(self.stiffness, list) else [self.stiffness]
@@ -166,7 +166,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
             context = {"why": "both backlash and lost_motion", "expected": "one of the two", "example": 'backlash = "0.5 arcmin"'}
             raise PydanticCustomError("lost_motion", "{why}", context)
         if self.rated_torque is None or not self.zones:
-            context = {"why": "lost_motion alone", "expected": "rated_torque and stiffness with it", "example": example}
+            context = {"why": "lost_motion without rated_torque and stiffness", "expected": "rated_torque and stiffness with it", "example": example}
             raise PydanticCustomError("lost_motion", "{why}", context)
         if self._stated_play.nominal < 0:
             context = {
@@ -178,7 +178,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def play(self) -> Toleranced:
-        """Give the free play, as stated or as it follows from the lost motion."""
+        """Return the free play, as stated or computed from the lost motion."""
         return self._stated_play
 
     @property
@@ -192,11 +192,11 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     @property
     def friction(self) -> float:
-        """Return the load below which the way of arriving decides on the side of the play, of the gearbox by itself: 0 where it is not known."""
+        """Return the load below which the last motion decides the side of the play, of the gearbox by itself; 0 where it is not known."""
         return self._friction_in(Holding).load
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Return what is stated, or else what is assumed."""
+        """Return the stated friction, or else the assumed one; None without play."""
         return self._friction_in(holding) if self.play.nominal else None
 
     def _friction_in(self, holding: Callable[[], Holding]) -> Friction:
@@ -207,7 +207,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         return Friction(HELD_SHARE * holding().load, OF_HELD)
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return wind-up under load, play on the side where the load leaves it, hysteresis, transmission error."""
+        """Return wind-up under load, play on the side set by load or last motion, hysteresis, transmission error."""
         out: list[Term] = []
         if self.zones:
             zones = len(self.stiffness) if isinstance(self.stiffness, list) else 1
@@ -217,7 +217,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         out += backlash_terms(motion, self.play, self._friction_in(motion.holding).load)
         if self.hysteresis is not None:
             out.append(loop_term(Constant(motion.twist), self.hysteresis / 2, parameter("hysteresis", self.hysteresis, motion.unit)))
-        own, stated = [(*wave, wave[0]) for wave in self._own_waves()], [(*wave, TRANSMISSION_ERROR) for wave in self._stated_waves()]
+        own = [(*each, each[0]) for each in self._own_harmonics()]
+        stated = [(*each, TRANSMISSION_ERROR) for each in self._stated_harmonics()]
         for name, size, cycles, cause in (*own, *stated):
             value = self.transmission_error if cause == TRANSMISSION_ERROR else None
             if size:
@@ -225,76 +226,75 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         return out
 
     @property
-    def waves(self) -> list[tuple[str, float, float]]:
+    def harmonics(self) -> list[tuple[str, float, float]]:
         """Return the harmonics of the transmission error: name, amplitude at the output (rad or m), cycles per turn of output or screw."""
-        return [wave for wave in (*self._own_waves(), *self._stated_waves()) if wave[1]]
+        return [harmonic for harmonic in (*self._own_harmonics(), *self._stated_harmonics()) if harmonic[1]]
 
-    def _stated_waves(self) -> list[tuple[str, float, float]]:
+    def _stated_harmonics(self) -> list[tuple[str, float, float]]:
         stated = self.transmission_error
         if isinstance(stated, list):
-            return [(f"{TRANSMISSION_ERROR} {index}", wave.amplitude, wave.cycles) for index, wave in enumerate(stated, 1)]
+            return [(f"{TRANSMISSION_ERROR} {index}", harmonic.amplitude, harmonic.cycles) for index, harmonic in enumerate(stated, 1)]
         return [] if stated is None else [(f"{TRANSMISSION_ERROR} 1", stated / 2, 1.0)]
 
     @property
     def states_ratio(self) -> bool:
-        """Return whether the ratio is known: from the teeth, or as stated."""
+        """Return whether the ratio is known, from the teeth or as stated."""
         return True
 
     @property
     def assumed_rigid(self) -> str:
-        """Return the members that are not specified and taken as rigid: none, for the stated stiffness is that of all."""
+        """Return the members without a specified stiffness, assumed rigid: none, because the stated stiffness includes all."""
         return ""
 
     @property
     def own_figures(self) -> list[PartFigure]:
-        """Return the figures that this kind alone has, for its sheet."""
+        """Return the figures specific to this kind, for its sheet."""
         return []
 
-    def _own_waves(self) -> list[tuple[str, float, float]]:
-        """Return the harmonics that this kind knows by name: name, amplitude at the output (rad), cycles per turn of the output."""
+    def _own_harmonics(self) -> list[tuple[str, float, float]]:
+        """Return the harmonics specific to this kind: name, amplitude at the output (rad), cycles per turn of the output."""
         return []
 
-    def _turns(self, motion: Motion) -> float | None:  # noqa: ARG002 - most kinds only turn
-        """Return the turning (rad) per unit of the joint's value that the transmission error goes by; None where the joint itself turns."""
+    def _turns(self, motion: Motion) -> float | None:  # noqa: ARG002 - for kinds on sliding joints
+        """Return the rotation (rad) of the drive per unit of the joint's value, on a sliding joint; None where the joint itself turns."""
         return None
 
 
 @runtime_checkable
-class Loose(Protocol):
+class HasPlay(Protocol):
     """A source with a free play."""
 
     @property
     def play(self) -> Toleranced:
-        """Return the whole free play, rad or m."""
+        """Return the full free play, rad or m."""
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Return the load below which it stays open; None without play."""
+        """Return the load below which the play stays open; None without play."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlayInLoop(ErrorSource):
-    """What an encoder on the output leaves of a gearbox: the play, where the load is below friction; `dead_band` ± rad or m, None: all of the play.
+    """Play of a gearbox under an output encoder, open where the load is below friction; `dead_band` ± rad or m, None: all of the play.
 
-    Above friction the flanks are closed and the controller turns the motor until the output is in place. Below it the output is coupled to nothing
-    but friction: it rests wherever the controller left it within its dead band, or hunts between the flanks, so that at the moment of
-    reading every place within the play, or the dead band where that is the smaller, is alike: a uniform law, where an encoder on the motor leaves it
-    at one flank or the other. Half its width is min(play / 2, dead_band) times the share that the load leaves free, as `laws.clearance` has it.
+    Above friction the flanks are closed and the controller corrects the output. Below it only friction holds the output: it rests within the dead
+    band, or hunts between the flanks. Its position is then uniformly distributed over the play, or over the dead band where that is smaller; with an
+    encoder on the motor it lies at one flank or the other. The half-width is min(play / 2, dead_band) times the free share of `laws.clearance`.
     """
 
-    loose: Loose
+    gearbox: HasPlay
     dead_band: float | None
 
     @property
     def play(self) -> Toleranced:
-        """Return the whole free play."""
-        return self.loose.play
+        """Return the full free play."""
+        return self.gearbox.play
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Return that of the gearbox."""
-        return self.loose.play_friction(holding)
+        """Return the friction of the gearbox."""
+        return self.gearbox.play_friction(holding)
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return the rest anywhere within what is left open: another place at every visit, whatever the last motion."""
+        """Return the position within the open play, drawn at every visit and independent of the last motion."""
         friction, play = self.play_friction(motion.holding), self.play
         if friction is None or not play.nominal:
             return []
@@ -308,10 +308,10 @@ class PlayInLoop(ErrorSource):
         return free_terms(name, Seat(motion.twist[None], friction.load), ends, half / law.bound, spread / law.bound, amount, sized)
 
 
-# What of a kind that only turns is built on.
+# Base class of the kinds for turning joints only.
 TurningFigures = Gearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
 
 
 def refuse(why: str, expected: str, example: str) -> PydanticCustomError:
-    """Build the error of a gearbox that cannot be: what was found, what belongs there, an example that passes."""
+    """Return the validation error of an impossible gearbox: what was found, what is expected, a valid example."""
     return PydanticCustomError("gearbox", "{why}", {"why": why, "expected": expected, "example": example})

@@ -24,7 +24,7 @@ from lostmotion.parts.gearbox.gearbox import Gearbox, TurningFigures
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
-# What a gearbox is that does not say its kind.
+# The kind of a gearbox that states none.
 DEFAULT_KIND: Final = "catalogue"
 
 
@@ -32,7 +32,7 @@ def _of_default_kind(stated: Any) -> Any:  # noqa: ANN401 - whatever a file hold
     return {"kind": DEFAULT_KIND, **stated} if isinstance(stated, dict) else stated
 
 
-# By the figures that makers print, on a turning joint.
+# Kinds described by data-sheet figures, on a turning joint.
 if TYPE_CHECKING:
     _StatedTurning: TypeAlias = TurningFigures
 else:
@@ -40,12 +40,12 @@ else:
     _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount], *_KINDS)]
 TurningGearbox = Annotated[_StatedTurning | CycloidalGearbox, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
 SlidingDrive: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]
-# By the figures that makers print, on a turning or a sliding joint; and of any kind.
+# Described by data-sheet figures, on a turning or a sliding joint; and of any kind.
 StatedGearbox: TypeAlias = _StatedTurning | SlidingDrive
 AnyGearbox: TypeAlias = StatedGearbox | CycloidalGearbox
 
 
-# Checkers of types have no name for a class of Pydantic with its fields' types filled in.
+# Type checkers cannot express isinstance with a parametrised Pydantic class.
 _SLIDES: Final[type[Any]] = SlidingDrive
 
 
@@ -60,5 +60,5 @@ def is_drawn(gearbox: object) -> TypeIs[CycloidalGearbox]:
 
 
 def is_sliding(gearbox: object) -> bool:
-    """Return whether a gearbox is the drive of a sliding joint, whose amounts are lengths and forces."""
+    """Return whether a gearbox is the drive of a sliding joint, whose quantities are lengths and forces."""
     return isinstance(gearbox, _SLIDES)

@@ -13,14 +13,14 @@ from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigur
 
 
 class PlanetaryGearbox(TurningFigures):
-    """One planetary stage with its ring held; the figures that makers print, as `Gearbox` lists them, and the teeth they come from.
+    """One planetary stage with its ring held; data-sheet figures as in `Gearbox`, and numbers of teeth.
 
-    sun_teeth, ring_teeth, planet_teeth   planet_teeth left out: what fits between the other two
-    planets       how many, equally spaced
-    sun_error, planet_error, ring_error, mesh_error  amplitude at the output of the wave that each makes: once per turn of the sun or of a
-                  planet against the carrier, once per turn of the output (ring), once per tooth (mesh)
+    sun_teeth, ring_teeth, planet_teeth   planet_teeth default: from the other two
+    planets       their number, equally spaced
+    sun_error, planet_error, ring_error, mesh_error  amplitude at the output of the harmonic of each: once per turn of the sun or of a
+                  planet relative to the carrier, once per turn of the output (ring), once per tooth (mesh)
 
-    Teeth without profile shift: the ring has as many as the sun and two planets.
+    Teeth without profile shift: ring = sun + 2 x planet.
     """
 
     kind: Literal["planetary"] = "planetary"
@@ -35,7 +35,7 @@ class PlanetaryGearbox(TurningFigures):
 
     @property
     def ratio(self) -> float:
-        """Give the turns of the sun per turn of the carrier."""
+        """Return the turns of the sun per turn of the carrier."""
         return planetary_ratio(self.sun_teeth, self.ring_teeth)
 
     @model_validator(mode="after")
@@ -47,14 +47,14 @@ class PlanetaryGearbox(TurningFigures):
             planets = _nearest_planets(self.planets, sun, planet)
             raise refuse(
                 f"sun {sun}, ring {ring}" + (f", planet {self.planet_teeth} teeth" if self.planet_teeth else " teeth, which leaves no whole planet"),
-                "ring = sun + 2 x planet: the planet reaches from one to the other",
+                "ring = sun + 2 x planet",
                 f"sun_teeth = {sun}, planet_teeth = {planet}, ring_teeth = {sun + 2 * planet}"
                 + (f", planets = {planets}" if planets != self.planets else ""),
             )
         if (sun + ring) % self.planets:
             raise refuse(
                 f"{self.planets} planets with sun + ring = {sun + ring} teeth",
-                "a number of planets that divides sun + ring: else equally spaced planets cannot be put in",
+                "a number of planets that divides sun + ring: otherwise equally spaced planets cannot be assembled",
                 f"planets = {_nearest_planets(self.planets, sun, fitting)}",
             )
         if not _have_room(self.planets, sun, fitting):
@@ -62,7 +62,7 @@ class PlanetaryGearbox(TurningFigures):
             raise refuse(found, "planets that do not touch each other", f"planets = {_nearest_planets(self.planets, sun, fitting)}")
         return self
 
-    def _own_waves(self) -> list[tuple[str, float, float]]:
+    def _own_harmonics(self) -> list[tuple[str, float, float]]:
         sun, ring = self.sun_teeth, self.ring_teeth
         return [
             ("sun", self.sun_error, ring / sun),
@@ -73,11 +73,11 @@ class PlanetaryGearbox(TurningFigures):
 
 
 def _have_room(planets: int, sun: int, planet: int) -> bool:
-    """Tell whether the pitch circles of neighbouring planets keep clear of each other."""
+    """Return whether the pitch circles of neighbouring planets do not overlap."""
     return planets == 1 or (sun + planet) * math.sin(math.pi / planets) > planet
 
 
 def _nearest_planets(wanted: int, sun: int, planet: int) -> int:
-    """Which number of equally spaced planets, nearest to the wanted one, can be put in?"""
+    """Return the possible number of equally spaced planets that is nearest to the wanted one."""
     fit = [count for count in range(1, MOST_PLANETS + 1) if not 2 * (sun + planet) % count and _have_room(count, sun, planet)]
     return min(fit, key=lambda count: (abs(count - wanted), count))

@@ -15,13 +15,13 @@ _LOBES: Final = 2
 
 
 class StrainWaveGearbox(TurningFigures):
-    """A strain wave gear; the figures that makers print, as `Gearbox` lists them, and its teeth.
+    """A strain wave gear; data-sheet figures as in `Gearbox`, and numbers of teeth.
 
     flexspline_teeth, circular_spline_teeth   the circular spline has two more, or another even number
-    held          "circular spline": the flexspline is the output and turns against the input; "flexspline": the other way about
-    wave_generator_error  amplitude at the output of the wave that the generator makes, twice per turn of the input
+    held          "circular spline": the flexspline is the output and turns opposite to the input; "flexspline": the reverse
+    wave_generator_error  amplitude at the output of the harmonic of the generator, twice per turn of the input
 
-    Its teeth are preloaded, so that it has no play unless backlash or lost motion is stated; it is soft at small torque, which stiffness zones say.
+    Its teeth are preloaded: it has no play unless backlash or lost motion is stated. Stiffness zones describe its lower stiffness at small torque.
     """
 
     kind: Literal["strain wave"] = "strain wave"
@@ -32,7 +32,7 @@ class StrainWaveGearbox(TurningFigures):
 
     @property
     def ratio(self) -> float:
-        """Give the turns of the wave generator per turn of the output, negative with the circular spline held."""
+        """Return the turns of the wave generator per turn of the output, negative with the circular spline held."""
         return strain_wave_ratio(self.flexspline_teeth, self.circular_spline_teeth, flexspline_held=self.held == "flexspline")
 
     @model_validator(mode="after")
@@ -48,5 +48,5 @@ class StrainWaveGearbox(TurningFigures):
             )
         return self
 
-    def _own_waves(self) -> list[tuple[str, float, float]]:
+    def _own_harmonics(self) -> list[tuple[str, float, float]]:
         return [("wave generator", self.wave_generator_error, _LOBES * abs(self.ratio))]

@@ -19,7 +19,7 @@ _DUPLEX_EXAMPLE: Final = 'duplex = { left_lead = "6.2 mm", right_lead = "6.4 mm"
 
 
 class Duplex(Sourced):
-    """A worm whose flanks have two leads, so that its thread grows thicker along it: shifting it along its axis by `shift` takes play away."""
+    """A worm whose flanks have two leads, so that its thread thickens along the axis: an axial shift by `shift` reduces the play."""
 
     left_lead: LengthPlus
     right_lead: LengthPlus
@@ -27,12 +27,12 @@ class Duplex(Sourced):
 
 
 class WormGearbox(TurningFigures):
-    """A worm gear; the figures that makers print, as `Gearbox` lists them, and its teeth.
+    """A worm gear; data-sheet figures as in `Gearbox`, and numbers of teeth.
 
     starts, wheel_teeth   threads of the worm, teeth of the wheel
-    lead_angle, friction_coefficient  with both, `locking_reserve` says whether the wheel can drive the worm; pressure_angle is the normal one
-    duplex        a worm of two leads, and how far it was shifted since backlash (or lost motion) was as stated
-    worm_error, wheel_error, mesh_error  amplitude at the output of the wave that each makes: once per turn of the worm, of the wheel, once per
+    lead_angle, friction_coefficient  with both, `locking_reserve` shows whether the wheel can drive the worm; pressure_angle is the normal one
+    duplex        a worm of two leads, and its shift since the stated backlash (or lost motion) was measured
+    worm_error, wheel_error, mesh_error  amplitude at the output of the harmonic of each: once per turn of the worm, of the wheel, once per
                   tooth of the wheel
     """
 
@@ -49,14 +49,14 @@ class WormGearbox(TurningFigures):
 
     @property
     def ratio(self) -> float:
-        """Give the turns of the worm per turn of the wheel."""
+        """Return the turns of the worm per turn of the wheel."""
         return self.wheel_teeth / self.starts
 
     @property
     def locking_reserve(self) -> float | None:
-        """Give the friction angle less the lead angle (rad): above zero the wheel cannot drive the worm at rest; None where one is not stated.
+        """Return the friction angle less the lead angle (rad): above zero the wheel cannot drive the worm at rest; None where one is not stated.
 
-        Vibration lowers friction, so that a small reserve is none.
+        Vibration lowers friction, so that a small reserve is not safe.
         """
         if self.lead_angle is None or self.friction_coefficient is None:
             return None
@@ -64,7 +64,7 @@ class WormGearbox(TurningFigures):
 
     @property
     def play(self) -> Toleranced:
-        """Give the free play as stated, or as it follows from the lost motion, less what shifting a duplex worm takes away."""
+        """Return the free play, as stated or computed from the lost motion, less the reduction by a duplex worm."""
         stated = self._stated_play
         return Toleranced(max(stated.nominal - self._take_up(), 0.0), stated.tolerance, stated.law)
 
@@ -79,13 +79,13 @@ class WormGearbox(TurningFigures):
         if self.duplex is None:
             return self
         if self.duplex.left_lead == self.duplex.right_lead:
-            raise refuse("a duplex worm of two equal leads", "leads that differ: shifting it takes nothing away otherwise", _DUPLEX_EXAMPLE)
+            raise refuse("a duplex worm of two equal leads", "different leads: otherwise a shift does not reduce the play", _DUPLEX_EXAMPLE)
         least = self._stated_play.nominal - self._stated_play.tolerance
         if self._take_up() > least * (1 + 1e-9):
             shift = self.duplex.shift * least / self._take_up()
             raise refuse(
-                f"a shift of {self.duplex.shift / _MILLIMETRE:.4g} mm, which takes more play away than the least there is",
-                "a shift that leaves the worm free to turn",
+                f"a shift of {self.duplex.shift / _MILLIMETRE:.4g} mm, which reduces the play by more than its lower limit",
+                "a smaller shift, which leaves some play",
                 f'shift = "{math.floor(shift / _MILLIMETRE * 1e4) / 1e4:g} mm"',
             )
         return self
@@ -96,7 +96,7 @@ class WormGearbox(TurningFigures):
         note = "friction angle less lead angle: above zero the wheel cannot drive the worm at rest"
         return [] if self.locking_reserve is None else [PartFigure("locking reserve", self.locking_reserve, "rad", note)]
 
-    def _own_waves(self) -> list[tuple[str, float, float]]:
+    def _own_harmonics(self) -> list[tuple[str, float, float]]:
         return [
             ("worm", self.worm_error, self.ratio),
             ("wheel", self.wheel_error, 1.0),

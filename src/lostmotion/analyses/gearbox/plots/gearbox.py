@@ -31,9 +31,9 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
             drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, units, near), f"{words} Only near zero."))
     if is_drawn(study.gearbox):
         return [*drawing_plots(study), *drawn]
-    if study.gearbox.waves:
+    if study.gearbox.harmonics:
         words = "Amplitude of each harmonic of the transmission error over its cycles."
-        drawn.append(Plot("harmonics", "transmission", stated_harmonics(study.gearbox.waves, units), words))
+        drawn.append(Plot("harmonics", "transmission", stated_harmonics(study.gearbox.harmonics, units), words))
     return drawn
 
 

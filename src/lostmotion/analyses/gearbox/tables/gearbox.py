@@ -369,7 +369,7 @@ class _Shown:
 
 
 def _waves(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
-    rows = tuple(Row(name, (units.of_angle(size, _STATED), _pure(cycles))) for name, size, cycles in gearbox.waves)
+    rows = tuple(Row(name, (units.of_angle(size, _STATED), _pure(cycles))) for name, size, cycles in gearbox.harmonics)
     if not rows:
         return ()
     note = "amplitude is half of peak to peak; each gearbox has its own phase"
