@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion import Poses, sample_poses, screws
-from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.error_model.error_bins import BINS, bin_edges
 from lostmotion.error_model.intervals import quantile
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo, single_visit_kernel
@@ -125,6 +125,16 @@ def test_an_arm_of_one_robot_and_no_error_errs_by_nothing():
     found = run(perfect, Poses(np.array([[0.0, 0.3]]), "given"), 1, 1, 1)
     assert found.per_pose[0, [kernel.MEAN, kernel.LARGEST]].tolist() == [0.0, 0.0]
     assert found.group_hist[0, 0] == 1
+
+
+@pytest.mark.parametrize("visits", [1, 3])
+@pytest.mark.parametrize(("factor", "at"), [(1e-12, 0), (1e12, BINS - 1)])
+def test_errors_beyond_the_bins_count_in_the_first_and_the_last(arm, visits, factor, at):
+    """Errors of a few femtometres lie in the first bin, errors of millions of kilometres in the last: none is lost, and none counted elsewhere."""
+    poses = sample_poses(arm, 4)
+    sample = sample_block(Plan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0)
+    counts = sample.whole_hist().sum(axis=0)
+    assert counts[at] == counts.sum() == len(poses) * ROBOTS * visits
 
 
 _BITS = """
