@@ -60,6 +60,23 @@ def framed(title: str, *traces: Any, height: int) -> go.Figure:  # noqa: ANN401 
     return styled(go.Figure(list(traces)), title, height=height)
 
 
+def projected(title: str, across: int, up: int, marked: Floats, words: str, number: int, *traces: Any) -> go.Figure:  # noqa: ANN401
+    """Draw tool points projected along one axis, both axes to one scale, with one pose ringed: `marked` (3,) mm, its name and its number."""
+    import plotly.graph_objects as go
+
+    ring = {"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}}
+    hover = f"{words}, number {number}<extra></extra>"
+    names = "XYZ"[across], "XYZ"[up]
+    at = {"x": marked[[across]], "y": marked[[up]]}
+    figure = framed(
+        f"{title} on {names[0]}O{names[1]}", *traces, go.Scatter(**at, mode="markers", marker=ring, name=words, hovertemplate=hover), height=520
+    )
+    figure.update_xaxes(title_text=f"{names[0].lower()} [mm]")
+    figure.update_yaxes(title_text=f"{names[1].lower()} [mm]", scaleanchor="x", scaleratio=1)
+    figure.update_layout(legend=LEGEND, margin_t=80)
+    return figure
+
+
 def styled(figure: go.Figure, title: str, *, height: int) -> go.Figure:
     """Dress a figure for print: white, one font, a light grid, nothing else."""
     figure.update_layout(

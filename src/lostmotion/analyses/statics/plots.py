@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.load_causes import CAUSES
-from lostmotion.reporting.plot import BLUE, INK, LEGEND, OF_CAUSE, ORANGE, RED, Plot, framed, label, named, styled
+from lostmotion.reporting.plot import BLUE, INK, LEGEND, OF_CAUSE, ORANGE, Plot, framed, label, named, projected, styled
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -90,26 +90,16 @@ def compliance_map(survey: Survey, across: int, up: int) -> go.Figure:
         "colorscale": [list(stop) for stop in _SCALE],
         "colorbar": {"title": title, "thickness": 12, "outlinewidth": 0, "ticks": "outside", "len": 0.85, "nticks": 7},
     }
-    worst = _mm(survey.tool_positions[[survey.softest_pose]])
-    ring = {"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}}
     hover = f"{names[0].lower()} %{{x:.0f}} mm, {names[1].lower()} %{{y:.0f}} mm<br>%{{marker.color:.4~g}} µm/N<extra></extra>"
-    figure = framed(
-        f"Compliance on {names[0]}O{names[1]}",
+    return projected(
+        "Compliance",
+        across,
+        up,
+        _mm(survey.tool_positions[survey.softest_pose]),
+        "most compliant pose",
+        survey.softest_pose,
         go.Scatter(x=at[:, across], y=at[:, up], mode="markers", marker=marker, name="sampled", hovertemplate=hover),
-        go.Scatter(
-            x=worst[:, across],
-            y=worst[:, up],
-            mode="markers",
-            marker=ring,
-            name="most compliant pose",
-            hovertemplate=f"most compliant pose, number {survey.softest_pose}<extra></extra>",
-        ),
-        height=520,
     )
-    figure.update_xaxes(title_text=f"{names[0].lower()} [mm]")
-    figure.update_yaxes(title_text=f"{names[1].lower()} [mm]", scaleanchor="x", scaleratio=1)
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
 
 
 def ellipsoid_plot(survey: Survey) -> go.Figure:

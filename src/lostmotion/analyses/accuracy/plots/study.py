@@ -17,7 +17,7 @@ from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import binned, linear_bins
-from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, histogram, label, mark, named, styled
+from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, Plot, framed, histogram, label, mark, named, projected, styled
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
@@ -211,30 +211,21 @@ def _projection(answer: Answer, across: int, up: int) -> go.Figure:
     visited = _mm(answer.tool[chosen])
     error, marker = _coloured(answer, chosen)
     worst = int(answer.sampled.per_pose[:, kernel.MEAN].argmax())
-    ring = {"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}}
     names = "XYZ"[across], "XYZ"[up]
     marker["size"] = 4.5
     text = (
         f"{names[0].lower()} %{{x:.0f}} mm, {names[1].lower()} %{{y:.0f}} mm<br>mean error %{{customdata:.4~g}} {_error_unit(answer)}<extra></extra>"
     )
-    figure = framed(
-        f"Workspace on {names[0]}O{names[1]}",
+    return projected(
+        "Workspace",
+        across,
+        up,
+        _mm(answer.tool[worst]),
+        "worst pose",
+        worst,
         go.Scatter(x=cloud[:, across], y=cloud[:, up], mode="markers", marker={"size": 3, "color": _CLOUD}, name="reachable", hoverinfo="skip"),
         go.Scatter(x=visited[:, across], y=visited[:, up], mode="markers", marker=marker, name="visited", customdata=error, hovertemplate=text),
-        go.Scatter(
-            x=_mm(answer.tool[[worst], across]),
-            y=_mm(answer.tool[[worst], up]),
-            mode="markers",
-            marker=ring,
-            name="worst pose",
-            hovertemplate=f"worst pose, number {worst}<extra></extra>",
-        ),
-        height=520,
     )
-    figure.update_xaxes(title_text=f"{names[0].lower()} [mm]")
-    figure.update_yaxes(title_text=f"{names[1].lower()} [mm]", scaleanchor="x", scaleratio=1)
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
 
 
 def _coloured(answer: Answer, chosen: np.ndarray) -> tuple[Floats, dict[str, Any]]:
