@@ -6,22 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.errors import InputError, Problem
-from lostmotion.mechanism.tool import Payload, Tool
-from lostmotion.parts.base import Base
-from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.error_source import Part
-from lostmotion.parts.gearbox.kinds import is_drawn
-from lostmotion.parts.joint import FixedJoint, Mounting, PrismaticJoint, RevoluteJoint
-from lostmotion.parts.link import Link
-from lostmotion.parts.lumped import Lumped
-from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced, value_keys
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.parts.base import Base
     from lostmotion.parts.joint import Joint
+    from lostmotion.parts.link import Link
 
 State = Literal["stated", "assumed", "ideal"]
 NOT_DESCRIBED: Final = "no error source is described, so no accuracy can be predicted"
@@ -52,8 +46,6 @@ _OF_LUMPED: Final = ("angle", "offset")
 _OF_MOUNT: Final = ("angular_stiffness", "linear_stiffness", "compliance", "tracks")
 # Of bearings given by their figures: what only says how large they are.
 _SIZES_OF_BEARING: Final = frozenset({"span", "pitch_diameter", "closing_force"})
-# Parts that each belong to one joint, or to the arm; others may stand once in a file and be used by several joints.
-_NEVER_SHARED: Final = (RevoluteJoint, PrismaticJoint, FixedJoint, Link, Mounting, Lumped, Base, Tool, Payload)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +125,8 @@ def states(arm: Arm) -> States:
     on_way = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.way]
     found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in on_way]
     return States(
-        joints=tuple(each for joint, each in found if not isinstance(joint, FixedJoint)),
-        fixed=tuple(each for joint, each in found if isinstance(joint, FixedJoint) and not each.ideal),
+        joints=tuple(each for joint, each in found if joint.type != "fixed"),
+        fixed=tuple(each for joint, each in found if joint.type == "fixed" and not each.ideal),
         base=_of_base(arm.base),
         assumed=tuple(_assumed_in(arm)),
     )
@@ -159,7 +151,7 @@ def refuse_undescribed(arm: Arm) -> None:
 
 def _of_joint(joint: Joint) -> dict[str, State]:
     found: dict[str, State] = {}
-    if not isinstance(joint, FixedJoint):
+    if joint.type != "fixed":
         found |= _of_gearbox(joint.gearbox, whole="gearbox" in joint.assumed)
         found["bearing"] = _of_bearing(joint.bearing, whole="bearing" in joint.assumed)
         found["encoder"] = _state(joint.encoder, _OF_ENCODER, ("ratio",), whole="encoder" in joint.assumed)
@@ -170,10 +162,10 @@ def _of_joint(joint: Joint) -> dict[str, State]:
 
 
 def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
-    if is_drawn(gearbox):  # all that it does follows from the whole drawing, its springs from the materials besides
-        drawn: State = "assumed" if whole or _any_assumed(gearbox, besides=Material) else "stated"
+    if gearbox is not None and gearbox.by_drawing:
+        drawn: State = "assumed" if whole or _any_assumed(gearbox, elastic=False) else "stated"
         springs: State = "assumed" if whole or _any_assumed(gearbox) else "stated"
-        rubs = gearbox.friction is not None or gearbox.friction_torque is not None
+        rubs = _state(gearbox, ("friction", "friction_torque")) != "ideal"
         return {"backlash": drawn, "stiffness": springs, "hysteresis": drawn if rubs else "ideal", "transmission error": drawn}
     out = {kind: _state(gearbox, main, besides, whole=whole) for kind, (main, besides) in _OF_GEARBOX.items()}
     errors = [name for name in _all(gearbox) if name == "transmission_error" or name.endswith("_error")]
@@ -181,7 +173,7 @@ def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
 
 
 def _of_bearing(bearing: Sourced | None, *, whole: bool) -> State:
-    if is_drawn_bearing(bearing):
+    if bearing is not None and bearing.by_drawing:
         return "assumed" if whole or _any_assumed(bearing) else "stated"
     names = _all(bearing)
     return _state(bearing, [name for name in names if name not in _SIZES_OF_BEARING], names, whole=whole)
@@ -224,9 +216,9 @@ def _doubted(part: Sourced) -> set[str]:
     return {key for key, reason in part.assumptions.items() if not reason.startswith(DEFAULT)}
 
 
-def _any_assumed(value: object, besides: tuple[type[Part], ...] | type[Part] = ()) -> bool:
-    """Return whether any value in a part is assumed, those of some parts in it not counted."""
-    return any(not each.reason.startswith(DEFAULT) and not isinstance(holder, besides) for each, holder in _walk(value, "", ""))
+def _any_assumed(value: object, *, elastic: bool = True) -> bool:
+    """Return whether any value in a part is assumed, with or without those of its materials, which enter its stiffness alone."""
+    return any(not each.reason.startswith(DEFAULT) and (elastic or not holder.elastic_only) for each, holder in _walk(value, "", ""))
 
 
 def _assumed_in(arm: Arm) -> Iterator[AssumedValue]:
@@ -236,7 +228,7 @@ def _assumed_in(arm: Arm) -> Iterator[AssumedValue]:
     places += [(f"joints.{joint.name}", joint) for joint in arm.joints]
     for owner, part in places:
         for value, holder in _walk(part, owner, ""):
-            key = (value.owner if isinstance(holder, _NEVER_SHARED) else repr(holder), value.key)
+            key = (repr(holder) if holder.shareable else value.owner, value.key)
             if key not in met:
                 met.add(key)
                 yield value

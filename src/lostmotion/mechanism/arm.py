@@ -18,7 +18,7 @@ from lostmotion.mechanism.remarks import remarks_on
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
 from lostmotion.parts.error_source import Line, Part
-from lostmotion.parts.joint import FixedJoint, Joint, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Holding, Motion
 from lostmotion.units import Quantity
 
@@ -78,7 +78,7 @@ class Arm(Part):
     @functools.cached_property
     def moving(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
         """Return the joints that q has values of."""
-        return tuple(joint for joint in self.joints if not isinstance(joint, FixedJoint))
+        return tuple(joint for joint in self.joints if joint.type != "fixed")
 
     @functools.cached_property
     def tree(self) -> Tree:
@@ -180,7 +180,7 @@ class Arm(Part):
 
     def __repr__(self) -> str:
         """Return the arm in one line."""
-        kinds = "".join("F" if isinstance(j, FixedJoint) else "P" if isinstance(j, PrismaticJoint) else "R" for j in self.joints)
+        kinds = "".join(joint.type[0].upper() for joint in self.joints)
         weighs = self.mass
         return f"<Arm '{self.name}': {kinds}, {weighs:.3g} kg, payload {self.payload.mass:g} kg>"
 

@@ -11,7 +11,6 @@ import numpy as np
 from lostmotion.mechanism.load_causes import single_cause_arms
 from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts
 from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
-from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -46,7 +45,7 @@ def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
     out = []
     for k, joint in enumerate(arm.moving):
         at, tilted_at = int(np.abs(nominal[:, k]).argmax()), int(tilted[:, k].argmax())
-        unit = "N m" if isinstance(joint, RevoluteJoint) else "N"
+        unit = "N m" if joint.type == "revolute" else "N"
         out.append(HoldingTorque(joint.name, unit, float(nominal[at, k]), at, float(tilted[tilted_at, k]), tilted_at))
     return nominal, out
 
@@ -119,7 +118,7 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
         out.append(
             JointLoad(
                 joint.name,
-                "N m" if isinstance(joint, RevoluteJoint) else "N",
+                "N m" if joint.type == "revolute" else "N",
                 _drive_load(causes, q, k, int(np.abs(nominal[:, k]).argmax()), arm.gravity_in_base),
                 None if within is None or tilt is None else _worst_within(arm, causes, q, k, int(within[:, k].argmax()), tilt),
                 _worst_within(arm, causes, q, k, int(any_tilt[:, k].argmax()), math.pi),

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from lostmotion.parts.joint import FixedJoint
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -123,7 +121,7 @@ def is_moved(joints: Sequence[Joint], tool: Tool) -> bool:
     after = tool.after or f"{joints[-1].name}.tip"
     while after != "base":
         k = number[after]
-        if not isinstance(joints[k], FixedJoint) and after != f"{joints[k].name}.seat":
+        if joints[k].type != "fixed" and after != f"{joints[k].name}.seat":
             return True
         after = joints[k].after or (f"{joints[k - 1].name}.tip" if k else "base")
     return False
@@ -147,7 +145,7 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
     for joint in joints:
         on = end if joint.after is None else number[joint.after]
         seat = add(Place(f"{joint.name}.seat", on, joint.origin.pose if on else foot @ joint.origin.pose))
-        if isinstance(joint, FixedJoint):
+        if joint.type == "fixed":
             moved = add(Place(joint.name, seat))
         else:
             moved = add(Place(joint.name, seat, joint=column, twist=joint.twist))

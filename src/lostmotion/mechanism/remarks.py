@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.parts.error_source import OF_HELD
-from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lostmotion.parts.error_source import Friction
-    from lostmotion.parts.joint import PrismaticJoint
+    from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 
     Moving = Sequence[RevoluteJoint | PrismaticJoint]
 
@@ -47,7 +46,7 @@ def _unrated(moving: Moving) -> tuple[str, ...]:
 
 def _assumed_frictions(moving: Moving, assumed: Mapping[tuple[str, str], Friction]) -> tuple[str, ...]:
     grouped: dict[tuple[str, str, str], dict[str, str]] = {}
-    turning = [joint.name for joint in moving if isinstance(joint, RevoluteJoint)]
+    turning = [joint.name for joint in moving if joint.type == "revolute"]
     for (joint, part), friction in assumed.items():
         unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
         grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"

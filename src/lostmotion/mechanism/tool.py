@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lostmotion.parts.error_source import Force, Mass, Torque
 from lostmotion.parts.frame import Frame, Vector
 from lostmotion.parts.joint import PlaceName
@@ -11,6 +13,7 @@ from lostmotion.parts.provenance import Sourced
 class Payload(Sourced):
     """A mass with its centre in the tool frame, and a process force and moment in the tool's axes."""
 
+    shareable: ClassVar[bool] = False
     mass: Mass = 0.0
     centre_of_mass: Vector = (0.0, 0.0, 0.0)
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
@@ -24,6 +27,7 @@ class Tool(Sourced):
     after  name of that place; by default the tip of the last joint
     """
 
+    shareable: ClassVar[bool] = False
     frame: Frame = Frame()
     mass: Mass = 0.0
     centre_of_mass: Vector = (0.0, 0.0, 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -79,6 +79,7 @@ class Base(Sourced, ErrorSource):
     the tilt times the arm's deflection under its whole weight, small beside the tilt times the reach (tests/parts/test_base.py).
     """
 
+    shareable: ClassVar[bool] = False
     xyz: Vector = (0.0, 0.0, 0.0)
     rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     roll: AngleDim = Toleranced(0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Final, NamedTuple, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, NamedTuple, Protocol, Self, runtime_checkable
 
 from pydantic import AfterValidator, BaseModel, ConfigDict
 from pydantic_core import PydanticCustomError
@@ -54,6 +54,12 @@ class Part(BaseModel):
     """Base class of descriptions: immutable, and unknown fields are refused."""
 
     model_config = ConfigDict(defer_build=True, frozen=True, extra="forbid")
+    # Whether several joints of a file may use the same one.
+    shareable: ClassVar[bool] = True
+    # Whether all its errors follow from its whole drawing, and not each from a key of its own.
+    by_drawing: ClassVar[bool] = False
+    # Whether its values enter the stiffness alone.
+    elastic_only: ClassVar[bool] = False
 
     def __copy__(self) -> Self:
         """Return a copy of the fields alone: cached results may not be valid for a changed copy."""

@@ -18,6 +18,8 @@ from lostmotion.units import Quantity, Toleranced, UnitError, read_quantity
 if TYPE_CHECKING:
     from pydantic import ValidationInfo
 
+    from lostmotion.parts.profile import Section
+
 _TO: Final = re.compile(r"\s*(?:\.\.\.?|…)\s*")
 _LONGEST: Final = 80
 
@@ -174,9 +176,14 @@ _FOLLOW: Final = ("width",)
 _ROOM: Final = 2.02
 
 
-def family_around(section: Sized, smallest: float = _SMALLEST, largest: float = _LARGEST) -> Family:
-    """Return the family of a section: `smallest` to `largest` times its leading size, width in proportion, walls constant."""
-    kind = _KINDS[section.kind]
+def family_around(section: Section | None, smallest: float = _SMALLEST, largest: float = _LARGEST) -> Family | None:
+    """Return the family of a section: `smallest` to `largest` times its leading size, width in proportion, walls constant.
+
+    None without a section, and for a section of fixed sizes.
+    """
+    kind = None if section is None else _KINDS.get(section.kind)
+    if kind is None:
+        return None
     leading, *others = value_keys(kind)
     size = float(getattr(section, leading))
     follow = {name: float(getattr(section, name)) / size for name in others if name in _FOLLOW}

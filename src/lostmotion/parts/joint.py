@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Final, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
@@ -86,6 +86,7 @@ PlaceName = Annotated[
 class Mounting(Sourced, ErrorSource):
     """Tolerances of the joint's axis in the previous link: ± tilt about, and ± offset along, the two directions across it."""
 
+    shareable: ClassVar[bool] = False
     tilt: AngleAmount = 0.0
     offset: LengthAmount = 0.0
 
@@ -112,6 +113,7 @@ class _Joint(Sourced):
     mass   of the joint unit, its gearbox included; fixed to the seat, at centre_of_mass. Default: the gearbox's own mass, where stated
     """
 
+    shareable: ClassVar[bool] = False
     name: Name
     after: PlaceName | None = None
     origin: Frame = Frame()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -45,6 +45,7 @@ class Link(Sourced):
     up                  direction across the link that the section's height follows; default: across the joint's axis
     """
 
+    shareable: ClassVar[bool] = False
     length: LengthDim = Toleranced(0.0)
     direction: Direction = "x"
     length_tolerance: LengthAmount = 0.0

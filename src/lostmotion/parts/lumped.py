@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -31,6 +31,7 @@ class Lumped(Sourced, ErrorSource):
     varies    "visit": drawn at every visit; "robot": once per robot
     """
 
+    shareable: ClassVar[bool] = False
     angle: AngleAmount = 0.0
     law: Chance = "normal"
     offset: LengthAmount = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Self
+from typing import Annotated, ClassVar, Final, Self
 
 from pydantic import model_validator
 
@@ -21,6 +21,7 @@ class Material(Sourced):
     scatter        ± variation of both moduli between parts, as a share
     """
 
+    elastic_only: ClassVar[bool] = True
     young: Annotated[float, Quantity("Pa", "70 GPa", above=0)]
     poisson: Annotated[float, Quantity("", "0.33", low=0, high=0.95)]
     density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0)]

@@ -17,11 +17,10 @@ from lostmotion.io.limits import listed
 from lostmotion.io.toml import key_step
 from lostmotion.mechanism.holding_torques import holding_torques
 from lostmotion.parts.gearbox.kinds import TurningGearbox
-from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.analyses.sizing.option_tables import OptionTables
-    from lostmotion.parts.joint import Joint
+    from lostmotion.parts.joint import Joint, RevoluteJoint
 
 CATALOGUE: Final = "catalogue"
 # Catalogue rows rated below this share of the present holding torque are excluded: lighter links do not save as much.
@@ -32,7 +31,7 @@ _TORQUE_POSES: Final = 256
 def gearbox_slot(options: OptionTables, joint: Joint, stated: Any) -> Slot | None:  # noqa: ANN401 - whatever a file holds
     """Return the gearboxes offered for a joint; None where there is a mistake."""
     key = option_key("gearboxes", joint.name)
-    if not isinstance(joint, RevoluteJoint):
+    if joint.type != "revolute":
         options.refuse(key, f"the joint '{joint.name}', which is not revolute", "a revolute joint", GEARBOX_EXAMPLE)
         return None
     whole = stated == CATALOGUE

@@ -28,7 +28,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import TYPE_CHECKING, Annotated, Any, Final, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -48,7 +48,7 @@ from lostmotion.io.validation_errors import problems
 from lostmotion.parts.error_source import Part
 from lostmotion.parts.family import Family, family_around
 from lostmotion.parts.material import Material
-from lostmotion.parts.section import Plain, Sized, refuse_section
+from lostmotion.parts.section import Plain, refuse_section
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -67,7 +67,6 @@ _LINK_EXAMPLE: Final = '[sizing.links.A] with family = { kind = "tube", outer = 
 _MOST_LINKS: Final = 100
 # Range of sizes around a link's own section, in a selection for a target.
 _NEAR_ITS_OWN: Final = (0.5, 2.0)
-_SIZED: Final = get_args(get_args(Sized)[0])
 Stock = Annotated[tuple[Plain, ...], Field(min_length=1, max_length=500)]
 
 
@@ -310,7 +309,7 @@ def _link_options(plan: Plan, named: dict[str, LinkChoice], arm: Arm, file: str,
         material = (own.material if own is not None else None) or plan.material
         section = joint.link.section
         choice = options.family or options.stock
-        if choice is None and isinstance(section, _SIZED):
+        if choice is None:
             choice = family_around(section) if plan.target is None else family_around(section, *_NEAR_ITS_OWN)
         missing = _missing(joint, has_choice=choice is not None, has_material=material is not None)
         if missing and own is not None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
 from lostmotion.mechanism.serial import frames
-from lostmotion.parts.joint import RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import WorkspaceMap
@@ -47,7 +46,7 @@ def vertical_axis(arm: Arm) -> tuple[float, float] | None:
     """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°; else None."""
     first = arm.tree.drives[0]
     joint = arm.moving[first]
-    if not isinstance(joint, RevoluteJoint) or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):
+    if joint.type != "revolute" or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):
         return None
     here = frames(arm, arm.limits.mean(axis=1)[None])[arm.tree.moved[first], 0]
     direction = here[:3, :3] @ joint.twist[:3]

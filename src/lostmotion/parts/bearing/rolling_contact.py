@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
@@ -41,6 +41,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
     `laws.rolling.equilibrium`, interpolated in `laws.rolling.table` for each pose.
     """
 
+    by_drawing: ClassVar[bool] = True
     closing_force: ForceAmount | None = None
     radial_runout: LengthAmount = 0.0
     axial_runout: LengthAmount = 0.0

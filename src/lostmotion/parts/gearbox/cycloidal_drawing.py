@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -77,6 +77,7 @@ class CycloidalFirstStage(CycloidalStage):
 class CycloidalDrawing(CycloidalStage):
     """What the drawing of a cycloidal gearbox states; `CycloidalGearbox` lists its fields."""
 
+    by_drawing: ClassVar[bool] = True
     kind: Literal["cycloidal"] = "cycloidal"
     model: Annotated[Line, Field(max_length=80)] = ""
     rated_torque: Torque

@@ -1,0 +1,96 @@
+"""Rules that the source keeps, read from its syntax trees: who may ask what kind of part it has, and who reads text by patterns."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import lostmotion
+
+SRC = Path(lostmotion.__file__).parent
+FILES = {str(path.relative_to(SRC)): path for path in sorted(SRC.rglob("*.py"))}
+# Where parts are made, read from files, and listed.
+OF_PARTS = ("parts/", "io/", "catalogue/")
+# These do not tell kinds of parts apart: any description, any with sources, any that errs.
+BASES = {"Part", "Sourced", "ErrorSource"}
+# A gearbox or a bearing studied by itself has more to show where it is given by its drawing.
+ONE_PART = ("analyses/gearbox/", "analyses/bearing/")
+DRAWN = {"is_drawn", "is_drawn_bearing", "is_sliding", "is_gearbox"}
+# What users write, by patterns: no names of terms or causes.
+PATTERNS = {
+    "analyses/iso9283/measured_columns.py": "headings and numbers of measured files",
+    "analyses/iso9283/measured_paths.py": "pairs of pose names",
+    "analyses/quantities.py": "quantities with units",
+    "analyses/signature.py": "sections of a docstring",
+    "analyses/sizing/selection_options.py": "an objective, '2 * mass + price'",
+    "propagation/montecarlo/stopping.py": "a precision, '1 %'",
+}
+
+
+def kinds_asked(text: str) -> list[str]:
+    """Return each question for a kind of part: a class of `lostmotion.parts` in isinstance or issubclass, or a function that does the same."""
+    tree = ast.parse(text)
+    parts = {
+        name.asname or name.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lostmotion.parts")
+        for name in node.names
+    } - BASES
+    for node in tree.body:  # constants made of such classes
+        value = getattr(node, "value", None)
+        if isinstance(node, ast.Assign | ast.AnnAssign) and value is not None and _names(value) & parts:
+            parts |= {name for target in (node.targets if isinstance(node, ast.Assign) else [node.target]) for name in _names(target)}
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            asked = _names(node.args[1]) & parts if node.func.id in {"isinstance", "issubclass"} else {node.func.id} & parts & DRAWN
+            found += [f"line {node.lineno}: {name}" for name in sorted(asked)]
+    return found
+
+
+def _names(node: ast.AST) -> set[str]:
+    return {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}
+
+
+def test_nothing_asks_which_kind_of_part_it_has():
+    """Outside parts and the reading of files, parts are known by their fields and terms; a joint's `type` is such a field."""
+    asked = {name: kinds_asked(path.read_text("utf-8")) for name, path in FILES.items() if not name.startswith(OF_PARTS)}
+    asked = {name: [each for each in found if not (name.startswith(ONE_PART) and each.split()[-1] in DRAWN)] for name, found in asked.items()}
+    assert {name: found for name, found in asked.items() if found} == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("from lostmotion.parts.link import Link\nisinstance(part, Link)", 1),
+        ("from lostmotion.parts.joint import RevoluteJoint as R\nisinstance(part, R | int)", 1),
+        (
+            "from lostmotion.parts.link import Link\nfrom lostmotion.parts.lumped import Lumped\nKINDS = Link, Lumped\nisinstance(part, KINDS)",
+            1,
+        ),
+        ("from lostmotion.parts.gearbox.kinds import is_drawn\nis_drawn(part)", 1),
+        ("from lostmotion.parts.error_source import ErrorSource\nisinstance(part, ErrorSource)", 0),
+        ("from lostmotion.mechanism.arm import Arm\nisinstance(part, Arm)", 0),
+    ],
+)
+def test_a_question_for_a_kind_would_be_found(text, count):
+    """By its own name, another name, a constant, or a function that asks it."""
+    assert len(kinds_asked(text)) == count
+
+
+def test_no_name_of_a_term_or_cause_is_read_by_a_pattern():
+    """Terms carry cause, parameter and effect as fields; regular expressions read only what users write."""
+    using = {
+        name
+        for name, path in FILES.items()
+        if name.startswith(("error_model/", "propagation/", "analyses/")) and "re" in _imported(ast.parse(path.read_text("utf-8")))
+    }
+    assert using == set(PATTERNS)
+
+
+def _imported(tree: ast.AST) -> set[str]:
+    return {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names} | {
+        node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+    }
