@@ -5,7 +5,7 @@ import pytest
 
 import lostmotion
 from lostmotion.error_model.intervals import two_way
-from lostmotion.propagation.montecarlo.stopping import STAGES, Tolerance, Watched, settle
+from lostmotion.propagation.montecarlo.stopping import STAGES, Stage, Tolerance, Watched, _capped, settle
 from tests.conftest import arm_of
 
 SETS = 8
@@ -72,6 +72,15 @@ def test_a_modest_stage_comes_before_a_large_one():
     # What is far off gets there all the same: the stages after it take what they take.
     _, far = settle(made_up(1, 0.3, 0.5, 0.2), watch, 64, 20, Tolerance.of("0.5 %"), most_poses=65_536, most_robots=50_000)
     assert far.reached
+
+
+def test_a_growth_of_up_to_sixty_four_is_taken_at_once_and_a_larger_one_by_eight():
+    """Variances from few sets of poses are hardly known: a stage takes 64 times the samples at most, and eight times where more seem to be needed."""
+    stage = Stage(64, 20, {})
+    assert _capped(stage, 64 * 8, 20 * 8) == (64 * 8, 20 * 8)
+    poses, robots = _capped(stage, 64 * 16, 20 * 16)
+    assert poses * robots == pytest.approx(8 * 64 * 20, rel=0.05)
+    assert _capped(Stage(64, 30, {}), 64, 30 * 1000) == (64, 30 * 1000)  # poses as they are, and robots enough
 
 
 def test_what_was_not_reached_is_said_with_its_reason():
