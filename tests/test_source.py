@@ -1,4 +1,4 @@
-"""Rules that the source keeps, read from its syntax trees: who may ask what kind of part it has, and who reads text by patterns."""
+"""Rules that the source keeps, read from its syntax trees: who may ask what kind of part it has, who reads text by patterns, how long a file is."""
 
 from __future__ import annotations
 
@@ -94,3 +94,9 @@ def _imported(tree: ast.AST) -> set[str]:
     return {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names} | {
         node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
     }
+
+
+def test_a_file_is_short_enough_to_read():
+    """No file of the source has more than 350 lines; tables are data files, which do not count."""
+    lengths = {name: len(path.read_text("utf-8").splitlines()) for name, path in FILES.items()}
+    assert {name: length for name, length in lengths.items() if length > 350} == {}

@@ -14,7 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.distributions import Table, product_mean
 from lostmotion.parts.error_source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
-from lostmotion.units import _SPOKEN, Quantity, Toleranced, UnitError, read_quantity, spoken, table_rows
+from lostmotion.unit_registry import _SPOKEN, UnitError, spoken
+from lostmotion.units import Quantity, Toleranced, read_quantity, table_rows
 
 ARCMIN = math.pi / 180 / 60
 

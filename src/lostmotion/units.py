@@ -6,7 +6,6 @@ the edges only; everything inside the package is a float in SI (m, rad, kg, N, s
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 import re
@@ -14,40 +13,11 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
+from lostmotion.unit_registry import UnitError, factor, spoken
+
 if TYPE_CHECKING:
-    import pint
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
     from pydantic_core import CoreSchema
-
-# pint's own table calls the radian dimensionless and takes 0.3 s to load; this one does neither.
-_DEFINITIONS: Final = """
-nano- = 1e-9 = n-
-micro- = 1e-6 = µ- = μ- = u-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-kilo- = 1e3 = k-
-mega- = 1e6 = M-
-giga- = 1e9 = G-
-meter = [length] = m = metre
-gram = [mass] = g
-second = [time] = s
-minute = 60 * second = min
-hour = 3600 * second = h
-kelvin = [temperature] = K
-radian = [angle] = rad
-degree = 0.017453292519943295 * radian = deg = °
-arcminute = degree / 60 = arcmin
-arcsecond = degree / 3600 = arcsec
-turn = 360 * degree = rev
-inch = 0.0254 * meter = in
-foot = 12 * inch = ft
-pound = 0.45359237 * kilogram = lb
-newton = kilogram * meter / second**2 = N
-newton_meter = newton * meter = Nm
-pound_force = 4.4482216152605 * newton = lbf
-pascal = newton / meter**2 = Pa
-percent = 0.01 = pct
-"""
 
 # Taken whole or not at all (?>): else "51/m" could be read as 5 with the unit 1/m.
 _NUMBER: Final = r"(?>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
@@ -89,10 +59,6 @@ class Toleranced:
 
 
 _LIMITED: Final = ("normal", "uniform")
-
-
-class UnitError(ValueError):
-    """A text is no quantity of the wanted dimension; the message says why."""
 
 
 def table_rows(value: object) -> TableRows:
@@ -162,58 +128,6 @@ class Distribution:
 _TABLE_SCHEMA: Final = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 
 
-@functools.cache
-def _registry() -> pint.UnitRegistry[float]:
-    import pint
-
-    registry: pint.UnitRegistry[float] = pint.UnitRegistry(None)
-    registry.load_definitions(_DEFINITIONS.splitlines())
-    return registry
-
-
-@functools.lru_cache(maxsize=1024)
-def _factor(unit: str, si: str) -> float:
-    """How many `si` units one `unit` is; raises UnitError for another dimension or an unknown word."""
-    import pint
-
-    plain = unit.strip().replace("%", "pct").replace("″", "arcsec").replace('"', "arcsec")
-    plain = plain.replace("′", "arcmin").replace("'", "arcmin").replace("·", "*")
-    registry = _registry()
-    try:
-        return float(registry.Quantity(1.0, registry.parse_units(plain)).to(registry.parse_units(si)).magnitude)
-    except pint.DimensionalityError:
-        problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
-        raise UnitError(f"{problem} {_SPOKEN.get(si, si)}") from None
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError, KeyError):  # "m^0" is a KeyError to pint
-        raise UnitError(f"'{unit}' is not a known unit") from None
-
-
-_SPOKEN: Final = {
-    "": "a plain number",
-    "m": "length (mm, µm, m, in)",
-    "m^2": "area (mm^2)",
-    "m^4": "second moment of area (mm^4)",
-    "rad": "angle (arcmin, arcsec, deg, mrad)",
-    "kg": "mass (kg, g)",
-    "kg m^2": "moment of inertia (kg m^2, kg cm^2)",
-    "s": "time (s, min, h)",
-    "N": "force (N, kN)",
-    "N m": "torque (N m)",
-    "N m/rad": "angular stiffness (N m/arcmin, N m/rad)",
-    "N/m": "linear stiffness (N/µm, N/m)",
-    "N/m^3": "pressure per settlement (MN/m^3)",
-    "Pa": "pressure (GPa, MPa)",
-    "K": "temperature difference (K)",
-    "kg/m^3": "density (kg/m^3)",
-    "m/s^2": "acceleration (m/s^2)",
-}
-
-
-def spoken(si: str) -> str:
-    """Name the dimension of an SI unit in users' words."""
-    return _SPOKEN.get(si, si)
-
-
 def read_quantity(text: str, si: str) -> Toleranced:
     """Return the SI value and the tolerance that a text states.
 
@@ -226,13 +140,13 @@ def read_quantity(text: str, si: str) -> Toleranced:
     if match is None:
         raise UnitError("not a number with a unit")
     unit = match["unit"].strip()
-    value = float(match["value"]) * _factor(unit, si)
+    value = float(match["value"]) * factor(unit, si)
     tolerance = 0.0
     if match["tolerance"] is not None:
         tolerance_unit = match["tolerance_unit"].strip() or unit
         amount = float(match["tolerance"])
         of_value = tolerance_unit == "%" and unit != "%"
-        tolerance = amount / 100 * abs(value) if of_value else amount * _factor(tolerance_unit, si)
+        tolerance = amount / 100 * abs(value) if of_value else amount * factor(tolerance_unit, si)
     if not (math.isfinite(value) and math.isfinite(tolerance)):
         raise UnitError("not a finite number")
     if tolerance < 0:

@@ -14,7 +14,8 @@ from lostmotion.errors import InputError, shown
 from lostmotion.io.provenance import rename_assumed
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
-from lostmotion.units import UnitError, read_quantity
+from lostmotion.unit_registry import UnitError
+from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -22,7 +22,8 @@ from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import nearest, refuse_all
 from lostmotion.io.text import numbers, read_text, refuse
 from lostmotion.parts.compliance import compliance_error
-from lostmotion.units import UnitError, read_quantity
+from lostmotion.unit_registry import UnitError
+from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
     from pathlib import Path

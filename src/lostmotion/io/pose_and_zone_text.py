@@ -10,7 +10,8 @@ import numpy as np
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.limits import listed, nearest
 from lostmotion.parts.joint import PrismaticJoint
-from lostmotion.units import UnitError, read_quantity
+from lostmotion.unit_registry import UnitError
+from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm

@@ -16,7 +16,8 @@ from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.text import numbers, read_text, refuse
 from lostmotion.parts.joint import LONGEST_JOINT_NAME, PrismaticJoint
-from lostmotion.units import UnitError, read_quantity
+from lostmotion.unit_registry import UnitError
+from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -13,7 +13,8 @@ from pydantic_core import PydanticCustomError
 from lostmotion.parts.error_source import Part
 from lostmotion.parts.provenance import value_keys
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Sized, Tube
-from lostmotion.units import Quantity, Toleranced, UnitError, read_quantity
+from lostmotion.unit_registry import UnitError
+from lostmotion.units import Quantity, Toleranced, read_quantity
 
 if TYPE_CHECKING:
     from pydantic import ValidationInfo

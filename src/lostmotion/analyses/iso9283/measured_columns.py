@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import cut, listed, nearest
 from lostmotion.io.text import read_text, refuse
-from lostmotion.units import UnitError, read_quantity
+from lostmotion.unit_registry import UnitError
+from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence

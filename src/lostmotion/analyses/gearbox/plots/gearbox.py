@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.analyses.gearbox.plots.cycloidal import drawing_plots
-from lostmotion.analyses.gearbox.tables.gearbox import units_of
+from lostmotion.analyses.gearbox.tables.units import units_of
 from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, label
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from lostmotion.analyses.gearbox.gear import GearStudy, Loop
-    from lostmotion.analyses.gearbox.tables.gearbox import Units
+    from lostmotion.analyses.gearbox.tables.units import Units
 
 
 def gearbox_plots(study: GearStudy) -> list[Plot]:

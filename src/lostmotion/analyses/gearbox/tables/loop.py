@@ -1,0 +1,113 @@
+"""Stiffness and hysteresis of a gearbox under its torque: of stated figures with their limits, of simulated samples with their interval."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
+from lostmotion.analyses.gearbox.tables.stated import (
+    OF_LOOP,
+    OF_PLAY,
+    at_most,
+    lost_motion_figure,
+    play_figure,
+    torsion_figure,
+    wind_up_figure,
+)
+from lostmotion.analyses.gearbox.tables.units import STATED
+from lostmotion.parts.gearbox.kinds import is_drawn
+from lostmotion.reporting.sheet import Figure, Row, Section
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lostmotion.analyses.gearbox.gear import GearStudy, Loop
+    from lostmotion.analyses.gearbox.readings import Readings
+    from lostmotion.analyses.gearbox.tables.cycloidal import Bound
+    from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.spatial import Floats
+
+
+def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> Section:
+    """Return the table of stiffness, play, friction loop and lost motion."""
+    gearbox, torque = study.gearbox, study.gearbox.rated_torque
+    show = _Shown(study, units)
+    rows = [*_stiffnesses(read, study, show)]
+    assumed = "" if gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
+    crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "traversed by any load"
+    rows.append(Row("play", (show.play,), crossed))
+    rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=OF_LOOP),), f"width at zero {units.what}"))
+    if study.drawn is not None and study.drawn.rubbing is not None:
+        half = f"width at {read.asked.torque / 2:.4g} {units.torque}"
+        rows.append(Row("friction's loop under load", (show.angle(read.friction_under_load),), half))
+    rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width, rests_on=OF_PLAY + OF_LOOP),), "play and friction"))
+    if read.lost_motion is not None and read.asked.small is not None:
+        share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
+        note = f"between the middles of the loop at ± {read.asked.small:.4g} {units.torque}{share}"
+        rows.append(Row("lost motion", (show.lost_motion(read),), note))
+    return Section("loop", "Stiffness and hysteresis", ("value",), tuple(rows), "loaded and unloaded both ways, input held")
+
+
+def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
+    """Yield the rows of torsion and stiffness, each with its definition."""
+    units, torque = show.units, f"{read.asked.torque:.4g} {show.units.torque}"
+    if study.wind_up:
+        yield Row(f"torsion at {torque}", (show.torsion(read),), "from the middle of the play: half the play and the wind-up")
+        yield Row(f"wind-up at {torque}", (show.wound(read),), "either way, play not counted")
+        yield Row("stiffness, secant", (show.stiffness(read.secant),), f"{torque} over the wind-up there")
+    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
+        low, high = read.asked.slope
+        rated = study.gearbox.rated_torque
+        share = "" if rated is None else f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
+        yield Row("stiffness, slope", (show.stiffness(read.slope),), f"from {low:.4g} to {high:.4g} {units.torque}{share}, on the middle of the loop")
+
+
+class _Shown:
+    """How readings become figures: of manufactured samples their mean with its interval, of stated figures the value with its limits.
+
+    Where members are not specified, wind-up is a lower and stiffness an upper limit.
+    """
+
+    def __init__(self, study: GearStudy, units: Units) -> None:
+        self.units = units
+        self._drawn = study.drawn
+        self._stated = None if is_drawn(study.gearbox) else study.gearbox
+        self._bounded = is_drawn(study.gearbox) and bool(study.gearbox.rigid)
+        self.samples = STATED if self._stated is not None else f"{study.count} simulated gearboxes"
+
+    @property
+    def play(self) -> Figure:
+        if self._stated is not None:
+            return play_figure(self._stated, self.units)
+        return self.angle(self._drawn.play if self._drawn is not None else np.zeros(2))
+
+    def angle(self, values: Floats, bound: Bound = "", rests_on: tuple[str, ...] = ()) -> Figure:
+        if self._stated is not None:
+            return at_most(self.units.of_angle(float(values[0]), STATED), self._stated, rests_on)
+        return over_samples(values, self.units.angle, self.units.angle_factor, self.samples, bound)
+
+    def stiffness(self, values: Floats) -> Figure:
+        factor, unit = self.units.stiffness_factor, self.units.stiffness
+        if self._stated is None:
+            return over_samples(values, unit, factor, self.samples, "upper" if self._bounded else "")
+        value, share = float(values[0]) * factor, self._stated.stiffness_scatter
+        ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
+        return Figure(value, unit, *ends, STATED, "stated limits")
+
+    def wound(self, read: Readings) -> Figure:
+        if self._stated is not None:
+            return wind_up_figure(self._stated, float(read.wind_up[0]), self.units)
+        return self.angle(read.wind_up, "lower" if self._bounded else "")
+
+    def torsion(self, read: Readings) -> Figure:
+        return (
+            torsion_figure(self._stated, read, self.units) if self._stated is not None else self.angle(read.torsion, "lower" if self._bounded else "")
+        )
+
+    def lost_motion(self, read: Readings) -> Figure:
+        if self._stated is not None:
+            return lost_motion_figure(self._stated, read, self.units)
+        return self.angle(np.zeros(2) if read.lost_motion is None else read.lost_motion)

@@ -1,0 +1,190 @@
+"""A gearbox by stated figures: its headline, cards and tables, each figure with the limits that are stated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.gearbox.tables.units import STATED
+from lostmotion.catalogue.gearboxes import find_rows
+from lostmotion.errors import InputError
+from lostmotion.laws.gears import wind_up
+from lostmotion.reporting.sheet import Card, Figure, Row, Section
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.gearbox.gear import GearStudy
+    from lostmotion.analyses.gearbox.readings import Readings
+    from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
+
+# Fields that the play, and friction's loop, come from.
+OF_PLAY: Final = ("backlash", "lost_motion")
+OF_LOOP: Final = ("hysteresis",)
+
+
+def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
+    """Return what limits the figures: no rated torque, or a torque that does not overcome friction."""
+    if study.read is None or study.torque is None:
+        return (f"no rated {units.what} is stated, so nothing under load is shown: give one with --torque",)
+    notes = []
+    if study.loop is None and study.torque <= gearbox.friction:
+        notes.append(f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown")
+    if study.read.lost_motion is None or study.read.slope is None:
+        notes.append(
+            f"no rated {units.what} is stated, so no lost motion at a share of it and no slope of the stiffness are shown: state rated_torque, or "
+            f"give {units.what}s with --lost-motion-torque and --slope-range"
+        )
+    return tuple(notes)
+
+
+def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
+    """Return the headline."""
+    errors = [name for name in gearbox.model_fields_set if name.endswith("_error") and getattr(gearbox, name) is not None]
+    named = {
+        "stiffness": bool(gearbox.zones),
+        "play": _states_play(gearbox),
+        "hysteresis": gearbox.hysteresis is not None,
+        "transmission error": bool(errors),
+    }
+    silent = ", ".join(name for name, stated in named.items() if not stated)
+    kind = "" if gearbox.kind == "catalogue" and not _of_catalogue(gearbox) else f"{gearbox.kind} "
+    sentences = [f"A {kind}gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
+    if study.loop is not None:
+        sentences.append(f"Play {play_figure(gearbox, units)}.")
+    if study.read is not None and study.read.lost_motion is not None:
+        sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
+    if study.wind_up and study.read is not None:
+        wound, torsion = wind_up_figure(gearbox, study.wind_up, units), torsion_figure(gearbox, study.read, units)
+        sentences.append(f"Under {load_text(study, units)} the output stands {torsion} from the middle of its play; {wound} of that is wind-up.")
+    return " ".join(sentences)
+
+
+def _states_play(gearbox: StatedGearbox) -> bool:
+    """Return whether the play is stated, be it as zero."""
+    return gearbox.backlash is not None or gearbox.lost_motion is not None
+
+
+def _of_catalogue(gearbox: StatedGearbox) -> bool:
+    """Return whether its model is one of the catalogue's; a user's own gearbox has another name, or none."""
+    try:
+        return bool(gearbox.model) and bool(find_rows(gearbox.model))
+    except InputError:
+        return False
+
+
+def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]:
+    """Return the main figures: ratio, play, lost motion, torsion and wind-up."""
+    ratio, read = ratio_figure(gearbox), study.read
+    cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
+    cards.append(Card("play", str(play_figure(gearbox, units)), "" if _states_play(gearbox) else "none is stated"))
+    if read is not None and read.lost_motion is not None:
+        cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
+    if study.wind_up and read is not None:
+        cards.append(Card("torsion", str(torsion_figure(gearbox, read, units)), f"from the middle of the play at {study.torque:.4g} {units.torque}"))
+        cards.append(Card("wind-up", str(wind_up_figure(gearbox, study.wind_up, units)), f"at {study.torque:.4g} {units.torque}, play not counted"))
+    return cards
+
+
+def play_figure(gearbox: StatedGearbox, units: Units) -> Figure:
+    """Return the play with its stated limits."""
+    return at_most(_limited(gearbox.play.nominal, gearbox.play.tolerance, units), gearbox, OF_PLAY)
+
+
+def wind_up_figure(gearbox: StatedGearbox, wound: float, units: Units) -> Figure:
+    """Return a wind-up with the limits that the stated scatter of the stiffness sets."""
+    return _limited(wound, gearbox.stiffness_scatter * wound, units)
+
+
+def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+    """Return the lost motion with its limits: those of play and wind-up, independent of each other, by the root of their squares."""
+    value = math.nan if read.lost_motion is None else float(read.lost_motion[0])
+    tolerance = math.hypot(gearbox.play.tolerance, gearbox.stiffness_scatter * (value - gearbox.play.nominal))
+    return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
+
+
+def torsion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+    """Return the torsion with its limits: those of half the play and of the wind-up, independent of each other."""
+    value = float(read.torsion[0])
+    tolerance = math.hypot(gearbox.play.tolerance / 2, gearbox.stiffness_scatter * float(read.wind_up[0]))
+    return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
+
+
+def at_most(figure: Figure, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Figure:
+    """Mark a figure as an upper limit where one of the values that it rests on is a maker's upper limit."""
+    return replace(figure, bound="upper") if any(name in gearbox.upper_limits for name in rests_on) else figure
+
+
+def _limited(value: float, tolerance: float, units: Units) -> Figure:
+    ends = (value - tolerance, value + tolerance) if tolerance else (math.nan, math.nan)
+    return units.of_angle(value, STATED, *ends, ends="stated limits")
+
+
+def ratio_figure(gearbox: AnyGearbox) -> Figure | None:
+    """Return the ratio, unless a row of a catalogue leaves it out."""
+    return _pure(gearbox.ratio) if gearbox.states_ratio else None
+
+
+def _pure(value: float) -> Figure:
+    """Return a pure number, a whole one as such."""
+    return Figure(int(value) if float(value).is_integer() else value, "1", samples=STATED, stated=True)
+
+
+def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
+    """Return the table of stated figures."""
+    ratio = ratio_figure(gearbox)
+    opposite = "below zero: input and output go opposite ways" if gearbox.ratio < 0 else ""
+    rows = [] if ratio is None else [Row("ratio", (ratio,), opposite)]
+    if gearbox.rated_torque is not None:
+        rows.append(Row(f"rated {units.what}", (units.of_torque(gearbox.rated_torque, STATED),)))
+    play = gearbox.play
+    from_lost_motion = "follows from the lost motion" if gearbox.lost_motion is not None else ""
+    if play.nominal or gearbox.backlash is not None:
+        rows.append(Row("play", (play_figure(gearbox, units),), from_lost_motion))
+    if gearbox.lost_motion is not None:
+        note = f"between ± {100 * gearbox.lost_motion_torque:.3g} % of the rated {units.what}"
+        rows.append(Row("lost motion", (at_most(units.of_angle(gearbox.lost_motion, STATED), gearbox, OF_PLAY),), note))
+    if gearbox.hysteresis is not None:
+        width = at_most(units.of_angle(gearbox.hysteresis, STATED), gearbox, OF_LOOP)
+        rows.append(Row("friction's loop, full width", (width,), f"at zero {units.what}, play not in it"))
+    if gearbox.friction:
+        assumed = "" if gearbox.friction_torque is not None else f"taken as 1 % of the rated {units.what}, none is stated"
+        rows.append(Row(f"friction without load, as {units.what}", (units.of_torque(gearbox.friction, STATED),), assumed))
+    for own in gearbox.own_figures:
+        figure = Figure(math.degrees(own.value), "deg", samples=STATED) if own.unit == "rad" else _pure(own.value)
+        rows.append(Row(own.label, (figure,), own.note))
+    return Section("stated", "What is stated", ("value",), tuple(rows))
+
+
+def zones_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
+    """Return the table of stiffness by zone; none for a rigid gearbox."""
+    zones, limits = gearbox.zones, gearbox.zone_torques
+    if not zones:
+        return ()
+    rows = []
+    for k, stiffness in enumerate(zones):
+        start = f"from {limits[k - 1]:.4g} {units.torque}" if k else "from zero"
+        label = f"zone {k + 1}, {start}" if len(zones) > 1 else "stiffness"
+        rows.append(Row(label, (units.of_stiffness(stiffness, STATED),)))
+    rows += [
+        Row(f"wind-up at {limit:.4g} {units.torque}", (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), STATED),), f"end of zone {k}")
+        for k, limit in enumerate(limits, 1)
+    ]
+    note = f"scatters by ± {100 * gearbox.stiffness_scatter:.3g} % over gearboxes" if gearbox.stiffness_scatter else ""
+    return (Section("zones", "Stiffness", ("value",), tuple(rows), note),)
+
+
+def harmonics_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
+    """Return the table of the harmonics of the transmission error; none without them."""
+    rows = tuple(Row(name, (units.of_angle(size, STATED), _pure(cycles))) for name, size, cycles in gearbox.harmonics)
+    if not rows:
+        return ()
+    note = "amplitude is half of peak to peak; each gearbox has its own phase"
+    return (Section("transmission", "Transmission error", ("amplitude", f"cycles per {units.limit}"), rows, note),)
+
+
+def load_text(study: GearStudy, units: Units) -> str:
+    """Return the torque or force as text."""
+    return f"no {units.what} stated" if study.torque is None else f"{study.torque:.4g} {units.torque}"
