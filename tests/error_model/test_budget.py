@@ -46,14 +46,15 @@ def test_shares_add_to_one_whatever_terms_are_put_together_by(arm, by):
 
 
 def test_shares_are_those_of_the_sum_written_out(arm):
-    """At one pose, by hand: |bias|^2 shared by projection, drawn terms by their squares; levels are the same sums."""
+    """At one pose, by hand: terms of one draw add up, the bias among them, and share the square of their sum by projection."""
     q = np.array([[0.3, -0.2, 0.8]])
     matrix = screws(arm, q)
     shift = matrix.tool[0, 3:]
-    drawn = np.array([info.level != "design" for info in matrix.infos])
-    bias = shift[:, ~drawn].sum(axis=1)
-    whole = bias @ bias + (shift[:, drawn] ** 2).sum()
-    by_term = np.where(drawn, (shift**2).sum(axis=0), bias @ shift) / whole
+    together = [sum((shift[:, j] for j, other in enumerate(matrix.infos) if other.draws == info.draws), np.zeros(3)) for info in matrix.infos]
+    by_term = (shift * np.transpose(together)).sum(axis=0)
+    whole = by_term.sum()
+    by_term /= whole
+    bias = shift[:, [info.level == "design" for info in matrix.infos]].sum(axis=1)
     for cost in costs(tally(arm, q)):
         mine = [info.owner == cost.part for info in matrix.infos]
         assert cost.share == pytest.approx(by_term[mine].sum(), abs=1e-13)

@@ -100,13 +100,13 @@ def lowered(arm):
                 here.own_weight += term.scale * (0.0 if form.own_weight is None else form.own_weight)
             else:
                 here.design.append(term)
-        elif isinstance(form, Constant):
+        elif isinstance(form, Constant) and not term.sided:
             here.covariance += term.scale**2 * np.outer(form.direction, form.direction)
         elif isinstance(form, Harmonic) and form.envelope is None and isinstance(term.robot.law, Cosine | Sine):
             # Sine and cosine of one phase together have the same variance at every angle.
             here.covariance += term.scale**2 / 2 * np.outer(form.direction, form.direction)
         else:
-            here.drawn.append(term)
+            here.drawn.append((of.owner, term))
     return out
 
 
@@ -124,8 +124,11 @@ def test_terms_lower_to_records_that_have_the_same_mean_and_covariance(arm):
         local = record.mean[:, None] + record.compliance @ condition.wrench + record.own_weight @ condition.gravity
         local = local + sum(term.scale * term.form.screw(condition) for term in record.design)
         spread = np.tile(record.covariance, (len(q), 1, 1))
-        for term in record.drawn:
-            screw = term.scale * term.form.screw(condition)
+        by_draw = defaultdict(lambda: np.zeros((6, len(q))))
+        for owner, term in record.drawn:
+            # What follows the last motion alone adds up over the parts of the joint; any other draw is the part's own.
+            by_draw[None if term.sided and term.robot is None else owner, term.robot, term.visit] += term.scale * term.form.screw(condition)
+        for screw in by_draw.values():
             spread += np.einsum("ip,jp->pij", screw, screw)
         to_tool = carry(arm.tree, at, place)
         mean += np.einsum("pij,jp->pi", to_tool, local)

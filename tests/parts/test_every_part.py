@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -260,7 +261,11 @@ def test_drawn_terms_have_mean_zero(make):
     at = condition((30, -20, 0.1, 1.0, 0.5, -0.8), angle=0.7)
     found = terms_at(make(1.0), at)
     draws = 40_000
-    spread = np.sqrt(sum((np.broadcast_to(term.screw, (1, 6)) ** 2 for term in found if term.level != "design"), np.zeros((1, 6))))
+    by_draw = defaultdict(lambda: np.zeros((1, 6)))
+    for term in found:
+        if term.level != "design":
+            by_draw[term.robot, term.visit] += np.broadcast_to(term.screw, (1, 6))
+    spread = np.sqrt(sum((each**2 for each in by_draw.values()), np.zeros((1, 6))))
     errors = drawn(found, draws)
     bias = sum((np.broadcast_to(term.screw, (1, 6)) for term in found if term.level == "design"), np.zeros((1, 6)))
     assert (np.abs(errors.mean(axis=0) - bias) <= 5 * spread / np.sqrt(draws) + 1e-9 * np.abs(bias)).all()

@@ -42,8 +42,10 @@ def test_indices_of_each_component_are_the_exact_variance_shares(arm):
     shift = matrix.tool[0, 3:]
     errors = draws_of(matrix.infos, problem["names"], uniforms) @ shift.T
     owners = list(dict.fromkeys(problem["groups"]))
-    drawn = np.array([info.level != "design" for info in matrix.infos])
-    squares = np.array([(shift[:, [k for k in np.flatnonzero(drawn) if matrix.infos[k].owner == owner]] ** 2).sum(axis=1) for owner in owners])
+    squares = np.zeros((len(owners), 3))
+    for members in (members for draws, members in matrix.groups.items() if draws):
+        (owner,) = {matrix.infos[k].owner for k in members}
+        squares[owners.index(owner)] += shift[:, members].sum(axis=1) ** 2
     weighted = np.zeros(len(owners))
     for axis in range(3):
         exact = squares[:, axis] / squares[:, axis].sum()

@@ -34,7 +34,7 @@ SOBOL_BITS: Final = 30
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """A named source of chance and the law that maps it ("joints.A.gearbox.side", TwoSided)."""
+    """A named source of chance and the law that maps it ("joints.A.last motion", TwoSided)."""
 
     name: str
     law: Law

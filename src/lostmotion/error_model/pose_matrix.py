@@ -188,7 +188,8 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
         if side is not None and of.joint is not None:
             local[:, k] *= _share(arriving if arriving.ndim == 0 else arriving[:, of.joint], known=side == "known")
     tool = tool_twists(arm.tree, at, place, local)
-    infos = tuple(_column(*half) for half in halves)
+    names = [joint.name for joint in arm.moving]
+    infos = tuple(_column(of, side, names) for of, side in halves)
     scale = np.array([of.term.scale for of, _ in halves])
     return PoseMatrix(infos, tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, arm.tree.way)
 
@@ -203,9 +204,11 @@ def _share(arriving: Floats, *, known: bool) -> Floats:
     return -arriving if known else (arriving == 0).astype(float)
 
 
-def _column(of: PlacedTerm, side: str | None) -> Column:
+def _column(of: PlacedTerm, side: str | None, joints: Sequence[str]) -> Column:
+    """Return the column of a term, or of one half of a sided term, whose last motion is one stream for all parts of the joint."""
     term = of.term
-    return Column(_stream(of.owner, term.robot), None if side == "known" else _stream(of.owner, term.visit), of)
+    owner = f"joints.{joints[of.joint]}" if side is not None and of.joint is not None else of.owner
+    return Column(_stream(of.owner, term.robot), None if side == "known" else _stream(owner, term.visit), of)
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:

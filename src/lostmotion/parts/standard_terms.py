@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 # A harmonic of unknown phase: its sine is drawn with the cosine of the phase, its cosine with the sine.
 PHASES: Final[dict[Literal["sine", "cosine"], Law]] = {"sine": Cosine(), "cosine": Sine()}
+# The sign of the joint's last motion: one draw per joint and visit, shared by all that depends on direction.
+LAST_MOTION: Final = Draw("last motion", TwoSided())
 # The kind of error that any reducer makes over a turn.
 TRANSMISSION_ERROR: Final = "transmission error"
 
@@ -111,10 +113,10 @@ def backlash_terms(motion: Motion, stated: Toleranced, friction: float) -> list[
     """Return the terms of free play along a motion, held on one side by a load above `friction`, or else by the last motion."""
     if not stated.nominal:
         return []
-    seat, ends = Seat(motion.twist[None], friction), [End("backlash", motion.twist, Draw("side", TwoSided()))]
+    seat, ends = Seat(motion.twist[None], friction), [End("backlash", motion.twist, LAST_MOTION)]
     return play_terms("backlash", stated, seat, ends, "amount", parameter("play", stated.nominal, motion.unit), sided=True)
 
 
 def loop_term(form: Form, half: float, sized: Parameter) -> Term:
     """Return the term of friction's loop, of half its width: `half` x the form. Its side is that of the last motion."""
-    return Term("hysteresis", "hysteresis", form, half, visit=Draw("loop", TwoSided()), sided=True, parameter=sized)
+    return Term("hysteresis", "hysteresis", form, half, visit=LAST_MOTION, sided=True, parameter=sized)

@@ -174,7 +174,8 @@ class Term:
     cause      the kind of error that a budget adds up: "backlash", "wind-up", "clearance"; never with a number, a row or a phase in it
     robot      drawn once per robot built; `visit` drawn every time a pose is reached; both: a product, such as the amount of play times its side;
                neither: a design term, which follows from the pose
-    sided      the visit draw is the side of the joint's last motion: known where the approach is known (`error_model.pose_matrix`)
+    sided      the visit draw is the sign of the joint's last motion: one stream for all parts of the joint, known where the approach is known
+               (`error_model.pose_matrix`)
     parameter  the size that a designer chooses; the error is proportional to its value to the power `exponent`, -1 for a stiffness
     effect     the error of which this term is one part: the two phases of a harmonic, a play and its scatter; left out: the term's own name
     """

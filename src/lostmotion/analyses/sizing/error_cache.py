@@ -13,6 +13,7 @@ import numpy as np
 
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.parts.standard_terms import LAST_MOTION
 from lostmotion.propagation.error_magnitude import rays_of, share_below
 
 if TYPE_CHECKING:
@@ -47,8 +48,13 @@ class ErrorCache:
     def of(self, arm: Arm) -> Floats:
         """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the first one."""
         out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
+        by_last_motion: dict[int | None, Floats] = {}
         for part in arm.parts:
-            out += self._contribution(part, felt(part))
+            contribution = self._contribution(part, felt(part))
+            out += contribution[:ROWS]
+            by_last_motion[part.joint] = by_last_motion.get(part.joint, 0.0) + contribution[ROWS:]
+        for drawn in by_last_motion.values():
+            _add_square(out, drawn)
         return out
 
     def _contribution(self, part: PlacedPart, felt: Condition) -> Floats:
@@ -67,7 +73,7 @@ class ErrorCache:
 
     def _computed(self, part: PlacedPart, felt: Condition) -> Floats:
         terms = part.source.terms(part.motion)
-        out = np.zeros((ROWS, len(self.q)))
+        out = np.zeros((ROWS + 3, len(self.q)))
         if not terms:
             return out
         local = np.empty((6, len(terms), len(self.q)))
@@ -79,11 +85,17 @@ class ErrorCache:
             draws = term.robot, term.visit
             groups[draws] = groups[draws] + shift[:, k] if draws in groups else shift[:, k]
         out[BIAS] = groups.pop((None, None), 0.0)
+        # The sign of the last motion is one draw for all parts of a joint: what depends on it alone adds up over the parts before it is squared.
+        out[ROWS:] = groups.pop((None, LAST_MOTION), 0.0)
         for drawn in groups.values():
-            for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
-                # Draws have mean 0 and variance 1 and are independent.
-                out[row] += drawn[i] * drawn[j]
+            _add_square(out, drawn)
         return out
+
+
+def _add_square(sums: Floats, drawn: Floats) -> None:
+    """Add the covariance of an error (3, pose), m per unit draw, to the sums: draws have mean zero, variance one, and no correlation."""
+    for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
+        sums[row] += drawn[i] * drawn[j]
 
 
 def mean_square(sums: Floats) -> float:

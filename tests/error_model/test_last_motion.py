@@ -1,0 +1,67 @@
+"""At each visit a joint has one sign of its last motion, which everything in it that depends on direction shares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lostmotion.analyses.sizing.error_cache import BIAS, ErrorCache
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.poses import Poses, sample_poses
+from lostmotion.mechanism.arm import Arm
+from lostmotion.propagation.montecarlo.montecarlo import run
+from tests.parts.random_arms import example_arms, random_arms
+
+ARMS = [*example_arms(), *random_arms(30)]
+ARCMIN = np.pi / 10_800
+
+
+def mean_square(matrix):
+    """Return the mean-square position error at each pose (pose,), m^2: draws are uncorrelated and have mean square one."""
+    columns = matrix.merged
+    drawn = [k for k, info in enumerate(columns.infos) if info.streams]
+    return (columns.bias[:, 3:] ** 2).sum(axis=1) + columns.squares[drawn].sum(axis=0)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_either_way_is_the_mixture_of_always_up_and_always_down_for_one_joint(arm):
+    """The mean square with a random last motion of one joint is the average of those of its two directions, whatever the other joints do."""
+    q = sample_poses(arm, 8).q
+    sides = np.tile([1.0, -1.0, 0.0, 1.0], q.size)[: q.size].reshape(q.shape)
+    for joint in range(q.shape[1]):
+        up, down, either = (sides.copy() for _ in range(3))
+        up[:, joint], down[:, joint], either[:, joint] = 1.0, -1.0, 0.0
+        each = [mean_square(screws(arm, q, approach=approach)) for approach in (up, down)]
+        np.testing.assert_allclose(mean_square(screws(arm, q, approach=either)), np.mean(each, axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_parts_of_a_joint_that_share_its_last_motion_add_before_they_are_squared(arm):
+    """The sums over parts in sizing are those of the pose matrix, also where a joint has several parts that depend on its last motion."""
+    q = sample_poses(arm, 8).q
+    sums = ErrorCache(arm, q).of(arm)
+    np.testing.assert_allclose((sums[BIAS] ** 2).sum(axis=0) + sums[3:6].sum(axis=0), mean_square(screws(arm, q)), rtol=1e-11, atol=1e-30)
+
+
+def unloaded(**gearbox):
+    """Return an arm of one vertical joint, which no load holds in its play, and a link of 1 m."""
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": gearbox, "link": {"length": 1.0}}
+    return Arm.model_validate({"name": "unloaded", "joints": [joint]})
+
+
+def test_backlash_and_hysteresis_of_an_unloaded_joint_add_up_from_either_side():
+    """Backlash and hysteresis of 2 arcmin each at 1 m: every visit ends 2 arcmin from the middle, on the same side of both: 0.582 mm."""
+    arm = unloaded(backlash=2 * ARCMIN, hysteresis=2 * ARCMIN)
+    poses = Poses(np.zeros((1, 1)), "given")
+    for approach in (0.0, 1.0, -1.0):
+        found = run(arm, poses, robots=200, visits=20, seed=3, approach=approach)
+        assert found.per_pose[0, 0] == pytest.approx(2 * ARCMIN, rel=1e-9), approach
+
+
+def test_random_approach_has_the_mean_error_and_accuracy_of_the_mixture():
+    """By Monte Carlo, with a play that differs from robot to robot: the mean error is that of always up, by symmetry that of always down."""
+    arm = unloaded(backlash="2 arcmin ± 1 arcmin", hysteresis=2 * ARCMIN, stiffness=1e5)
+    poses = Poses(np.zeros((1, 1)), "given")
+    either, up, down = (run(arm, poses, robots=4000, visits=16, seed=5, approach=approach) for approach in (0.0, 1.0, -1.0))
+    assert up.per_pose[0, 0] == pytest.approx(down.per_pose[0, 0], rel=1e-9)
+    assert either.per_pose[0, 0] == pytest.approx(up.per_pose[0, 0], rel=1e-9)
