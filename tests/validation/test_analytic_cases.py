@@ -106,7 +106,8 @@ def test_the_examples_are_many_points(path):
     found = analytic(arm, poses, threads=2)
     matrix = lostmotion.screws(arm, poses.q)
     drawn = Drawn(matrix)
-    terms = [matrix.infos[k].draws for k in matrix.columns("robot", "visit", "robot x visit")]
+    columns = matrix.merged
+    terms = [columns.infos[k].draws for k in columns.columns("robot", "visit", "robot x visit")]
     streams = {stream: 1.0 for term in terms for stream, _ in term}
     many = sobol_draws(terms, streams, 2**17, seed=7)
     exact, _ = by_points(drawn.shift(matrix), matrix.bias[:, 3:], many)
