@@ -1,8 +1,9 @@
-"""Rules that the source keeps, read from its syntax trees: who may ask what kind of part it has, who reads text by patterns, how long a file is."""
+"""Rules that the source keeps, read from its syntax trees: who may ask what kind of part it has, who reads text by patterns, how long a file is, and what has no user."""
 
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -100,3 +101,56 @@ def test_a_file_is_short_enough_to_read():
     """No file of the source has more than 350 lines; tables are data files, which do not count."""
     lengths = {name: len(path.read_text("utf-8").splitlines()) for name, path in FILES.items()}
     assert {name: length for name, length in lengths.items() if length > 350} == {}
+
+
+# Names that something other than Python's own syntax refers to.
+CALLED_BY_NAME = {
+    "lostmotion.io.native.read_arm": "io/__init__.py, by the file's ending",
+    "lostmotion.io.urdf.read_arm": "io/__init__.py, by the file's ending",
+    "lostmotion.cli.app._options": "typer, as the callback",
+}
+
+
+def unused(modules: dict[str, ast.Module]) -> set[str]:
+    """Return the functions, classes and constants of modules (by name) to which nothing in them refers; annotations in quotes count."""
+    used: set[str] = set()
+    for module, tree in modules.items():
+        names = {
+            alias.asname or alias.name: f"{node.module}.{alias.name}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ImportFrom)
+            for alias in node.names
+        }
+        used |= set(names.values())
+        for top in tree.body:
+            for node in ast.walk(top):
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id != getattr(top, "name", None):
+                    used.add(f"{module}.{node.id}")
+                elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in names:
+                    used.add(f"{names[node.value.id]}.{node.attr}")
+                elif isinstance(node, ast.Constant) and isinstance(node.value, str) and re.fullmatch(r"[\w\[\], |.\"']+", node.value):
+                    used |= {f"{module}.{word}" for word in re.findall(r"\w+", node.value)}
+    return {f"{module}.{name}" for module, tree in modules.items() for top in tree.body for name in _defined(top)} - used
+
+
+def _defined(node: ast.stmt) -> list[str]:
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        names = [node.name]
+    else:
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        names = [each.id for each in targets if isinstance(each, ast.Name)]
+    return [name for name in names if not name.startswith("__")]
+
+
+def test_the_source_uses_what_it_defines():
+    """Every function, class and constant has a user in the source, or is a public name; none is there for tests alone."""
+    modules = {".".join(["lostmotion", *Path(name).with_suffix("").parts]).removesuffix(".__init__"): path for name, path in FILES.items()}
+    trees = {name: ast.parse(path.read_text("utf-8")) for name, path in modules.items()}
+    public = {f"{home}.{name}" for name, home in lostmotion.HOMES.items()}
+    assert unused(trees) - public == set(CALLED_BY_NAME)
+
+
+def test_what_nothing_uses_would_be_found():
+    """A function that only calls itself is unused; one that another module imports, and a class named in a quoted annotation, are not."""
+    one = ast.parse("def alone(n): return alone(n - 1)\ndef shared(): ...\nclass Kind: ...\ndef _own(x: 'list[Kind]'): ...\nLIMIT = _own")
+    assert unused({"a": one, "b": ast.parse("from a import LIMIT, shared")}) == {"a.alone"}

@@ -13,7 +13,7 @@ from lostmotion.analyses.iso9283.joint_motion import cycle_approach, side_approa
 from lostmotion.analyses.iso9283.predicted import predict_robots
 from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.inverse import jacobian
+from lostmotion.mechanism.inverse import tool_and_jacobian
 from lostmotion.spatial import exp, pose_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -142,7 +142,7 @@ def test_vap_of_pure_play_has_a_closed_form():
     half = np.radians(2 / 60) / 2
     for row, pose in enumerate((0, 1, 3)):
         signs = side_approach(arm, cube, pose, found.approach[pose])
-        shifts = -half * signs @ jacobian(arm, cube.q[pose : pose + 1])[0, 3:].T
+        shifts = -half * signs @ tool_and_jacobian(arm, cube.q[pose : pose + 1])[1][0, 3:].T
         apart = max(np.linalg.norm(shifts[i] - shifts[j]) for i in range(3) for j in range(3))
         assert apart > 1e-5
         assert found.loads[0].multi_directional[row] == pytest.approx(np.full(2, apart), rel=0.05)  # encoder noise over 200 visits

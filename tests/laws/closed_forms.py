@@ -36,6 +36,11 @@ def contact_force(law: str, approached: np.ndarray, width: float, radius: np.nda
     return np.where(share <= largest, delta / (compliance * logarithm), np.nan)
 
 
+def half_width(load: np.ndarray, radius: float, modulus: float) -> np.ndarray:
+    """Return the half-width (m) of the contact under a load per width (N/m): sqrt(4 p Req/(pi E*)). Johnson (4.43)."""
+    return np.sqrt(4 * load * radius / (math.pi * modulus))
+
+
 def largest_force(stage: Stage, torque: float) -> float:
     """Return F_max = 4 T/(e z N) (N): equal springs, no gaps, F_i = F_max l_i/(e z)."""
     return 4 * torque / (stage.planet_pitch_radius * stage.pins)

@@ -12,13 +12,12 @@ from scipy.integrate import quad
 
 from lostmotion.laws.contact import (
     equivalent_modulus,
-    half_width,
     lobe_compliance,
     palmgren_factor,
     peak_pressure,
     round_bar_compliance,
 )
-from tests.laws.closed_forms import approach, contact_force
+from tests.laws.closed_forms import approach, contact_force, half_width
 
 STEEL = 210e9
 BOTH = equivalent_modulus(STEEL, 0.3, STEEL, 0.3)

@@ -9,7 +9,7 @@ import pytest
 
 import lostmotion
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
-from lostmotion.mechanism.elastostatics import compliances, ellipsoid, stiffness
+from lostmotion.mechanism.elastostatics import compliances, ellipsoid
 from lostmotion.mechanism.serial import frames, joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.spatial import pose_of, skew
@@ -183,13 +183,10 @@ def test_a_unit_load_here_shows_there_what_one_there_shows_here(arms: int):
         assert np.linalg.eigvalsh(alike).min() > 0
         assert (found.shares > -1e-12).all()
         np.testing.assert_allclose(found.shares.sum(axis=0), 1.0, rtol=1e-12)
-        if number % 50 == 0:
-            stiff = stiffness(arm, np.zeros(joints))[0]
-            np.testing.assert_allclose(stiff @ lostmotion.compliance(arm, np.zeros(joints))[0], np.eye(6), rtol=0, atol=1e-6)
 
 
 def test_a_rigid_arm_does_not_give():
-    """Where every part is rigid no wrench moves the tool at all, whatever its plays, and no stiffness is finite."""
+    """Where every part is rigid no wrench moves the tool at all, whatever its plays."""
     bearing = {"kind": "rolling", "span": 0.1, "clearance": Toleranced(3e-5, 1e-5)}
     gearbox = {"backlash": Toleranced(2e-4), "hysteresis": 1e-4, "transmission_error": 1e-4}
     joints = [RevoluteJoint(name=f"J{k}", axis="y", limits=(-1, 1), link={"length": 0.4}, gearbox=gearbox, bearing=bearing) for k in range(3)]
@@ -197,7 +194,6 @@ def test_a_rigid_arm_does_not_give():
     q = np.random.default_rng(1).uniform(-1, 1, (7, 3))
     assert not lostmotion.deflection(arm, q, np.array([10.0, -20, 5, 100, 200, -300])).any()
     assert not lostmotion.compliance(arm, q).any()
-    assert np.isnan(stiffness(arm, q)).all()
     assert compliances(arm, q).shares.shape[1] == 7
     assert not ellipsoid(lostmotion.compliance(arm, q)).values.any()
 
@@ -267,7 +263,7 @@ def test_a_straight_beam_gives_as_the_book_says():
     np.testing.assert_allclose(free.values[0], [bending[1] / 3 + shear[1], bending[0] / 3 + shear[0], stretch], rtol=1e-9)
     np.testing.assert_allclose(held.values[0], [bending[1] / 12 + shear[1], bending[0] / 12 + shear[0], stretch], rtol=1e-8)
     np.testing.assert_allclose(np.abs(free.directions[0]), np.eye(3)[:, [2, 1, 0]], atol=1e-9)
-    stiff = stiffness(arm, np.zeros((1, 1)))[0]
+    stiff = np.linalg.inv(found[0])
     # Its rotation held, the translational block of the stiffness is what a force meets.
     np.testing.assert_allclose(np.sort(1 / np.linalg.eigvalsh(stiff[3:, 3:])), np.sort(held.values[0]), rtol=1e-8)
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 Amount: TypeAlias = str | float
 # Along or about x, y and z.
-Amounts: TypeAlias = "Sequence[Amount]"
 _AXES: Final = 3
 _LONGEST: Final = 400
 _BETWEEN: Final = re.compile(r"\s*,\s*|\s+x\s+|\s*×\s*")

@@ -34,10 +34,8 @@ _NOTHING: Final = 1e-8
 
 @dataclass(frozen=True)
 class Cumulants:
-    """The joint cumulants that are not zero: terms (n, 2), (n, 3), (n, 4) by number, rising, and their values times the number of their orders."""
+    """The joint cumulants that are not zero: terms (n, 3), (n, 4) by number, rising, and their values times the number of their orders."""
 
-    pairs: NDArray[np.int64]
-    pair_values: Floats
     threes: NDArray[np.int64]
     three_values: Floats
     fours: NDArray[np.int64]
@@ -45,7 +43,7 @@ class Cumulants:
 
 
 def cumulants(terms: Sequence[Draws]) -> Cumulants:
-    """Return the second, third and fourth joint cumulants of these terms' draws.
+    """Return the third and fourth joint cumulants of these terms' draws.
 
     Single terms whose distributions are symmetric have no third cumulant; an amount that enters by itself has one with the play that it scales.
     """
@@ -55,7 +53,7 @@ def cumulants(terms: Sequence[Draws]) -> Cumulants:
         draws = tuple(tuple((numbers.setdefault(stream, len(numbers)), law) for stream, law in terms[k]) for k in group)
         found |= {tuple(group[n] for n in members): value for members, value in _of_group(draws).items()}
     out: list[np.ndarray] = []
-    for order in (2, 3, 4):
+    for order in (3, 4):
         kept = {members: value for members, value in found.items() if len(members) == order and abs(value) > _NOTHING}
         out.append(np.array(list(kept), np.int64).reshape(-1, order))
         out.append(np.array([value * _orders(members) for members, value in kept.items()], float))

@@ -33,7 +33,6 @@ KINDS: Final = (
     "link length",
     "lumped",
 )
-BASE_KINDS: Final = ("tilt", "mount")
 
 # Which keys of a gearbox describe each of its kinds of error; the first list decides whether it is described, the second counts besides.
 _OF_GEARBOX: Final = {

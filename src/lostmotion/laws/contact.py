@@ -38,11 +38,6 @@ def equivalent_modulus(young: float, nu: float, other_young: float, other_nu: fl
     return 1 / soft
 
 
-def half_width(load: Floats, radius: Floats, modulus: float) -> Floats:
-    """Return the half-width a (m) of the contact under a load per width p (N/m): sqrt(4 p Req/(pi E*)); zero without load. Johnson (4.43)."""
-    return np.asarray(np.sqrt(4 * np.asarray(load) * radius / (math.pi * modulus)))
-
-
 def peak_pressure(load: Floats, radius: Floats, modulus: float) -> Floats:
     """Return the pressure p_H (Pa) at the centre of the contact: sqrt(p E*/(pi Req)), with p in N/m. Johnson (4.45)."""
     return np.asarray(np.sqrt(np.asarray(load) * modulus / (math.pi * np.asarray(radius))))

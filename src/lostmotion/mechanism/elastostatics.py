@@ -98,14 +98,6 @@ def compliance(arm: Arm, q: Floats) -> Floats:
     return compliances(arm, q).whole
 
 
-def stiffness(arm: Arm, q: Floats) -> Floats:
-    """Return the stiffness of the tool (pose, 6, 6), N m and N per rad and m, the inverse of `compliance`; arguments and errors as there.
-
-    NaN at poses where some direction is rigid.
-    """
-    return _inverse(compliance(arm, q))
-
-
 def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
     """Return rotation and displacement of the tool (pose, 6; rad, m) under this wrench in addition to the arm's own loads.
 
@@ -163,17 +155,3 @@ def ellipsoid(matrix: Floats, *, rotation_held: bool = False) -> Ellipsoid:
         shift = shift - matrix[..., 3:, :3] @ np.linalg.pinv(turns, rcond=_RIGID, hermitian=True) @ matrix[..., :3, 3:]
     values, directions = np.linalg.eigh((shift + np.swapaxes(shift, -1, -2)) / 2)
     return Ellipsoid(directions[..., ::-1], np.maximum(values[..., ::-1], 0.0))
-
-
-def _inverse(matrix: Floats) -> Floats:
-    """Return the inverse (pose, 6, 6), NaN where some direction is rigid."""
-    out = np.full_like(matrix, np.nan)
-    turn, shift = (np.sqrt(np.einsum("pii->p", matrix[:, each, each])) for each in (slice(3), slice(3, 6)))
-    some = np.flatnonzero((turn > 0) & (shift > 0))
-    # Rotations and displacements in units in which both are of one size.
-    unit = np.repeat(np.stack([turn[some], shift[some]], axis=1), 3, axis=1)
-    unit = unit[:, :, None] * unit[:, None, :]
-    scaled = matrix[some] / unit
-    firm = np.linalg.eigvalsh(scaled)[:, 0] > _RIGID
-    out[some[firm]] = np.linalg.inv(scaled[firm]) / unit[firm]
-    return out

@@ -21,16 +21,12 @@ _DAMPING: Final = 1e-4
 _BARELY: Final = 1e-9
 
 
-def jacobian(arm: Arm, q: Floats) -> Floats:
-    """Return the twist of the tool per motion of each joint (pose, 6, joint), about the tool point in the base's axes, rad or m per rad or m.
-
-    Raises ValueError for q of another shape or not finite. Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
-    """
-    return tool_and_jacobian(arm, q)[1]
-
-
 def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
-    """Return the tool's pose (pose, 4, 4), which is `frames(arm, q)[-1]` to rounding, and `jacobian(arm, q)`."""
+    """Return the tool's pose (pose, 4, 4), which is `frames(arm, q)[-1]` to rounding, and its twist per motion of each joint (pose, 6, joint).
+
+    The twist is about the tool point in the base's axes, rad or m per rad or m. Raises ValueError for q of another shape or not finite.
+    Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
+    """
     values = as_poses(arm, q)
     fixed, step = [], np.eye(4)
     for place in (arm.tree.places[number] for number in arm.tree.way[1:]):

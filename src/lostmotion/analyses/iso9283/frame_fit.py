@@ -18,7 +18,6 @@ _SINGULAR: Final = 1e-12
 _STEPS: Final = 50
 _TOLERANCE: Final = 1e-14
 _MIN_POSES: Final = 3
-_BASE: Final = 6
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.measured_paths import MeasuredPath
 
 _MOST_POSES: Final = 12
-_FRAMES: Final = ("commanded frames", "best-fit frames")
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 
 
