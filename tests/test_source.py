@@ -1,4 +1,4 @@
-"""Rules that the source keeps, read from its syntax trees: who may ask what kind of part it has, who reads text by patterns, how long a file is, and what has no user."""
+"""Rules of the source, read from its syntax trees: no questions for kinds of parts, no patterns on names, short files, nothing unused."""
 
 from __future__ import annotations
 
