@@ -79,13 +79,14 @@ def test_out_of_reach_is_said(six):
     assert not inverse_kinematics(six, wanted, six.limits.mean(axis=1)[None], turned=False)[1].any()
 
 
-def test_a_joint_on_its_limit_lets_the_others_go_on():
-    """A planar pair of slides, one at its end: the point beyond is reached by a third along the same way."""
-    slide = {"type": "prismatic", "limits": ("0 mm", "300 mm")}
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_joint_on_its_limit_lets_the_others_go_on(way):
+    """Four slides, one at either of its ends: the point beyond is reached by another along the same way, as soon as if it were alone."""
+    slide = {"type": "prismatic", "limits": ("-300 mm", "300 mm")}
     joints = [{**slide, "name": name, "axis": axis} for name, axis in (("X", "x"), ("Y", "y"), ("Z", "z"), ("U", "x"))]
     arm = lostmotion.Arm.model_validate({"name": "slides", "joints": joints})
     wanted = np.eye(4)[None].copy()
-    wanted[0, :3, 3] = 0.5, 0.1, 0.2
-    q, reached = inverse_kinematics(arm, wanted, np.array([[0.3, 0.0, 0.0, 0.0]]), turned=False)
+    wanted[0, :3, 3] = way * 0.5, 0.1, 0.2
+    q, reached = inverse_kinematics(arm, wanted, np.array([[way * 0.3, 0.0, 0.0, 0.0]]), turned=False, steps=12)
     assert reached.all()
-    assert q[0, 0] + q[0, 3] == pytest.approx(0.5, abs=1e-9)
+    assert q[0, 0] + q[0, 3] == pytest.approx(way * 0.5, abs=1e-9)
