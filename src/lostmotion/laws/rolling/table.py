@@ -37,6 +37,8 @@ _DENSER: Final = 1.5
 _BETWEEN: Final = 0.25
 # The lowest node as share of the top: a load that closes any play with negligible deformation.
 _BOTTOM: Final = 1e-8
+# A tighter fit than this (m) is a preload; a lesser one is lost under loads far below those of the table.
+_LEAST_PRELOAD: Final = 3e-7
 # Distance of the table's edge from a row without load, rad: there the row would be free in its play.
 _RIM: Final = 2e-3
 
@@ -147,12 +149,13 @@ class ShiftTable:
     def _growth(self, size: Floats) -> Floats:
         """Return the growth of the shifts with the load, by which the table's values are divided, so that light loads keep their digits.
 
-        With play the shifts do not start at zero; just closed contacts deform by their own power, preloaded ones in proportion to the load.
+        Preloaded rows deform in proportion to a light load. With play, or just closed, shifts do not fall with the load as fast as the contacts'
+        power: a row without load is free to move.
         """
-        if self.clearance > 0:
+        preloaded = self.clearance <= -_LEAST_PRELOAD or (self.clearance <= 0 and any(seat.preload_shift for seat in self.pair.seats))
+        if not preloaded:
             return np.ones_like(size)
-        grown = np.maximum(size, _BOTTOM ** (1 / self.pair.exponent / 2)) ** 2
-        return np.asarray(grown**self.pair.exponent) if self.clearance < 0 or any(seat.preload_shift for seat in self.pair.seats) else grown
+        return np.asarray(np.maximum(size, _BOTTOM ** (1 / self.pair.exponent / 2)) ** (2 * self.pair.exponent))
 
     def _coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
         """Return loads by magnitude and direction, each component to the contacts' power: over them shifts are nearly linear."""
