@@ -111,6 +111,7 @@ def test_the_new_gearbox_errs_as_its_closed_form(copy):
     square = backlash**2 / 4 + amplitude**2 / 2
     assert found["error"]["rotation_rms"]["value"] == pytest.approx(math.sqrt(square), rel=1e-9)
     assert found["causes"]["gearbox_pinion"]["share"]["value"] == pytest.approx(100 * amplitude**2 / 2 / square, rel=1e-9)
+    assert found["states"]["A"]["transm_error"]["words"] == "stated"
     waves = json.dumps(_figures(copy, "one-joint-gearbox"))
     assert "pinion" in waves
     assert "SpurGearbox" in copy.run("-m", "lostmotion", "schema")
