@@ -117,6 +117,16 @@ def test_every_example_has_its_sheet(path):
             assert all("[" in axis["title"]["text"] for name, axis in layout.items() if "axis" in name), plot.key
 
 
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_a_shaft_that_stays_parallel_tilts_by_zero(path):
+    """Under a load across its middle the shaft of a symmetric bearing does not tilt: it prints 0, not a rounding error."""
+    read = read_bearing(path)
+    found = examine(read.part, BearingLoad(1000.0, 0.0, 0.0))
+    sheet = bearing_sheet(read.name, read.part, found.load, found)
+    assert "tilts by 0 arcmin" in sheet.verdict
+    assert next(card.number for card in sheet.cards if card.title == "tilt at this load") == "0 arcmin"
+
+
 def test_catalogue_bearings_have_a_sheet_too():
     """A bearing described by its clearance or its stiffness shows what is stated and what it adds to the error."""
     for part in (RollingPair(clearance=6e-5, span=0.05, radial_stiffness=1e8), CrossedRoller(axial_stiffness=1e9, pitch_diameter=0.1)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
+from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes, source_in_words
 from lostmotion.io import read
 from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN, local_screws
@@ -69,7 +69,8 @@ def test_strain_wave_gears_repeat_to_a_tenth_of_a_minute(tmp_path):
         ('gearbox = { catalogue = "X-10", values = "nominal" }\n' + ROW + TYPICAL, "joints.A.gearbox.values", "limit"),
         ('gearbox = { catalogue = "X-10", values = 3 }\n' + ROW + TYPICAL, "joints.A.gearbox.values", "limit"),
         ('gearbox = { catalogue = "X-10", values = "typical" }\n' + ROW, "joints.A.gearbox.values", "knows typical values"),
-        ('gearbox = { ratio = 3, values = "typical" }\n', "joints.A.gearbox.values", ""),
+        ('gearbox = { ratio = 3, values = "typical" }\n', "joints.A.gearbox.values", "catalogue with a maker's name"),
+        ('gearbox = "g"\n[gearboxes.g]\nvalues = "typical"\n', "gearboxes.g.values", "catalogue with a maker's name"),
         (ROW + TYPICAL.replace("hysteresis", "backlash"), "reducers[0]", "upper_limits"),
         (ROW + TYPICAL.replace("0.1", "1.1"), "reducers[0]", "at most the limit"),
         (ROW + TYPICAL.replace("0.1 arcmin", "0.1"), "reducers[0].typical.hysteresis", "angle"),
@@ -101,6 +102,15 @@ def test_every_typical_value_and_every_mass_of_the_package_has_a_source(row):
         inertias = list(row.inertia_by_ratio.values())
         assert inertias == sorted(inertias, reverse=True)  # a larger first-stage ratio goes with a smaller input pinion
     assert row.inertia_by_ratio or row.figures.part.inertia or row.models == ["RV-42N"]
+
+
+@pytest.mark.parametrize("row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()])
+@pytest.mark.parametrize("values", ["limit", "typical"])
+def test_a_source_is_printed_whole(row, values):
+    """The source of a catalogue gearbox ends with that of its moment of inertia or mass, to its last word."""
+    ratio = next(iter(row.inertia_by_ratio), "118.5")
+    last = source_in_words(row.inertia_source or row.mass_source or row.source)
+    assert row.with_stated({"ratio": float(ratio)}, values)["source"].endswith(last)
 
 
 def test_larger_sizes_weigh_more():

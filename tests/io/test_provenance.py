@@ -15,6 +15,7 @@ from lostmotion.error_model.provenance import AssumedValue, states
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.io.sweep_designs import read_design
+from lostmotion.parts.provenance import LONGEST_SOURCE
 from tests.io.conftest import EXAMPLES, JOINT, mistakes
 
 ARM = 'name = "x"\n[gearboxes.g]\nratio = 100\nstiffness = "50 N m/arcmin"\nbacklash = "1 arcmin"\n'
@@ -121,9 +122,9 @@ def test_a_reducer_of_the_catalogue_says_which_values_are_limits(tmp_path):
         assert gearbox.source
         assert "backlash" not in limits or "0.4 arcmin" not in text
     assert gearbox.source.startswith("test report; the rest: ")
-    long = own.replace("test report", "t" * 300)
-    assert read(written(tmp_path / "long.toml", long)).moving[0].gearbox.source == "t" * 300
-    assert mistakes(written(tmp_path / "longer.toml", own.replace("test report", "t" * 301)))
+    longest = "t" * LONGEST_SOURCE
+    assert read(written(tmp_path / "long.toml", own.replace("test report", longest))).moving[0].gearbox.source == longest
+    assert mistakes(written(tmp_path / "longer.toml", own.replace("test report", longest + "t")))
 
 
 def test_a_sidecar_keeps_what_it_says_of_its_values(tmp_path):

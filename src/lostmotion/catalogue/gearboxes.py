@@ -177,10 +177,13 @@ class GearboxRow(_Printed):
         own = stated.get("source")
         others = {"typical": self.typical["source"] if typical else "", "mass": self.mass_source, "inertia": self.inertia_source}
         besides = [f"{name}: {text}" for name, text in others.items() if text and (name == "typical" or (name in kept and name not in stated))]
-        known = source_in_words("; ".join([self.source, *besides]))
-        source = f"{own}; the rest: {known}" if isinstance(own, str) and own else known
-        if not isinstance(own, str) or len(own) <= LONGEST_SOURCE:  # a stated source that is itself too long is refused by the model
-            source = source[:LONGEST_SOURCE]
+        pieces = [source_in_words(piece) for piece in (self.source, *besides)]
+        if isinstance(own, str) and own:
+            pieces = [own, f"the rest: {pieces[0]}", *pieces[1:]]
+        source = pieces[0]  # a stated source that is itself too long is refused by the model
+        for piece in pieces[1:]:
+            if len(joined := f"{source}; {piece}") <= LONGEST_SOURCE:
+                source = joined
         # the stated source is joined with the row's own, unless it is not text: the model refuses that
         origin: dict[str, Any] = {"upper_limits": limits} if limits and "upper_limits" not in stated else {}
         assumed = stated.get("assumed", [])

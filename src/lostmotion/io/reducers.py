@@ -46,12 +46,14 @@ def place_reducers(draft: Draft) -> None:
     shared = shared if isinstance(shared, dict) else {}
     placed = []
     for name, stated in shared.items():
+        _refuse_values_alone(draft, stated, ("gearboxes", name))
         if _names_row(stated) and not draft.full:
             shared[name] = _with_row(draft, stated, ("gearboxes", name), KEY, own)
             placed.append(shared[name])
     for index, joint in draft.joints:
         path: Path = ("joints", index)
         stated = joint.get("gearbox")
+        _refuse_values_alone(draft, stated, (*path, "gearbox"))
         if isinstance(stated, str) and stated not in shared and _means_reducer(stated, shared, own):
             joint["gearbox"] = _with_row(draft, {KEY: stated}, path, "gearbox", own)
             placed.append(joint["gearbox"])
@@ -61,6 +63,13 @@ def place_reducers(draft: Draft) -> None:
         gearbox = shared.get(stated) if isinstance(stated, str) and stated in shared else joint.get("gearbox")
         if gearbox is not None and any(gearbox is row for row in placed):
             _check_joint(draft, joint, gearbox, path)
+
+
+def _refuse_values_alone(draft: Draft, stated: Any, path: Path) -> None:  # noqa: ANN401 - whatever a file holds
+    """Refuse a selection of catalogue values in a gearbox that names no row of the catalogue, and take it out."""
+    if isinstance(stated, dict) and VALUES in stated and KEY not in stated and stated.get("kind", DEFAULT_KIND) == DEFAULT_KIND:
+        found = f"{shown(stated.pop(VALUES))} in a gearbox that names no reducer of the catalogue"
+        draft.refuse((*path, VALUES), found, f"{KEY} with a maker's name beside it, or no {VALUES}", f'{KEY} = "{_EXAMPLE}", {VALUES} = "typical"')
 
 
 def _names_row(stated: Any) -> TypeGuard[dict[str, Any]]:  # noqa: ANN401 - whatever a file holds

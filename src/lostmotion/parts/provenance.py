@@ -19,7 +19,7 @@ ASSUMED: Final = "assumed"
 UPPER_LIMIT: Final = "maker's upper limit"
 # The reason of a default begins with this word.
 DEFAULT: Final = "default"
-LONGEST_SOURCE: Final = 300
+LONGEST_SOURCE: Final = 500
 # Keys that identify a part or its provenance, and hold no values.
 NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes", "after"})
 

@@ -75,6 +75,10 @@ def _micro(value: float, samples: str = "") -> Figure:
     return Figure(value * 1e6, "µm", samples=samples)
 
 
+def _angle(value: float, samples: str = "") -> Figure:
+    return Figure(float(value) / ARCMIN, "arcmin", samples=samples)
+
+
 def _verdict(found: Examined) -> str:
     low, middle, high = (f"{1e6 * each:.1f}" for each in found.clearances)
     shift, tilt = _across(found)[1], _tilt(found)[1]
@@ -83,9 +87,7 @@ def _verdict(found: Examined) -> str:
     if 0 < preloaded < 1:
         sentences.append(f"{100 * preloaded:.0f} % of the bearings work under preload.")
     if found.settled.converged[1]:
-        sentences.append(
-            f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {tilt / ARCMIN:.3g}′ with the middle clearance."
-        )
+        sentences.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {_angle(tilt)} with the middle clearance.")
     else:
         sentences.append("The bearing cannot support this load: no equilibrium.")
     return " ".join(sentences)
@@ -98,7 +100,7 @@ def _cards(found: Examined) -> list[Card]:
     return [
         Card("working clearance", str(_micro(working.middle)), f"limits {span}"),
         Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
-        Card("tilt at this load", f"{_tilt(found)[1] / ARCMIN:.3g} arcmin", "middle clearance"),
+        Card("tilt at this load", str(_angle(_tilt(found)[1])), "middle clearance"),
         Card("most heavily loaded element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
         Card("stiffness across", f"{found.stiffness[0] / 1e6:.3g} N/µm", "at this load"),
         Card("stiffness against tilting", f"{found.stiffness[4] * ARCMIN:.3g} N m/arcmin", "at this load"),
@@ -161,7 +163,7 @@ def _shifts(found: Examined) -> Section:
     rows = [Row("shift across", tuple(_micro(float(value), solved) for value in _across(found)))]
     if found.bearing.rows.axial:
         rows.append(Row("shift along the axis", tuple(_micro(float(value), solved) for value in displacement[:, 2])))
-    rows.append(Row("tilt", tuple(Figure(float(value) / ARCMIN, "arcmin", samples=solved) for value in _tilt(found))))
+    rows.append(Row("tilt", tuple(_angle(value, solved) for value in _tilt(found))))
     return Section("shift", "How far the shaft moves", _CASES, tuple(rows), f"under {described(found.load)}, from the middle of the play")
 
 
