@@ -24,6 +24,16 @@ from tests.conftest import arm_of
 SETS = 8
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_where_only_robots_or_only_poses_differ_the_interval_is_students(axis):
+    """Four robots that err alike at all poses, or four sets of poses at which all robots err alike: Student's interval of four values."""
+    values = np.array([1.0, 1.3, 0.9, 1.6])
+    found = intervals.two_way(np.expand_dims(values, axis) + np.zeros((4, 4)))
+    assert found.half == pytest.approx(3.182446 * values.std(ddof=1) / 2, rel=1e-6)
+    assert (found.of_poses if axis else found.of_robots) == pytest.approx(values.var(ddof=1) / 4, rel=1e-12)
+    assert (found.of_robots if axis else found.of_poses) == 0
+
+
 @pytest.mark.parametrize(("of_sets", "of_robots", "of_cells"), [(0.0, 1.0, 0.0), (1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.1, 0.3)])
 def test_the_interval_of_a_pooled_mean_covers_whatever_differs(of_sets, of_robots, of_cells):
     """1 000 made-up studies each: robots, sets of poses, their product or all of these differ, and 95 % intervals hold the truth in 93-97 %.

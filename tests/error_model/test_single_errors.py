@@ -12,6 +12,7 @@ from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_ca
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import RevoluteJoint
+from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import montecarlo
 from tests.parts.conditions import ARCMIN
 
@@ -46,3 +47,12 @@ def test_a_scattered_play_turns_the_tool_by_half_its_mean_square_size(law: str, 
     (cost,) = costs(Tally.of(matrix))
     assert cost.alone == pytest.approx(LEVER * math.sqrt(expected), rel=1e-5)
     assert worst_case(matrix)[0] == pytest.approx(LEVER * 1.5 * ARCMIN, rel=1e-12)
+
+
+def test_coming_down_is_the_other_side_of_coming_up():
+    """A play of 2' leaves the output 1' behind the last motion: up and down the tool is 1' off to opposite sides, and 2' apart."""
+    arm, q = turning(gearbox={"backlash": "2 arcmin"}), np.array([[0.0]])
+    up, down = (analytic(arm, q, approach=sign) for sign in (1.0, -1.0))
+    np.testing.assert_allclose(up.bias, [[0.0, -LEVER * ARCMIN, 0.0]], atol=1e-15)
+    np.testing.assert_array_equal(down.bias, -up.bias)
+    assert up.mean == down.mean == pytest.approx(LEVER * ARCMIN, rel=1e-9)

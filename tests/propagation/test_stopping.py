@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion import sample_poses
 from lostmotion.error_model.intervals import two_way
 from lostmotion.propagation.montecarlo.stopping import STAGES, Stage, Tolerance, Watched, _capped, settle
 from tests.conftest import arm_of
@@ -131,6 +132,16 @@ def test_a_study_that_says_when_to_stop_is_the_study_of_its_last_stage():
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
     assert [row.label for row in rows] == list(last.figures)
     assert rows[1].figures[-1].value == pytest.approx(100 * last.figures["95th percentile"].relative)
+
+
+def test_a_study_takes_more_poses_where_their_choice_limits_it():
+    """Sixteen poses leave more than 5 % open whatever the robots: a longer sequence is taken. The same poses, if given, are all there are."""
+    arm = arm_of(2)
+    stages = lostmotion.study(arm, 16, 100, 1, until="5 %", threads=1).stopping.stages
+    assert stages[0].poses == 16 < stages[-1].poses
+    given = lostmotion.study(arm, sample_poses(arm, 16).q, 100, 1, until="5 %", most_robots=300, threads=1).stopping
+    assert {stage.poses for stage in given.stages} == {16}
+    assert given.most_poses == 16
 
 
 def test_a_study_says_that_it_did_not_reach():
