@@ -261,8 +261,8 @@ def test_members_taken_as_rigid_are_named():
     found = looked_at("rv-like")
     assert found.result()["taken_as_rigid"] == ["ring pins", "input shaft"]
     members = next(section for section in found.sheet.sections if section.key == "members")
-    assert "taken as rigid: ring pins, input shaft" in members.note
-    assert any("taken as rigid: ring pins, input shaft" in note for note in found.sheet.notes)
+    assert "assumed rigid: ring pins, input shaft" in members.note
+    assert any("assumed rigid: ring pins, input shaft" in note for note in found.sheet.notes)
 
 
 def test_another_torque_moves_what_depends_on_it():
@@ -644,7 +644,7 @@ def test_a_wrong_file_is_one_message(tmp_path, name):
         ((EXAMPLES / "printed.toml", "--torque", "1e9 N m"), "found no equilibrium"),
         ((EXAMPLES / "printed.toml", "--dxf", "nowhere/x.dxf"), "no folder 'nowhere'"),
         ((EXAMPLES.parent / "z-arm.toml",), "one of its joints with a gearbox"),
-        ((EXAMPLES.parent / "z-arm.toml", "--joint", "A", "--dxf", "x.dxf"), "one by its drawing"),
+        ((EXAMPLES.parent / "z-arm.toml", "--joint", "A", "--dxf", "x.dxf"), "a gearbox with a drawing"),
         ((EXAMPLES / "printed.toml", "--joint", "A"), "no joints"),
     ],
 )
@@ -748,4 +748,4 @@ def test_a_gearbox_of_ones_own_is_none_of_the_catalogue(tmp_path):
     """A user's own gearbox is not called one of the catalogue; what it states as zero is stated, and what it leaves out is ideal."""
     path = tmp_path / "own.toml"
     path.write_text('[gearbox]\nbacklash = "0 arcmin"\nhysteresis = "0 arcmin"\ntransmission_error = "0 arcmin"')
-    assert lostmotion.gear(path).sheet.verdict.startswith("A gearbox by stated figures; not specified and taken as ideal: stiffness.")
+    assert lostmotion.gear(path).sheet.verdict.startswith("A gearbox by stated figures; not specified and assumed ideal: stiffness.")

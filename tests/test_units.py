@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.distributions import Table, product_mean
 from lostmotion.parts.error_source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
-from lostmotion.unit_registry import _SPOKEN, UnitError, spoken
+from lostmotion.unit_registry import _UNITS_IN_WORDS, UnitError, unit_in_words
 from lostmotion.units import Quantity, Toleranced, read_quantity, table_rows
 
 ARCMIN = math.pi / 180 / 60
@@ -182,7 +182,7 @@ def test_hostile_text_is_refused_at_once(text: str, si: str):
     assert time.perf_counter() - start < 0.5
 
 
-@given(st.text(alphabet="0123456789.eE+-±%°'\"µμ/*^·() mNradgksPGinoml_[],!@²٣", max_size=40), st.sampled_from(sorted(_SPOKEN)))
+@given(st.text(alphabet="0123456789.eE+-±%°'\"µμ/*^·() mNradgksPGinoml_[],!@²٣", max_size=40), st.sampled_from(sorted(_UNITS_IN_WORDS)))
 @example("5 m·/m", "")
 @example("1 1/1/m", "")
 @example("5 %%", "")
@@ -227,9 +227,9 @@ def test_what_is_written_is_read_again(pair: tuple[str, str], value: float, tole
 
 def test_every_dimension_has_a_name_in_words():
     """Every SI unit that fields use is spoken of in users' words, with an example unit."""
-    for si in _SPOKEN:
-        assert spoken(si) != si
-    assert spoken("m^17") == "m^17"
+    for si in _UNITS_IN_WORDS:
+        assert unit_in_words(si) != si
+    assert unit_in_words("m^17") == "m^17"
 
 
 class Sample(BaseModel):

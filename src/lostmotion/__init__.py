@@ -1,4 +1,4 @@
-"""lostmotion: how accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?
+"""Predict how accurate a robot arm will be before it is built, where in its workspace, and which part is to blame.
 
 >>> import lostmotion
 >>> s = lostmotion.study("z-arm.toml", robots=1000, visits=30, seed=1)

@@ -98,7 +98,7 @@ class Mistakes:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Say all of them, unless something else went wrong."""
+        """Raise InputError with all mistakes, unless another exception is under way."""
         if kind is None and self._problems:
             raise InputError(self._problems)
 

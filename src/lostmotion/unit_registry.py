@@ -64,12 +64,12 @@ def factor(unit: str, si: str) -> float:
         return float(registry.Quantity(1.0, registry.parse_units(plain)).to(registry.parse_units(si)).magnitude)
     except pint.DimensionalityError:
         problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
-        raise UnitError(f"{problem} {_SPOKEN.get(si, si)}") from None
+        raise UnitError(f"{problem} {_UNITS_IN_WORDS.get(si, si)}") from None
     except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError, KeyError):  # "m^0" is a KeyError to pint
         raise UnitError(f"'{unit}' is not a known unit") from None
 
 
-_SPOKEN: Final = {
+_UNITS_IN_WORDS: Final = {
     "": "a plain number",
     "m": "length (mm, µm, m, in)",
     "m^2": "area (mm^2)",
@@ -90,6 +90,6 @@ _SPOKEN: Final = {
 }
 
 
-def spoken(si: str) -> str:
+def unit_in_words(si: str) -> str:
     """Return the dimension of an SI unit in users' words, with examples."""
-    return _SPOKEN.get(si, si)
+    return _UNITS_IN_WORDS.get(si, si)

@@ -13,7 +13,7 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
-from lostmotion.unit_registry import UnitError, factor, spoken
+from lostmotion.unit_registry import UnitError, factor, unit_in_words
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
@@ -93,7 +93,7 @@ class Distribution:
 
     @property
     def expected(self) -> str:
-        """Say in words what this field takes."""
+        """Return the description of the values that this field takes."""
         return "one of " + ", ".join(f'"{word}"' for word in self.words) + ", or rows [value in units of the amount, probability of a smaller one]"
 
     @property
@@ -174,32 +174,32 @@ class Quantity:
 
     @property
     def expected(self) -> str:
-        """Say in words what this field takes."""
-        words = spoken(self.si) + (" or per cent" if self._is_share else "")
+        """Return the description of the values that this field takes."""
+        words = unit_in_words(self.si) + (" or per cent" if self._is_share else "")
         if self.above == 0:
             words += ", above zero"
         elif self.low == 0:
             words += ", zero or more"
         elif math.isfinite(self.low):
-            words += f", at least {self._told(self.low)}"
+            words += f", at least {self._limit_text(self.low)}"
         elif math.isfinite(self.above):
-            words += f", above {self._told(self.above)}"
+            words += f", above {self._limit_text(self.above)}"
         if math.isfinite(self.high):
-            words += f", at most {self._told(self.high)}"
+            words += f", at most {self._limit_text(self.high)}"
         return words + (", with or without ± tolerance" if self.toleranced else "")
 
     @property
     def _is_share(self) -> bool:
         return not self.si and self.example.endswith("%")
 
-    def _told(self, end: float) -> str:
-        """Say where the range ends: angles in degrees, as they are drawn; shares as they may be stated."""
+    def _limit_text(self, end: float) -> str:
+        """Return the end of the range as text: angles in degrees, shares also in per cent."""
         if self._is_share:
             return f"{end:g} ({100 * end:.6g} %)"
         return f"{math.degrees(end):g} deg" if self.si == "rad" else f"{end:g} {self.si}".rstrip()
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
-        """Turn what was given into SI; raises pydantic's error with `expected` and `example` in its context."""
+        """Convert an input value to SI; raises pydantic's error with `expected` and `example` in its context."""
         try:
             found = self._of_law(self._read(value, from_file=bool(info and info.context and info.context.get("text"))))
             self._check(found)

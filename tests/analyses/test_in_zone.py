@@ -172,7 +172,7 @@ def test_a_zone_stops_by_its_own_figures(arm, monkeypatch):
     few = poses_in_zone(arm, 512, CORNER)
     short = route(tolerance=Tolerance(0.01), most_robots=4000).within(arm, few, lambda count: poses_in_zone(arm, count, CORNER).poses, len(few.poses))
     assert not short.stopping.reached
-    assert short.stopping.for_want_of == "poses"
+    assert short.stopping.limited_by == "poses"
     assert len(short.poses) == len(few.poses)
     (sentence,) = stopped_in([short])
     assert sentence.endswith(f"and no more than {len(few.poses)} were found")

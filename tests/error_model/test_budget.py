@@ -282,12 +282,12 @@ def test_an_rms_error_has_the_interval_that_its_poses_leave(arm):
     for seed in range(40):
         poses = sample_poses(arm, 64, "uniform", seed=1000 + seed)
         found = budget(arm, poses.q, replicates=poses.replicates)
-        assert found.sure().value == pytest.approx(found.rms, rel=1e-12)
+        assert found.rms_interval().value == pytest.approx(found.rms, rel=1e-12)
         for levels in held:
-            sure = found.sure(*levels)
-            held[levels] += sure.low <= many.sure(*levels).value <= sure.high
+            rms = found.rms_interval(*levels)
+            held[levels] += rms.low <= many.rms_interval(*levels).value <= rms.high
     assert all(34 <= count <= 40 for count in held.values()), held  # 95 % of 40, less three standard deviations
-    assert found.sure().high < 1.5 * found.sure().low
-    given = budget(arm, sample_poses(arm, 64).q).sure()
+    assert found.rms_interval().high < 1.5 * found.rms_interval().low
+    given = budget(arm, sample_poses(arm, 64).q).rms_interval()
     assert np.isnan(given.low)
     assert np.isnan(given.high)

@@ -87,9 +87,9 @@ def test_a_growth_of_up_to_sixty_four_is_taken_at_once_and_a_larger_one_by_eight
 def test_what_was_not_reached_is_said_with_its_reason():
     """Too few robots allowed, or poses that are fixed: not reached, for want of that; the most that was allowed was used."""
     _, short = settle(made_up(1, 0.3, 0, 0), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)
-    assert (short.reached, short.for_want_of, short.stages[-1].robots) == (False, "robots", 400)
+    assert (short.reached, short.limited_by, short.stages[-1].robots) == (False, "robots", 400)
     _, fixed = settle(made_up(1, 0.01, 0, 0.3), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)
-    assert (fixed.reached, fixed.for_want_of) == (False, "poses")
+    assert (fixed.reached, fixed.limited_by) == (False, "poses")
     assert fixed.missed == ("mean",)
 
 

@@ -1,4 +1,4 @@
-"""Quantities as users state them: text with its unit, "0.5 mm", or a number in SI."""
+"""Quantities of arguments: text with its unit, "0.5 mm", or a number in SI."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ _UNIT: Final = re.compile(r"[A-Za-zµμ°%′″'\"]")
 
 @dataclass(frozen=True)
 class Three:
-    """What each of three amounts along or about x, y and z may be, and an example of all three as text."""
+    """Three quantities along or about x, y and z: the kind of each, and an example of all three as text."""
 
     each: Quantity
     example: str
 
     @property
     def expected(self) -> str:
-        """Say in words what is taken."""
+        """Return the description of the values that are accepted."""
         which = {"m": "lengths, along", "rad": "angles, about"}[self.each.si]
         return f"three {which} x, y and z, each {self.each.expected}"
 
 
 def amount(name: str, value: object, wanted: Quantity) -> float:
-    """How much is it, in SI? `value` is text with its unit, or a number in SI; `name` is the argument's, or the option's, for the message.
+    """Return a quantity in SI. `value` is text with its unit, or a number in SI; `name` is the argument, for the message.
 
-    Raises InputError for text without a unit, another dimension, what is not finite, and an amount out of range.
+    Raises InputError for text without a unit, another dimension, a number that is not finite, and a quantity out of range.
     """
     from pydantic_core import PydanticCustomError
 
@@ -52,9 +52,9 @@ def amount(name: str, value: object, wanted: Quantity) -> float:
 
 
 def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]:
-    """How much is it along, or about, x, y and z, in SI? Three amounts, or one text with commas or ' x ' between them.
+    """Return three quantities along, or about, x, y and z, in SI, from a sequence, or one text with commas or ' x ' between them.
 
-    In one text the unit may stand once, at the end: "0, 0, 400 mm". Raises InputError with every mistake, as `amount`.
+    One text may state the unit once, at the end: "0, 0, 400 mm". Raises InputError with every mistake, as `amount`.
     """
     parts: list[Any]
     if isinstance(value, str):
@@ -70,7 +70,7 @@ def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]
 
 
 def each_of(name: str, values: Sequence[object], wanted: Sequence[Quantity]) -> list[float]:
-    """How much are these, in SI, as many as are wanted? Raises InputError with every mistake, all under one name."""
+    """Return as many quantities in SI as `wanted` has entries. Raises InputError with every mistake, all under one name."""
     return list(read_quantities(dict(enumerate(values)), dict(enumerate(wanted)), lambda _: name, needed=True).values())
 
 
@@ -81,7 +81,7 @@ def read_quantities(
     *,
     needed: bool = False,
 ) -> dict[Any, Any]:
-    """How much are all of these, in SI? Those that `wanted` knows; what is None is left out, or refused where all are `needed`.
+    """Return in SI the quantities that `wanted` lists; a value of None is skipped, or refused where all are `needed`.
 
     Raises InputError with every mistake at once.
     """

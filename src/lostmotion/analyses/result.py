@@ -47,7 +47,7 @@ class Result(ABC):
         """Return what the report's folder holds besides report.html and result.json, by name."""
         return {}
 
-    def written_besides(self, folder: Path) -> Iterable[str]:  # noqa: ARG002 - for those that have something to say
+    def further_files(self, folder: Path) -> Iterable[str]:  # noqa: ARG002 - for results with further files
         """Return a line for each file that the command line names besides the report."""
         return ()
 

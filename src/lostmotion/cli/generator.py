@@ -144,7 +144,7 @@ def _show(results: list[Result], written: list[Path], common: Mapping[str, Any])
     for each, folder in zip(results, written, strict=False):
         if not common["json"]:
             say(f"\nReport: {folder / 'report.html'}")
-            for line in each.written_besides(folder):
+            for line in each.further_files(folder):
                 say(line)
     for failure in dict.fromkeys(failures):
         say(f"lostmotion: {failure}", error=True)

@@ -159,8 +159,8 @@ class Budget:
         design, robot, visit = (sum(cost.levels[k] for cost in self.parts) for k in range(3))
         return float(design), float(robot), float(visit)
 
-    def sure(self, *levels: int) -> Estimate:
-        """Return the r.m.s. error that levels of chance make together (0 by design, 1 by robot, 2 by visit; all by default), m.
+    def rms_interval(self, *levels: int) -> Estimate:
+        """Return the r.m.s. error of these levels of chance together (0 by design, 1 by robot, 2 by visit; all by default), m.
 
         Exact at the poses; the interval, 95 %, is the uncertainty due to their choice, and has NaN ends where they are no independent sets.
         """

@@ -106,7 +106,7 @@ def place_by_rows(draft: Draft) -> None:
                 DH_EXAMPLES[convention],
             )
         rows.append(_row(draft, index, {key: joint.pop(key) for key in stated}))
-        _refuse_said_twice(draft, index, joint, convention)
+        _refuse_duplicates(draft, index, joint, convention)
     having = [joint for (_, joint), row in zip(draft.joints, rows, strict=True) if row is not None]
     for joint, (origin, tip) in zip(having, _placed(_CONVENTIONS[convention], draft.joints, rows), strict=True):
         rename_assumed(joint, {convention: "origin"})
@@ -135,7 +135,7 @@ def _row(draft: Draft, index: int, stated: dict[str, Any]) -> Row:
     return row
 
 
-def _refuse_said_twice(draft: Draft, index: int, joint: dict[str, Any], convention: str) -> None:
+def _refuse_duplicates(draft: Draft, index: int, joint: dict[str, Any], convention: str) -> None:
     link = joint.get("link", {})
     for holder, names, steps in ((joint, _STATED_BY_JOINT, ()), (link, _STATED_BY_LINK, ("link",))):
         for name in names:

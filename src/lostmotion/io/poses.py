@@ -141,12 +141,12 @@ def _outside(q: Floats, lines: array[int], arm: Arm, file: str) -> list[Problem]
     mistakes = []
     for row, column in np.argwhere((q < low - slack) | (q > high + slack))[: _MOST_MISTAKES + 1]:
         joint = arm.moving[column]
-        found, *limits = (_spoken(value, sliding=isinstance(joint, PrismaticJoint)) for value in (q[row, column], *joint.limits))
+        found, *limits = (_value_text(value, sliding=isinstance(joint, PrismaticJoint)) for value in (q[row, column], *joint.limits))
         mistakes.append(
             Problem(file, f"line {lines[row]}, joint {joint.name}", found, f"a value within its limits, {limits[0]} to {limits[1]}", limits[0])
         )
     return mistakes
 
 
-def _spoken(value: float, *, sliding: bool) -> str:
+def _value_text(value: float, *, sliding: bool) -> str:
     return f"{value * 1e3:.6g} mm" if sliding else f"{math.degrees(value):.6g} deg"

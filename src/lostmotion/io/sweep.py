@@ -119,7 +119,7 @@ def _axes(file: str, stated: Any, mistakes: list[Problem]) -> tuple[Axis, ...]: 
         return ()
     keys = [key for key, _ in flat]
     mistakes += [
-        Problem(file, f"{TABLE}.{key_said(key)}", "stated twice", "each key once", EXAMPLE) for key in sorted(set(keys)) if keys.count(key) > 1
+        Problem(file, f"{TABLE}.{key_text(key)}", "stated twice", "each key once", EXAMPLE) for key in sorted(set(keys)) if keys.count(key) > 1
     ]
     axes = [_axis(file, key, value, mistakes) for key, value in flat]
     found = tuple(axis for axis in axes if axis is not None)
@@ -140,13 +140,13 @@ def _flat(stated: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
     return out
 
 
-def key_said(key: str) -> str:
-    """Write a key as it stands in the table."""
+def key_text(key: str) -> str:
+    """Return a key as text, as in the table."""
     return '"' + shown(key, _LONGEST_KEY)[1:-1] + '"'
 
 
 def _axis(file: str, key: str, value: Any, mistakes: list[Problem]) -> Axis | None:  # noqa: ANN401 - whatever a file holds
-    where = f"{TABLE}.{key_said(key)}"
+    where = f"{TABLE}.{key_text(key)}"
     if len(key) > _LONGEST_KEY or not all(key_steps(key)):
         mistakes.append(Problem(file, where, "no path of keys", "names with dots between them", EXAMPLE))
         return None

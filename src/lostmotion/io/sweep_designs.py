@@ -15,7 +15,7 @@ from lostmotion.io.limits import MOST_MISTAKES, listed, nearest, refuse_all
 from lostmotion.io.provenance import forget_assumed
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY
 from lostmotion.io.sidecar import find_sidecar
-from lostmotion.io.sweep import EXAMPLE, Axis, changes, designs, key_said, read_axes
+from lostmotion.io.sweep import EXAMPLE, Axis, changes, designs, key_text, read_axes
 from lostmotion.io.text import beside, read_old_text, read_text
 from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
 
@@ -177,7 +177,7 @@ def read_sweep(
 def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str) -> list[Problem]:
     """Return the values of a key that the arm does not accept. What is wrong with the key itself is reported once."""
     out: list[Problem] = []
-    where = f"{TABLE}.{key_said(axis.key)}"
+    where = f"{TABLE}.{key_text(axis.key)}"
     for k, value in enumerate(axis.values):
         if len(out) > MOST_MISTAKES:
             break

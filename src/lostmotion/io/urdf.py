@@ -76,7 +76,7 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
         mass, centre, held = _carried(tree, joint.child, after)
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
-        notes += _notes_of_held(tree, joint.child, held)
+        notes += _notes_of_fixed_joints(tree, joint.child, held)
         entry: dict[str, Any] = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
         if weighs:
             entry["mass"] = "0 kg"  # a URDF's inertials weigh whole bodies, drives included
@@ -141,8 +141,8 @@ def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float,
     return mass, (x, y, z), held
 
 
-def _notes_of_held(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> list[str]:
-    """Describe the joints on a link that are not joints of the arm, what they carry, and what is doubtful about them."""
+def _notes_of_fixed_joints(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> list[str]:
+    """Return notes on the joints of a link that are not joints of the arm: the mass they carry, and suspicious limits or mistakes."""
     if not held:
         return []
     weight = math.fsum(tree.links[name].mass for name in {name for joint in held for name in _beyond(tree, joint.child)})

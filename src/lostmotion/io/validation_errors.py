@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 Path: TypeAlias = tuple[str | int, ...]
 # Of pydantic's errors; many of them can be one mistake of the user's.
-_MOST_LOOKED_AT: Final = 2000
+_MOST_ERRORS: Final = 2000
 
 
-class _Said(NamedTuple):
-    """A mistake in words, still without its file."""
+class _Described(NamedTuple):
+    """A mistake as text, without its file."""
 
     path: Path
     found: str
@@ -63,7 +63,7 @@ def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: 
 
     `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes besides a model's fields, with an example of each.
     """
-    spots = [_spot(detail, model) for detail in error.errors(include_url=False)[:_MOST_LOOKED_AT] if not _is_echo(detail)]
+    spots = [_spot(detail, model) for detail in error.errors(include_url=False)[:_MOST_ERRORS] if not _is_echo(detail)]
     forks: dict[Path, list[_Spot]] = {}
     for spot in spots:
         if spot.fork is not None:
@@ -110,54 +110,56 @@ def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydan
     return spot
 
 
-def _describe_value(spot: _Spot, _: Also) -> _Said:
+def _describe_value(spot: _Spot, _: Also) -> _Described:
     allowed = spot.trail[-1]
     why = f" ({spot.context['why']})" if "why" in spot.context else ""
     near = nearest(spot.given, literals(allowed)) if isinstance(spot.given, str) else ""
-    return _Said(spot.path, shown(spot.given) + why, words(allowed), _assignment(spot.path, f'"{near}"' if near else example(allowed)), near)
+    return _Described(spot.path, shown(spot.given) + why, words(allowed), _assignment(spot.path, f'"{near}"' if near else example(allowed)), near)
 
 
-def _describe_rule(spot: _Spot, _: Also) -> _Said:
+def _describe_rule(spot: _Spot, _: Also) -> _Described:
     """Pass on what a part's own rule says: it carries its words with it."""
     shape = spot.context["example"]
     example = shape if "=" in shape else _assignment(spot.path, shape)
-    return _Said((*spot.path, *spot.context.get("path", ())), spot.context["why"], spot.context["expected"], example, spot.context.get("near", ""))
+    return _Described(
+        (*spot.path, *spot.context.get("path", ())), spot.context["why"], spot.context["expected"], example, spot.context.get("near", "")
+    )
 
 
-def _describe_missing(spot: _Spot, _: Also) -> _Said:
+def _describe_missing(spot: _Spot, _: Also) -> _Described:
     if isinstance(spot.path[-1], int):  # speak of the short list, not of the hole in it
         path, allowed = spot.path[:-1], spot.trail[-2]
-        return _Said(path, shown(spot.given), words(allowed), _assignment(path, example(allowed)))
-    return _Said(spot.path, "nothing", words(spot.trail[-1]), _assignment(spot.path, example(spot.trail[-1])))
+        return _Described(path, shown(spot.given), words(allowed), _assignment(path, example(allowed)))
+    return _Described(spot.path, "nothing", words(spot.trail[-1]), _assignment(spot.path, example(spot.trail[-1])))
 
 
-def _describe_unknown(spot: _Spot, also: Also) -> _Said:
+def _describe_unknown(spot: _Spot, also: Also) -> _Described:
     owners = models(spot.trail[-2])
     examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in keys(owner)}
     for owner in owners:
         examples |= also.get(owner, {})
     near = nearest(spot.last, examples)
     found = f"an unknown key with {shown(spot.given)}"
-    return _Said(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
+    return _Described(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
 
 
-def _describe_tag(spot: _Spot, _: Also) -> _Said:
+def _describe_tag(spot: _Spot, _: Also) -> _Described:
     name = spot.context["discriminator"].strip("'")
     tags = [tag(option) for option in models(spot.trail[-1])]
     stated = spot.context.get("tag")
     near = nearest(str(stated or ""), tags)
     found = "nothing" if stated is None else shown(stated)
-    return _Said((*spot.path, name), found, "one of " + ", ".join(f'"{each}"' for each in tags), f'{name} = "{near or tags[0]}"', near)
+    return _Described((*spot.path, name), found, "one of " + ", ".join(f'"{each}"' for each in tags), f'{name} = "{near or tags[0]}"', near)
 
 
-def _describe_count(spot: _Spot, _: Also) -> _Said:
+def _describe_count(spot: _Spot, _: Also) -> _Described:
     least, most = spot.context.get("min_length"), spot.context.get("max_length")
     of = "characters" if isinstance(spot.given, str) else "entries"
     expected = f"at least {least} {of}" if most is None else f"at most {most} {of}"
-    return _Said(spot.path, f"{len(spot.given)} {of}", f"{words(spot.trail[-1])}, {expected}", _assignment(spot.path, example(spot.trail[-1])))
+    return _Described(spot.path, f"{len(spot.given)} {of}", f"{words(spot.trail[-1])}, {expected}", _assignment(spot.path, example(spot.trail[-1])))
 
 
-_DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Said]]] = {
+_DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Described]]] = {
     "missing": _describe_missing,
     "extra_forbidden": _describe_unknown,
     "union_tag_invalid": _describe_tag,

@@ -35,15 +35,15 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
     return np.asarray(np.sign(torque) * angle)
 
 
-def friction_loop(wound: Callable[[Floats], Floats], torque: Floats, friction: Floats) -> tuple[Floats, Floats]:
+def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, friction: Floats) -> tuple[Floats, Floats]:
     """Return the branches of the hysteresis loop at torques (any shape, N m): angles (rad) as the torque rises, and as it falls.
 
-    `wound` is the spring curve w, odd and rising: the angle (rad) under torques (N m); `friction` F (N m, zero or more, the shape of `torque`). While
+    `spring` is the odd, increasing spring curve w: the angle (rad) under torques (N m); `friction` F (N m, zero or more, the shape of `torque`). While
     the torque rises, friction carries F of it and the spring T - F; while it falls, the spring still carries T + F: w(T - F) and w(T + F), half width
     [w(T + F) - w(T - F)] / 2. That is w(F) without torque and at most w(|T| + F); F times the compliance at zero would overestimate a spring that
     starts soft. Valid for friction that does not depend on the path of the output.
     """
-    return wound(torque - friction), wound(torque + friction)
+    return spring(torque - friction), spring(torque + friction)
 
 
 def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Sequence[float], limits: Sequence[float] = ()) -> float:

@@ -82,7 +82,7 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
     shared: dict[str, dict[str, float]] = {}
     for start in range(0, len(q), _BLOCK):
         here = slice(start, start + _BLOCK)
-        for joint, bent in _bent(arm, q[here]).items():
+        for joint, bent in _link_deflections(arm, q[here]).items():
             sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
             sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
@@ -93,8 +93,8 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
 
 def _link_bending(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float) -> LinkBending:
     slopest, furthest = (int(each) for each in sizes.argmax(axis=0))
-    slopes = _along_whole({cause: twist[0, :3] for cause, twist in _bent(arm, q[[slopest]])[joint].across.items()})
-    shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _bent(arm, q[[furthest]])[joint].across.items()})
+    slopes = _along_whole({cause: twist[0, :3] for cause, twist in _link_deflections(arm, q[[slopest]])[joint].across.items()})
+    shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _link_deflections(arm, q[[furthest]])[joint].across.items()})
     length = next(each.link.reach for each in arm.joints if each.name == joint)
     parts = {cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0) for cause in shifts}
     return LinkBending(joint, length, float(sizes[furthest, 1]), furthest, float(sizes[slopest, 0]), slopest, parts)
@@ -108,14 +108,14 @@ def _along_whole(parts: dict[str, Floats]) -> dict[str, float]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Bent:
-    """By cause: the twist (pose, 6) of a link's tip across the link, in the tip's axes, and the displacement (pose, 3) of the tool that follows."""
+class _LinkDeflection:
+    """Deflection of a link by cause: twist (pose, 6) of its tip across the link, in the tip's axes, and displacement (pose, 3) of the tool."""
 
     across: dict[str, Floats]
     at_tool: dict[str, Floats]
 
 
-def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
+def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
     at = frames(arm, q)
     felt, felt_alone = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()}
     links: dict[str, list[PlacedTerm]] = {}
@@ -131,7 +131,7 @@ def _bent(arm: Arm, q: Floats) -> dict[str, _Bent]:
             acting |= {cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity)) for cause, one in felt_alone.items()}
             parts = {cause: np.sum([of.term.scale * of.term.form.screw(one) for of in terms], axis=0).T for cause, one in acting.items()}
             carried, off = carry(arm.tree, at, place)[:, 3:], _off_the_line(at, arm.tree.places[place].parent, place)
-            out[joint.name] = _Bent(
+            out[joint.name] = _LinkDeflection(
                 {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},
                 {cause: np.einsum("pij,pj->pi", carried, twist) for cause, twist in parts.items()},
             )

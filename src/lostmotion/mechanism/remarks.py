@@ -36,7 +36,7 @@ def _rigid_members(moving: Moving) -> tuple[str, ...]:
     for joint in moving:
         if joint.gearbox is not None and joint.gearbox.assumed_rigid:
             silent.setdefault(joint.gearbox.assumed_rigid, []).append(joint.name)
-    return tuple(f"gearbox of {', '.join(joints)}: not specified and taken as rigid: {rigid}" for rigid, joints in silent.items())
+    return tuple(f"gearbox of {', '.join(joints)}: not specified and assumed rigid: {rigid}" for rigid, joints in silent.items())
 
 
 def _unrated(moving: Moving) -> tuple[str, ...]:

@@ -110,7 +110,7 @@ class Link(Sourced):
         return not self.reach or (self.section is None and self.compliance is None and self.measured is None)
 
     @functools.cached_property
-    def _built(self) -> tuple[beam.Beam, tuple[Material, ...]] | None:
+    def _beam_of_section(self) -> tuple[beam.Beam, tuple[Material, ...]] | None:
         """Return the beam of section and material, and the material of each of its causes."""
         return beam_of(self.section, self.reach, self.material) if self.section is not None and self.reach else None
 
@@ -119,14 +119,14 @@ class Link(Sourced):
         """Return the mass as stated, or that of section, length and material."""
         if self.mass is not None:
             return self.mass
-        return self._built[0].mass if self._built is not None else 0.0
+        return self._beam_of_section[0].mass if self._beam_of_section is not None else 0.0
 
     @functools.cached_property
     def mass_centre(self) -> Floats:
         """Return the centre of mass in the joint's frame (3,), m."""
         if self.centre_of_mass is not None:
             return np.array(self.centre_of_mass)
-        share = self._built[0].mass_centre / self.reach if self._built is not None else 0.5
+        share = self._beam_of_section[0].mass_centre / self.reach if self._beam_of_section is not None else 0.5
         return np.asarray(self.tip_pose[:3, 3] * share)
 
     def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
@@ -136,8 +136,8 @@ class Link(Sourced):
         compliance is `beam_of_compliance`: exact under loads on the tip; under its own weight the link bends like that beam. Raises ValueError for a
         rigid link.
         """
-        if self._built is not None:
-            made, materials = self._built
+        if self._beam_of_section is not None:
+            made, materials = self._beam_of_section
             return made, tuple(material.scatter for material in materials)
         if self.is_rigid:
             raise ValueError("a rigid link has no compliance")

@@ -81,7 +81,7 @@ def unsure(outcome: Outcome) -> Outcome:
         ap=ap,
         rp=rp,
         lower=None if outcome.lower is None else _alone(outcome.lower),
-        rms_sure=_alone(outcome.rms_sure),
+        rms_with_poses=_alone(outcome.rms_with_poses),
     )
 
 

@@ -1,4 +1,4 @@
-"""What is known of each joint, as a person reads it: the table of states, the assumed values, and what the headline says of both."""
+"""Provenance of the values of an arm: the table of states by joint, the assumed values, and their sentences in the headline."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ def at_least(text: object, known: States) -> str:
     return _at_most(text, known) if in_error(known) else str(text)
 
 
-def error_said(within: str, known: States) -> str:
+def error_sentence(within: str, known: States) -> str:
     """Return the first sentence of a headline: the error that 95 % of positions stay within, as a bound where its values are such."""
-    ideal = ideal_said(known)
+    ideal = ideal_joints_clause(known)
     return f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}."
 
 
-def repeats_said(repeats: str, known: States) -> str:
+def repeatability_sentence(repeats: str, known: States) -> str:
     """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
     if known.ideal_joints:
         return f"RP is at least {repeats} for 95 % of the robots."
@@ -89,7 +89,7 @@ def _at_most(text: object, known: States) -> str:
     return f"at most {text}" + (" (as far as errors are described)" if known.ideal_kinds else "")
 
 
-def limits_said(known: States) -> list[str]:
+def upper_limit_sentences(known: States) -> list[str]:
     """Return the sentence that names the makers' upper limits that count, and the largest contributor of them; none where none counts."""
     if not known.limits:
         return []
@@ -110,25 +110,25 @@ def limits_said(known: States) -> list[str]:
     return [f"Makers' upper limits stand for {named}{ends}. The largest of them is {first.key.replace('_', ' ')} at {first.joint}: {sizes}."]
 
 
-def ideal_said(known: States) -> str:
+def ideal_joints_clause(known: States) -> str:
     """Return the clause that names the joints that are taken as perfect; empty where there are none."""
     return f"nothing is described for {', '.join(known.ideal_joints)} (taken as perfect)" if known.ideal_joints else ""
 
 
-def no_error_said(known: States) -> str:
+def zero_error_sentence(known: States) -> str:
     """Return the headline of an arm of which every described error is zero: that is no prediction, and the joints without any are named."""
-    ideal = ideal_said(known)
+    ideal = ideal_joints_clause(known)
     return f"Every error that is described is zero{f', and {ideal}' if ideal else ''}: no accuracy is predicted."
 
 
 def caveats(known: States) -> list[str]:
     """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
-    ideal = ideal_said(known)
+    ideal = ideal_joints_clause(known)
     ends = ", so the true error may be larger" if known.limits else ": errors are at least these"
-    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *limits_said(known), *assumed_said(known)]
+    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *upper_limit_sentences(known), *assumed_value_sentences(known)]
 
 
-def assumed_said(known: States) -> list[str]:
+def assumed_value_sentences(known: States) -> list[str]:
     """Return the sentence of the headline that counts the assumed values; none where there are none."""
     return _rests_on(known.assumed)
 

@@ -42,9 +42,9 @@ class Figure:
 
     def __str__(self) -> str:
         """Return value and unit as text, to the digits that its interval supports (see `_places`); a bound with its sign."""
-        return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._said()
+        return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._plain_text()
 
-    def _said(self) -> str:
+    def _plain_text(self) -> str:
         if self.words:
             return self.words
         unit = "" if self.unit == "1" else self.unit

@@ -70,7 +70,7 @@ class Outcome:
     ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average over the poses; None for a single visit
     lower      by how much its 95 % error lies below the first design's, from the same draws; None for the first
     rms        root of the exact mean square, with the part of it that load and pose, each robot, and each visit make (3,), m^2
-    rms_sure   the same with what the choice of poses leaves of it
+    rms_with_poses   the same with its interval, due to the choice of poses
     worst      the largest errors, each of a pose of its own
     check      first order against exact composition
     overloads  drives that hold more than they are rated for, over the joint limits
@@ -89,7 +89,7 @@ class Outcome:
     rp: tuple[Estimate, Estimate] | None
     lower: Estimate | None
     rms: float
-    rms_sure: Estimate
+    rms_with_poses: Estimate
     levels: Floats
     costs: list[Cost]
     worst: list[Worst]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def dataset(answer: Answer) -> xarray.Dataset:
-    """Return what the study found per pose and per robot, in SI, with units and long names; what it found without sampling as `analytic_...`."""
+    """Return the figures of a study per pose and per robot, in SI, with units and long names; those without sampling as `analytic_...`."""
     import xarray
 
     sampled = answer.sampled
@@ -43,20 +43,20 @@ def dataset(answer: Answer) -> xarray.Dataset:
             "standard deviation of the position error",
         ),
         "error_largest": (table[:, kernel.LARGEST], "m", f"largest of {sampled.robots * sampled.visits} samples"),
-        "largest_robot": (table[:, kernel.LARGEST_ROBOT].astype(np.int32), "1", "robot that made error_largest"),
-        "largest_visit": (table[:, kernel.LARGEST_VISIT].astype(np.int32), "1", "visit that made error_largest"),
+        "largest_robot": (table[:, kernel.LARGEST_ROBOT].astype(np.int32), "1", "robot of error_largest"),
+        "largest_visit": (table[:, kernel.LARGEST_VISIT].astype(np.int32), "1", "visit of error_largest"),
         "worst_case": (sampled.worst, "m", "bound: everything at its limit at once; infinite where an error has no limits"),
         "root_sum_square": (sampled.rss, "m", "|bias| + root of the sum of squared limits"),
         "rotation_rms": (np.sqrt(sampled.rotation_ms), "rad", "root mean square rotation error of the tool"),
     }
     data: dict[str, Any] = {name: ("pose", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in per_pose.items()}
     data |= _visited(answer.arm, answer.poses, answer.tool)
-    data["holding_torque"] = (("pose", "joint"), answer.torques, _of_joints(answer.arm, "N m", "N", "static torques that the drives hold"))
+    data["holding_torque"] = (("pose", "joint"), answer.torques, _of_joints(answer.arm, "N m", "N", "static torques of the drives"))
     data["bias"] = (("pose", "axis"), sampled.bias[:, 3:], {"units": "m", "long_name": "error common to all robots and visits"})
     data["error_quantile"] = (
         ("pose", "level"),
         quantiles[:, :, 0],
-        {"units": "m", "long_name": "position error that this share of samples stays below"},
+        {"units": "m", "long_name": "position error not exceeded by this share of samples"},
     )
     for k, end in ((1, "low"), (2, "high")):
         text = f"{end} end of the 95 % interval of error_quantile, counting robots"
@@ -105,7 +105,7 @@ def dataset(answer: Answer) -> xarray.Dataset:
         "robots": sampled.robots,
         "visits": sampled.visits,
         "pose_law": answer.poses.law,
-        **_zones_said(answer.zones),
+        **_zone_attributes(answer.zones),
     }
     return xarray.Dataset(data, coordinates, attributes)
 
@@ -118,7 +118,7 @@ def analytic_dataset(arm: Arm, poses: Poses, found: Analytic, zones: Sequence[Fo
     for k, zone in enumerate(zones, start=1):
         if zone.analytic is not None:
             data |= _of_zone(analytic_dataset(arm, zone.poses, zone.analytic), f"zone_{k}")
-    attributes = {"arm": arm.name, "pose_law": poses.law, **_zones_said(zones)}
+    attributes = {"arm": arm.name, "pose_law": poses.law, **_zone_attributes(zones)}
     return xarray.Dataset(data, {**_axes(arm), "with_axis": list("xyz"), "level": list(found.levels)}, attributes)
 
 
@@ -128,7 +128,7 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
     figures = {
         "error_mean": ("pose", found.mean, found.mean_uncertainty, "mean position error over robots and visits"),
         "error_standard_deviation": ("pose", found.deviation, found.deviation_uncertainty, "standard deviation of the position error"),
-        "error_quantile": (shares, found.quantiles, found.quantiles_uncertainty, "position error that this share of errors stays below"),
+        "error_quantile": (shares, found.quantiles, found.quantiles_uncertainty, "position error not exceeded by this share of errors"),
     }
     off = {f"{name}_uncertainty": (dims, values, "m", f"half of the 95 % interval of {name}") for name, (dims, _, values, _) in figures.items()}
     data = {name: (dims, values, "m", text) for name, (dims, values, _, text) in figures.items()} | off
@@ -153,7 +153,7 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
 
 
 def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:
-    """Return the poses, and where they put the tool."""
+    """Return the poses and the tool points there."""
     return {
         "q": (("pose", "joint"), poses.q, _of_joints(arm, "rad", "m", "joint values")),
         "tool": (("pose", "axis"), tool, {"units": "m", "long_name": "commanded tool point, base frame"}),
@@ -166,19 +166,19 @@ def _axes(arm: Arm) -> dict[str, Any]:
 
 
 def _of_joints(arm: Arm, turning: str, sliding: str, text: str) -> dict[str, str]:
-    """Say the unit and name of what every joint has; where some turn and some slide no one unit holds, and a reader of units refuses two."""
+    """Return unit and long name of an array over joints; turning and sliding joints have no common unit, so that a mixed array states none."""
     units = {turning if joint.type == "revolute" else sliding for joint in arm.moving}
     if len(units) == 1:
         return {"units": units.pop(), "long_name": text}
     return {"long_name": f"{text}: {turning} where joint_unit is rad, {sliding} where it is m"}
 
 
-def _zones_said(zones: Sequence[FoundInZone]) -> dict[str, str]:
+def _zone_attributes(zones: Sequence[FoundInZone]) -> dict[str, str]:
     return {f"zone_{k}": f"{zone.name}: {len(zone.poses)} poses, found among {zone.tried}" for k, zone in enumerate(zones, start=1)}
 
 
 def _of_zone(inside: xarray.Dataset, key: str) -> dict[str, object]:
-    """Return the arrays over a zone's own poses, their names and those of their dimensions with the zone's key before them."""
+    """Return the arrays over a zone's own poses; the zone's key precedes their names and dimensions."""
     own = {"pose", "robot", "bin"}
     return {
         f"{key}_{name}": (

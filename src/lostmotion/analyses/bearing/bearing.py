@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lostmotion.parts.bearing.rolling_contact import DrawnBearing
     from lostmotion.spatial import Floats
 
-MOST_BUILT: Final = 1_000_000
+MOST_SAMPLES: Final = 1_000_000
 # Points of a curve over the load.
 _POINTS: Final = 33
 # Stiffness below this share of the largest counts as none: nothing holds there.
@@ -24,7 +24,7 @@ _FREE: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class BearingLoad:
-    """What the shaft puts on its bearings, midway between them: across and along the axis (N), and a moment in the plane of both (N m)."""
+    """Load of the shaft midway between its bearings: radial and axial force (N), and a moment in the plane of both (N m)."""
 
     radial: float = 0.0
     axial: float = 0.0
@@ -32,13 +32,13 @@ class BearingLoad:
 
     @property
     def row(self) -> Floats:
-        """Return it as `shaft_equilibrium` takes it (5,): the radial force along x, a positive moment lifts the outboard end along x."""
+        """Return the load vector (5,) of `shaft_equilibrium`: the radial force along x; a positive moment lifts the outboard end along x."""
         return np.array([self.radial, 0.0, self.axial, 0.0, self.moment])
 
 
 @dataclass(frozen=True)
 class Curve:
-    """How far the shaft moves (clearance, load; m) under growing loads (load,; N), at the lowest, middle and highest working clearance."""
+    """Shift of the shaft (clearance, load; m) under increasing loads (load,; N), at the lowest, middle and highest working clearance."""
 
     loads: Floats
     shifts: Floats
@@ -46,11 +46,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Examined:
-    """What was found.
+    """Results of a bearing under a load.
 
     clearances  (3,) m: the lowest, middle and highest working clearance
     settled     the shaft under the load at each of them
-    stiffness   (5,) N/m across, across, along, N m/rad about both: one more newton along one way, all others free to follow; 0 where nothing holds
+    stiffness   (5,) N/m across, across, along, N m/rad about both: in one direction with the others unconstrained; 0 where unsupported
     pressure    (3,) Pa, of the most heavily loaded element
     """
 
@@ -59,7 +59,7 @@ class Examined:
     count: int
     seed: int
     clearances: Floats
-    built: dict[str, Floats]
+    samples: dict[str, Floats]
     settled: ShaftEquilibrium
     stiffness: Floats
     pressure: Floats
@@ -70,13 +70,13 @@ class Examined:
 def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: int = 1) -> Examined:
     """Return the behaviour of this bearing under this load. `count` bearings are simulated for its clearance, the same for the same seed.
 
-    Raises InputError for a count out of range, and for a load along the axis that nothing holds; DidNotConvergeError as `shaft_equilibrium`'s flag.
+    Raises InputError for a count out of range, and for an axial load on bearings that carry none; DidNotConvergeError as `shaft_equilibrium`'s flag.
     """
-    if not 1 <= count <= MOST_BUILT:
-        raise refuse_argument("built", count, f"from 1 to {MOST_BUILT}", built=1000)
+    if not 1 <= count <= MOST_SAMPLES:
+        raise refuse_argument("built", count, f"from 1 to {MOST_SAMPLES}", built=1000)
     pair = bearing.rows
     if load.axial and not pair.axial:
-        raise refuse_argument("force_axial", f"{load.axial:g} N", "none: cylindrical rollers hold nothing along the axis", force_axial="0 N")
+        raise refuse_argument("force_axial", f"{load.axial:g} N", "none: cylindrical rollers carry no axial load", force_axial="0 N")
     if not np.isfinite(load.row).all():
         raise refuse_argument("load", load, "finite forces and moment", force_radial="2 kN")
     spread = bearing.spreads["working"]
@@ -100,7 +100,7 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
 
 
 def _held(slope: Floats) -> Floats:
-    """Return the stiffness along each way with the others free (5,), from the slope of the load (5, 5); NaN where there is none at all."""
+    """Return the stiffness (5,) in each direction with the others unconstrained, from the slope of the load (5, 5); NaN where there is none."""
     if not np.isfinite(slope).all():
         return np.full(5, np.nan)
     size = np.sqrt(np.abs(np.diag(slope)))
@@ -116,7 +116,7 @@ def _held(slope: Floats) -> Floats:
 
 
 def _curve(bearing: DrawnBearing, clearances: Floats, way: int, top: float) -> Curve:
-    """Follow the shift along one way as the load along it grows, densely where it is light."""
+    """Return the shift in one direction under increasing load in it, with more points at light loads."""
     loads = top * np.linspace(0, 1, _POINTS) ** 2
     cases = np.zeros((3, _POINTS, 5))
     cases[:, :, way] = np.maximum(loads, 1e-6 * top)

@@ -35,7 +35,7 @@ def bearing_plots(found: Examined) -> list[Plot]:
 
 def clearance_histogram(found: Examined) -> go.Figure:
     """Draw the working clearance of simulated bearings. All of them are counted, between the limits of their dimensions."""
-    working = found.built["working"] * 1e6
+    working = found.samples["working"] * 1e6
     spread = found.bearing.spreads["working"]
     # A clearance whose dimensions have no tolerance is the same in every bearing.
     edges, counts = binned(working, about=30) if np.ptp(working) > 1e-6 else (working[0] + np.array([-0.5, 0.5]), np.array([len(working)]))  # noqa: PLR2004 - µm
@@ -67,7 +67,7 @@ def radial_curve(found: Examined) -> go.Figure:
 def axial_curve(found: Examined) -> go.Figure:
     """Draw the displacement under an axial load alone. Raises ValueError for bearings that carry none."""
     if found.axial is None:
-        raise ValueError("cylindrical rollers hold nothing along the axis")
+        raise ValueError("cylindrical rollers carry no axial load")
     return _curve(found.axial, "Shift under an axial load alone", "axial load", "shift along")
 
 

@@ -44,7 +44,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
             source=f"load: {load_text}",
         )
         return with_assumed(sheet, bearing, "bearing")
-    sections = (_clearance(examined), _built(examined), _play(examined), _shifts(examined), _elements(examined), _stiffness(examined))
+    sections = (_clearance(examined), _samples(examined), _play(examined), _shifts(examined), _elements(examined), _stiffness(examined))
     sheet = Sheet(
         name=name,
         subject="bearing",
@@ -83,7 +83,7 @@ def _verdict(found: Examined) -> str:
     low, middle, high = (f"{1e6 * each:.1f}" for each in found.clearances)
     shift, tilt = _across(found)[1], _tilt(found)[1]
     sentences = [f"Working clearance {middle} µm, between {low} and {high} µm."]
-    preloaded = float((found.built["working"] < 0).mean())
+    preloaded = float((found.samples["working"] < 0).mean())
     if 0 < preloaded < 1:
         sentences.append(f"{100 * preloaded:.0f} % of the bearings work under preload.")
     if found.settled.converged[1]:
@@ -126,8 +126,8 @@ def _clearance(found: Examined) -> Section:
     return Section("clearance", "From delivered to working clearance", ("middle", "lowest", "highest", "± at random"), tuple(rows), note)
 
 
-def _built(found: Examined) -> Section:
-    working = found.built["working"]
+def _samples(found: Examined) -> Section:
+    working = found.samples["working"]
     counted = f"{found.count} simulated bearings"
     low, high = share_interval(int((working < 0).sum()), found.count)
     half = 1.96 * float(working.std(ddof=1)) / math.sqrt(found.count) if found.count > 1 else math.nan

@@ -1,4 +1,4 @@
-"""What only the drawing of a cycloidal gearbox gives: lobe loads, the spread of manufactured samples, compliance by member, transmission error."""
+"""Figures of a cycloidal gearbox from its drawing: lobe loads, the spread of manufactured samples, compliance by member, transmission error."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
 
-# What one of two discs is taken to carry where nobody works out how they share.
+# Customary share of the torque on one of two discs, where load sharing is not computed.
 CUSTOMARY_SHARE: Final = 0.55
-# Crank angles over which a built gearbox is averaged, as for its behaviour in an arm.
+# Crank angles over which a simulated gearbox is averaged, as for its behaviour in an arm.
 _ANGLES: Final = 4
-# At most so many samples whose transmission error is followed, and crank angles per pin, an even number: two periods per pin are resolved.
-FOLLOWED: Final = 128
+# Largest number of samples with a transmission error, and crank angles per pin (even): two periods per pin are resolved.
+MOST_SPECTRA: Final = 128
 _PER_PIN: Final = 4
 SHOWN: Final = 4
-# Of the torque.
+# Light load, as a share of the torque.
 LIGHT: Final = 0.1
 FRICTION_LOADS: Final = (0.1, 0.3, 0.6, 1.0)
 
 
 @dataclass(frozen=True)
 class Lobes:
-    """What one disc's lobes carry as drawn, when this share of the torque is on it.
+    """Nominal loads of one disc's lobes, when it carries this share of the torque.
 
-    theta, pressure_angle (N,) rad; force (N,) N and peak (N,) Pa with the crank at zero, where a pin stands on the line of centres. Over a pitch of
-    the crank: carrying, fewest and most lobes in contact; largest_force and largest_peak; bearing, N on each eccentric bearing of a disc on average.
+    theta, pressure_angle (N,) rad; force (N,) N and peak (N,) Pa at crank angle zero, where a pin is on the line of centres. Over a pitch of
+    the crank: carrying, fewest and most lobes in contact; largest_force and largest_peak; bearing, mean force (N) on each eccentric bearing.
     """
 
     share: float
@@ -67,9 +67,9 @@ class Lobes:
 
 @dataclass(frozen=True)
 class Transmission:
-    """How far the output runs ahead of an even ratio, rad, under loads (load,), N m: a tenth of the torque and all of it.
+    """Transmission error: lead of the output over the nominal ratio, rad, under loads (load,), N m: a tenth of the torque and the full torque.
 
-    crank (angle,) rad, once round; errors (load, angle, gearbox); cycles (order,) per turn of the output, power (load, order, gearbox) the squared
+    crank (angle,) rad, one turn; errors (load, angle, gearbox); cycles (order,) per turn of the output, power (load, order, gearbox) the squared
     amplitude of each harmonic, rad^2.
     """
 
@@ -96,8 +96,8 @@ class Transmission:
 
 
 @dataclass(frozen=True)
-class Rubbing:
-    """Friction (load,) N m felt at the output under loads (load,) N m, and the share of the power that arrives."""
+class FrictionCurve:
+    """Friction (load,) N m at the output under loads (load,) N m, and the efficiency."""
 
     loads: Floats
     friction: Floats
@@ -106,9 +106,9 @@ class Rubbing:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What was found.
+    """Results from the drawing.
 
-    lobes for each share that a disc may carry; play (gearbox,) rad; curve and read, with the scatter of the materials; jammed: how many of the
+    lobes for each share of the torque on a disc; play (gearbox,) rad; curve and read, with the scatter of the materials; jammed: number of jammed
     gearboxes; members: the mean wind-up (rad) by name, largest first.
     """
 
@@ -119,7 +119,7 @@ class Drawn:
     jammed: int
     members: dict[str, float]
     transmission: Transmission
-    rubbing: Rubbing | None
+    friction_curve: FrictionCurve | None
 
     @property
     def lost_motion(self) -> Floats:
@@ -130,31 +130,31 @@ class Drawn:
 
 
 def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) -> Drawn:
-    """Study manufactured samples of a drawing at the torques asked for. Raises DidNotConvergeError where the contacts cannot carry one of them."""
+    """Return the results of manufactured samples of a drawing at these torques. Raises DidNotConvergeError where the contacts cannot carry one."""
     torque, rated = asked.torque, gearbox.rated_torque
     needed = [torque, *(LIGHT * torque,), *(() if asked.small is None else (asked.small,)), *(each for each in asked.slope or () if each)]
     levels = np.unique([*needed, *(level * rated for level in LEVELS if level * rated < max(needed))])
     made = gearboxes(gearbox, np.concatenate([-levels[::-1], levels]), _ANGLES, count, seed)
-    # one sample's curve is the mean of both directions, as a loop measured both ways has it
+    # the curve of a sample is the mean of both directions, as in a measured loop
     flanks = (made.wind_up[len(levels) :] - made.wind_up[: len(levels)][::-1]) / 2
     as_drawn = wind_up(gearbox, levels)
     softer = _of_materials(gearbox, as_drawn, count, seed)
     angle = flanks + wind_up_without_scatter(as_drawn)[:, None] + softer
-    rubs = friction(gearbox, levels) + (gearbox.friction_torque or 0.0)
+    friction_torque = friction(gearbox, levels) + (gearbox.friction_torque or 0.0)
     start = np.zeros(1)
     curve = SampledCurve(
         np.concatenate([start, levels]),
         np.concatenate([np.zeros((1, count)), angle]),
-        np.concatenate([start + (gearbox.friction_torque or 0.0), rubs]),
+        np.concatenate([start + (gearbox.friction_torque or 0.0), friction_torque]),
     )
     at = int(np.searchsorted(levels, torque))
     found = distribute_wind_up(as_drawn, (flanks + softer).mean(axis=1))
     members = {name: float(each[at]) for name, each in found.items() if each.any()}
-    rubbing = None
+    friction_curve = None
     if curve.friction.any():
         loads = torque * np.array(FRICTION_LOADS)
-        felt = interpolated(loads, curve.torque, curve.friction)
-        rubbing = Rubbing(loads, felt, efficiency(loads, felt))
+        torque_lost = interpolated(loads, curve.torque, curve.friction)
+        friction_curve = FrictionCurve(loads, torque_lost, efficiency(loads, torque_lost))
     shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
     return Drawn(
         lobes=tuple(_lobes(gearbox, torque, share) for share in shares),
@@ -163,13 +163,13 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         read=readings(curve, made.play, asked),
         jammed=round(made.jammed * count),
         members=dict(sorted(members.items(), key=lambda member: -member[1])),
-        transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(FOLLOWED, max(count, SHOWN)), seed),
-        rubbing=rubbing,
+        transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(MOST_SPECTRA, max(count, SHOWN)), seed),
+        friction_curve=friction_curve,
     )
 
 
 def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count: int, seed: int) -> Floats:
-    """Return what moduli off their stated values add to the wind-up (level, gearbox), rad: normal laws with three sigma at the stated scatter."""
+    """Return the scatter of the wind-up (level, gearbox), rad, due to the moduli: normal distributions with three sigma at the stated scatter."""
     out = np.zeros((len(next(iter(as_drawn.values()))), count))
     stages = [("", gearbox), *([(FIRST_STAGE, gearbox.first_stage)] if gearbox.first_stage and gearbox.first_stage.kind == "cycloidal" else [])]
     for prefix, stage in stages:
@@ -210,7 +210,7 @@ def _lobes(gearbox: CycloidalGearbox, torque: float, share: float) -> Lobes:
 
 
 def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: int) -> Transmission:
-    """Follow the transmission error of the stage at the output, and of a cycloidal stage before it, over a turn of the output stage's crank."""
+    """Return the transmission error of the output stage, and of a cycloidal first stage, over a turn of the output stage's crank."""
     steps, share = abs(gearbox.steps), disc_torque(gearbox, 1.0)
     main = share * _errors(gearbox, share * loads, count, seed)
     found = _powers(main, steps)
@@ -244,5 +244,5 @@ def _powers(errors: Floats, steps: float) -> dict[float, Floats]:
 
 
 def _finer(errors: Floats, count: int) -> Floats:
-    """Read errors (load, angle, gearbox) of one turn at so many angles, no fewer: the same harmonics, and no others."""
+    """Return errors (load, angle, gearbox) of one turn interpolated to `count` angles, no fewer than before, with the same harmonics."""
     return np.asarray(np.fft.irfft(np.fft.rfft(errors, axis=1), count, axis=1) * (count / errors.shape[1]))

@@ -1,4 +1,4 @@
-"""The profile of a cycloidal gearbox as a DXF file where the user wants it."""
+"""Write the profile of a cycloidal gearbox to a DXF file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def refuse_existing_file(out: Path, *, force: bool) -> None:
-    """Raise OutputExistsError where something is there already (a folder or a link always), LostmotionError where there is no folder for it."""
+    """Raise OutputExistsError for an existing file without `force`, a folder or a link; LostmotionError where the parent folder is missing."""
     if not out.absolute().parent.is_dir():
         raise LostmotionError(f"there is no folder '{out.parent}' for the drawing\n  make it, or name another file with --dxf")
     if out.is_symlink() or (out.exists() and not out.is_file()):

@@ -1,4 +1,4 @@
-"""One gearbox by itself: its hysteresis loop and, where it is given by its drawing, its members."""
+"""One gearbox: its hysteresis loop and, for a gearbox from its drawing, its members."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_GEARBOXES: Final = 100_000
 # Steps of half a loop.
 _STEPS: Final = 400
 _ROUNDING: Final = 1e-9
-# Of the rated torque: between them the slope of the curve is the stiffness that most makers print.
+# Shares of the rated torque between which most makers state the stiffness as the slope of the curve.
 SLOPE: Final = (0.5, 1.0)
 
 
@@ -32,9 +32,9 @@ SLOPE: Final = (0.5, 1.0)
 class Loop:
     """Torque-angle hysteresis with the input held, the mean of the samples. Torques in N m, angles in rad (sliding drives: N and m).
 
-    torque (step,) from the largest one way to the largest the other; rising and falling (step,) the angles as it rises and falls; friction_rising,
-    friction_falling the same without play: friction's loop alone. play; rest: the torque that it takes to move through the play; small: the torque of
-    the lost motion, and ends (2,) the middle of the loop there; None and empty where no such torque is known.
+    torque (step,) from the largest in one direction to the largest in the other; rising, falling (step,) the angles then;
+    friction_rising, friction_falling the same without play: the hysteresis of friction alone. play; rest: the torque that traverses the play;
+    small: the torque of the lost motion, and ends (2,) the middle of the loop there; None and empty where no such torque is known.
     """
 
     torque: Floats
@@ -59,17 +59,17 @@ class Loop:
 
     @property
     def friction_width(self) -> float:
-        """Return the width at zero torque of friction's loop alone."""
+        """Return the width at zero torque of the friction loop alone."""
         return float(np.interp(0.0, self.torque, self.friction_falling) - np.interp(0.0, self.torque, self.friction_rising))
 
 
 @dataclass(frozen=True, repr=False)
 class GearStudy:
-    """What was found of a gearbox under a torque (N m at the output; None where none is rated or given).
+    """Results of a gearbox under a torque (N m at the output; None where none is rated or stated).
 
-    loop     None without torque, for a gearbox that neither gives nor has play, or where the torque does not overcome friction
-    read     the figures that makers print, of every sample; None without torque
-    drawn    what only a drawing gives; None for gearboxes by stated figures
+    loop     None without torque, for a rigid gearbox without play, or where the torque does not overcome friction
+    read     the data-sheet figures of every sample; None without torque
+    drawn    the results from a drawing; None for gearboxes by stated figures
     """
 
     gearbox: AnyGearbox
@@ -82,7 +82,7 @@ class GearStudy:
 
     @property
     def wind_up(self) -> float | None:
-        """Return the mean wind-up at the torque, play not counted."""
+        """Return the mean wind-up at the torque, beyond the play."""
         return None if self.read is None else float(self.read.wind_up.mean())
 
 
@@ -96,8 +96,8 @@ def gear(
 ) -> GearStudy:
     """Study a gearbox under a torque (N m; its rated one unless stated), on this many manufactured samples of a drawing.
 
-    `lost_motion_torque` N m at which the lost motion is read either way; by default the stated share, or 3 %, of the rated torque. `slope_range`
-    N m between which the slope of the curve is taken; by default 50 to 100 % of the rated torque. Raises InputError for a torque not above zero, a
+    `lost_motion_torque` N m at which the lost motion is read; by default the stated share, or 3 %, of the rated torque, in both directions.
+    `slope_range` N m between which the slope of the curve is taken; by default 50 to 100 % of the rated torque. Raises InputError for a torque not above zero, a
     slope range that does not rise, a count out of range, a seed below zero; DidNotConvergeError where the contacts cannot carry the load.
     """
     if not is_gearbox(gearbox):
@@ -143,13 +143,13 @@ def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None
         return None
     past = float(np.nextafter(rest, math.inf))
     even = np.linspace(-most, most, 2 * _STEPS + 1)
-    # the play is crossed between two neighbouring numbers, with nothing between them that rounding left there
+    # the play is traversed between two neighbouring floating-point numbers; steps within rounding of them are removed
     torque = np.unique([*even[np.abs(np.abs(even) - rest) > _ROUNDING * most], -past, -rest, rest, past])
     rising, falling = (each.mean(axis=1) for each in curve.branches(torque))
     if not (play or rising.any() or falling.any()):
         return None
     if rising[-1] >= np.interp(0.0, torque, falling):
-        # once the torque turns back, friction holds the output where it is until the torque has let go of it
+        # when the torque reverses, friction holds the output until the torque has changed by twice the friction
         falling, rising = np.minimum(falling, rising[-1]), np.maximum(rising, falling[0])
     side = play / 2
     end = None if read.lost_motion is None else float(read.lost_motion.mean()) / 2

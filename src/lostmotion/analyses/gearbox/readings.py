@@ -1,7 +1,7 @@
-"""What a gearbox's maker prints, read off the torque-angle curve: torsion, stiffness, lost motion and hysteresis, for each manufactured sample.
+"""Data-sheet figures read from the torque-angle curve: torsion, stiffness, lost motion and hysteresis, for each manufactured sample.
 
 Definitions: Nabtesco, RV series, data sheets (lost motion between the middles of the loop at ±3 % of the rated torque; torsion from the middle of the
-play); Harmonic Drive at ±4 %; slope between 50 and 100 % of the rated torque as most makers of planetary gearboxes print it. A gearbox by stated
+play); Harmonic Drive at ±4 %; slope between 50 and 100 % of the rated torque as most makers of planetary gearboxes state it. A gearbox by stated
 figures counts as one sample.
 """
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 class Curve(Protocol):
-    """The torque-angle curve of a gearbox, play not counted."""
+    """The torque-angle curve of a gearbox, without its play."""
 
-    def wound(self, torque: Floats) -> Floats:
-        """Return the wind-up (torque, sample), rad, under torques (torque,) N m of either sign, friction not counted."""
+    def elastic_angle(self, torque: Floats) -> Floats:
+        """Return the wind-up (torque, sample), rad, under torques (torque,) N m of either sign, without friction."""
 
     def branches(self, torque: Floats) -> tuple[Floats, Floats]:
-        """Return the angles (torque, sample), rad, at which friction leaves the output as the torque rises, and as it falls."""
+        """Return the angles (torque, sample), rad, of the output with friction, under rising and falling torque."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +38,13 @@ class StatedCurve:
     limits: Sequence[float]
     hysteresis: float
 
-    def wound(self, torque: Floats) -> Floats:
+    def elastic_angle(self, torque: Floats) -> Floats:
         """Return the wind-up (torque, 1), rad."""
         return (wind_up(torque, self.stiffness, self.limits) if self.stiffness else np.zeros_like(torque))[:, None]
 
     def branches(self, torque: Floats) -> tuple[Floats, Floats]:
         """Return the wind-up less and plus half of the loop (torque, 1), rad."""
-        angle = self.wound(torque)
+        angle = self.elastic_angle(torque)
         return angle - self.hysteresis / 2, angle + self.hysteresis / 2
 
 
@@ -52,14 +52,14 @@ class StatedCurve:
 class SampledCurve:
     """The curves of manufactured samples: `angle` (level, sample) rad and `friction` (level,) N m at `torque` (level,) N m, from zero on.
 
-    Straight lines between the levels, and straight on beyond the last.
+    Linear between the levels, extrapolated linearly beyond the last.
     """
 
     torque: Floats
     angle: Floats
     friction: Floats
 
-    def wound(self, torque: Floats) -> Floats:
+    def elastic_angle(self, torque: Floats) -> Floats:
         """Return the wind-up (torque, sample), rad."""
         size = np.abs(torque)
         at = np.clip(np.searchsorted(self.torque, size, side="right"), 1, len(self.torque) - 1)
@@ -71,12 +71,12 @@ class SampledCurve:
         size = np.abs(torque)
         slope = (self.friction[-1] - self.friction[-2]) / (self.torque[-1] - self.torque[-2])
         rubs = np.interp(size, self.torque, self.friction) + np.maximum(size - self.torque[-1], 0.0) * slope
-        return friction_loop(self.wound, torque, rubs)
+        return friction_loop(self.elastic_angle, torque, rubs)
 
 
 @dataclass(frozen=True, slots=True)
 class Definitions:
-    """At which torques (N m) a maker's figures are read: `torque` of the torsion, `small` of the lost motion, `slope` (two) of the stiffness."""
+    """Torques (N m) at which the data-sheet figures are read: `torque` of the torsion, `small` of the lost motion, `slope` (two) of the stiffness."""
 
     torque: float
     small: float | None = None
@@ -85,9 +85,9 @@ class Definitions:
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """What was read off, each (sample,): angles in rad, stiffness in N m/rad (sliding drives: m and N/m), rigid: infinite.
+    """Readings, each (sample,): angles in rad, stiffness in N m/rad (sliding drives: m and N/m), rigid: infinite.
 
-    wind_up at the torque, play not counted; torsion from the middle of the play to there; secant torque over wind-up; slope between two torques, on
+    wind_up at the torque, beyond the play; torsion from the middle of the play to there; secant torque over wind-up; slope between two torques, on
     the middle of the loop; lost_motion between the middles of the loop at ± the small torque; friction_width and width of the loop at zero torque,
     without and with the play; friction_under_load at half the torque.
     """
@@ -104,8 +104,8 @@ class Readings:
 
 
 def readings(curve: Curve, play: Floats, asked: Definitions) -> Readings:
-    """Read the figures off a curve with this play (sample,), rad."""
-    wound = curve.wound(np.array([asked.torque]))[0]
+    """Return the readings of a curve with this play (sample,), rad."""
+    angle = curve.elastic_angle(np.array([asked.torque]))[0]
     rising, falling = curve.branches(np.array([0.0, asked.torque / 2]))
     loop, loaded = falling - rising
     lost = slope = None
@@ -114,7 +114,7 @@ def readings(curve: Curve, play: Floats, asked: Definitions) -> Readings:
     if asked.slope is not None:
         low, high = asked.slope
         slope = _over(high - low, _middle(curve, high) - _middle(curve, low))
-    return Readings(asked, wound, play / 2 + wound, _over(asked.torque, wound), slope, lost, loop, play + loop, loaded)
+    return Readings(asked, angle, play / 2 + angle, _over(asked.torque, angle), slope, lost, loop, play + loop, loaded)
 
 
 def _middle(curve: Curve, torque: float) -> Floats:

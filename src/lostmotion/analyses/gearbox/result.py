@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Gear(GearStudy, Result):
-    """One gearbox: every attribute of `GearStudy`; `dxf` is the file that the report writes the profiles to as well."""
+    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles."""
 
     name: str = "gearbox"
     notes: tuple[str, ...] = ()
@@ -27,7 +27,7 @@ class Gear(GearStudy, Result):
 
     @property
     def sheet(self) -> Sheet:
-        """Return every figure, as printed, reported and written."""
+        """Return the sheet with every figure."""
         from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 
         sheet = gearbox_sheet(self.name, self, self.notes)
@@ -65,14 +65,14 @@ class Gear(GearStudy, Result):
         write_drawing(drawing, self.dxf, force=force)
         return written
 
-    def written_besides(self, folder: Path) -> Iterable[str]:
+    def further_files(self, folder: Path) -> Iterable[str]:
         """Return where the drawing is, or why there is none."""
         from lostmotion.io.dxf import CHORD_ERROR
 
         if self._drawn:
             yield f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
         elif self.drawn is not None:
-            yield "Drawing: none, for want of ezdxf: pip install 'lostmotion[dxf]'"
+            yield "Drawing: none, ezdxf is not installed: pip install 'lostmotion[dxf]'"
 
     def drawing(self) -> bytes:
         """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""
@@ -88,4 +88,4 @@ def refuse_drawing(gearbox: object) -> None:
 
     if not is_drawn(gearbox):
         found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
-        raise refuse_argument("dxf", found, "one by its drawing, of kind 'cycloidal', or no DXF file")
+        raise refuse_argument("dxf", found, "a gearbox with a drawing, of kind 'cycloidal', or no DXF file")

@@ -79,7 +79,7 @@ class LinkChoice(Part):
     keep: bool = False
 
     @model_validator(mode="after")
-    def _says_one_thing(self) -> LinkChoice:
+    def _states_one_choice(self) -> LinkChoice:
         stated = [name for name, value in (("family", self.family), ("stock", self.stock), ("keep", self.keep)) if value]
         if len(stated) > 1:
             raise refuse_section(" and ".join(stated), "one of family, stock and keep", "keep = true")

@@ -50,7 +50,7 @@ class _Sized(Result):
             return {}
         return {"sized.toml": sized_text(self.source, self.sidecar, self._sizing).encode()}
 
-    def written_besides(self, folder: Path) -> Iterable[str]:
+    def further_files(self, folder: Path) -> Iterable[str]:
         """Return where the sized arm is, and what differs when it is read from there."""
         from lostmotion.analyses.sizing.arm_writer import reads_back
 

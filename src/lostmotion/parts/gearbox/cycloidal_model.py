@@ -218,12 +218,12 @@ def friction(gearbox: CycloidalDrawing, torque: Floats) -> Floats:
     if stated is None:
         return out
     circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
-    rubbing = contact.Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
+    friction_curve = contact.Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
     crank = drive.crank_angles_of_pitch(gearbox.drive)
     gap = drive.nominal_gaps(gearbox.drive, crank)
     for k, load in enumerate(_share(gearbox) * torque / gearbox.discs):
         answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
-        out[k] = gearbox.discs * float(contact.friction_torque(gearbox.stage, crank, answer, rubbing).mean())
+        out[k] = gearbox.discs * float(contact.friction_torque(gearbox.stage, crank, answer, friction_curve).mean())
     return out
 
 

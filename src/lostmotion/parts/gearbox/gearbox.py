@@ -126,7 +126,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
         @property
         def ratio(self) -> float:
-            """Return the turns of the input per turn of the output, negative where they go opposite ways."""
+            """Return the turns of the input per turn of the output, negative for opposite directions."""
 
     @property
     def assumptions(self) -> dict[str, str]:

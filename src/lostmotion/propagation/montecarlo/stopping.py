@@ -83,13 +83,13 @@ class Tolerance:
         return self.share * abs(value)
 
     def __str__(self) -> str:
-        """Say what was asked for."""
+        """Return the requested precision as text."""
         return f"{self.digits} significant digit{'s' if self.digits > 1 else ''}" if self.digits else f"{100 * self.share:g} %"
 
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """A figure whose interval is watched: its value, half of its interval, and which share of the variance more poses would take down."""
+    """A figure whose interval is watched: its value, half of its interval, and the share of its variance that more poses would reduce."""
 
     value: float
     half: float
@@ -103,7 +103,7 @@ class Watched:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One run: how many poses and robots, and its figures by name."""
+    """One run: numbers of poses and robots, and its figures by name."""
 
     poses: int
     robots: int
@@ -112,7 +112,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Stopping:
-    """What was asked for, what each stage found, and whether the last one was sure enough. `most_robots`, `most_poses` are what was allowed."""
+    """Requested precision, the figures of each stage, and whether the last one has it. `most_robots`, `most_poses` are upper limits."""
 
     tolerance: Tolerance
     stages: tuple[Stage, ...]
@@ -121,19 +121,19 @@ class Stopping:
 
     @property
     def reached(self) -> bool:
-        """Say whether every half-width of the last stage is within the tolerance."""
+        """Return whether every half-width of the last stage is within the tolerance."""
         return not self.missed
 
     @property
     def missed(self) -> tuple[str, ...]:
-        """Name the figures of the last stage that are not sure enough, the farthest off first."""
+        """Return the figures of the last stage that are not precise enough, the least precise first."""
         found = self.stages[-1].figures
         off = {name: _off(self.tolerance, each) for name, each in found.items()}
         return tuple(sorted((name for name in found if off[name] > 1), key=lambda name: -off[name]))
 
     @property
-    def for_want_of(self) -> str:
-        """Say what stood in the way: "robots", "poses" or "stages"; empty where nothing did."""
+    def limited_by(self) -> str:
+        """Return what limited the precision: "robots", "poses" or "stages"; empty where it was reached."""
         if self.reached:
             return ""
         last = self.stages[-1]

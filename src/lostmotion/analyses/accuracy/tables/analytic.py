@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.tables.budget import asked_sections, by_level_sections, halved_sections, levels_section
+from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import joint_values, limit_rows
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
@@ -17,14 +17,14 @@ from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.provenance import (
-    assumed_said,
+    assumed_value_sentences,
     at_least,
     bounded_cards,
-    error_said,
-    limits_said,
-    no_error_said,
+    error_sentence,
     provenance_facts,
     provenance_sections,
+    upper_limit_sentences,
+    zero_error_sentence,
 )
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import arm_warnings
@@ -67,9 +67,9 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     *,
     approach: float = 0.0,
 ) -> Sheet:
-    """What is there to say about an arm without sampling, over all poses, and at the places and in the zones that were asked about?
+    """Return the sheet of a study without sampling, over all poses, and at the stated poses and in the stated zones.
 
-    blame: error budget over all poses; places: at every pose and in every zone that was asked about. approach: the sign of the
+    blame: error budget over all poses; places: at every stated pose and in every zone. approach: the sign of the
     joints' last motion.
     """
     section = analytic_section(arm, poses, found, whole)
@@ -77,7 +77,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile")) for k, zone in enumerate(zones, 1)]
     found_in = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside) if row is not None}
-    halved = halved_sections("halving", "What halving takes off the 95 % error", blame)
+    halved = halved_sections("halving", "Effect of halving on the 95th percentile", blame)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
         name=arm.name,
@@ -91,14 +91,14 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             levels_section(blame),
             *by_level_sections(blame),
             *halved,
-            *asked_sections(places),
+            *requested_sections(places),
             *provenance_sections(known),
         ),
         warnings=arm_warnings(arm, poses),
         notes=arm.remarks,
         words=_WORDS,
-        source=f"{several(len(poses), 'pose')} ({poses.law}); nothing but the poses was drawn, except to see what halving takes off",
-        arrays="what was found for every pose",
+        source=f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples for the effect of halving",
+        arrays="the figures of every pose",
         facts={
             "arm": arm.name,
             "method": "analytic",
@@ -109,14 +109,14 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
 
 
 def _verdict(found_in: dict[str, Figure], largest: Cost | None, blame: Budget, known: States) -> str:
-    """Say how far off the tool is, over all poses ("") and in each zone, and which part contributes most."""
+    """Return the headline: the error over all poses ("") and in each zone, and the largest contributor."""
     sentences = []
     for zone, figure in found_in.items():
         if figure.value == 0:
-            sentences += [] if zone else [no_error_said(known)]
+            sentences += [] if zone else [zero_error_sentence(known)]
         elif math.isfinite(figure.value):
             within = f"{figure} ({figure.between})"
-            sentences.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_said(within, known))
+            sentences.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_sentence(within, known))
         else:
             here = f" in the zone {zone}" if zone else ""
             sentences.append(f"Without sampling the 95 % error{here} is uncertain by more than 5 %; {_REMEDY}.")
@@ -125,7 +125,7 @@ def _verdict(found_in: dict[str, Figure], largest: Cost | None, blame: Budget, k
     if largest is not None:
         share = Figure(100 * largest.share, "%")
         sentences.insert(1, f"Largest contributor: {largest.part.removeprefix('joints.')} with {share} of the mean-square error.")
-    return " ".join([*sentences, *limits_said(known), *assumed_said(known)])
+    return " ".join([*sentences, *upper_limit_sentences(known), *assumed_value_sentences(known)])
 
 
 def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) -> list[Card]:
@@ -146,7 +146,7 @@ def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) 
 
 
 def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
-    """What is the error in each zone, beside that of the whole workspace? With Monte Carlo too, how far the two differ there."""
+    """Return the error in each zone beside that of the whole workspace, and with Monte Carlo their difference there."""
     out = []
     for k, zone in enumerate(zones, 1):
         if zone.analytic is None or zone.pooled is None:
@@ -214,7 +214,7 @@ def _row(label: str, one: Estimate, counted: str, note: str = "") -> Row:
 
 
 def comparisons(found: Analytic, whole: Pooled, sampled: Sampled) -> tuple[Section, Section]:
-    """How far do the two routes differ over all poses, and at each pose, in half-widths of Monte Carlo's interval?"""
+    """Return the differences between both routes over all poses, and at each pose, in half-widths of Monte Carlo's interval."""
     return _over_all(whole, sampled), _at_each(found, sampled)
 
 

@@ -36,9 +36,9 @@ def levels_section(found: Budget) -> Section:
 
 
 def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> tuple[Figure, Figure]:
-    sure = found.sure(*levels)
+    rms = found.rms_interval(*levels)
     share = sum(found.levels[level] for level in levels)
-    return length(sure.value, sure.low, sure.high, counted), Figure(100 * share, "%", samples=counted)
+    return length(rms.value, rms.low, rms.high, counted), Figure(100 * share, "%", samples=counted)
 
 
 def budget_section(answer: Answer) -> Section:
@@ -92,7 +92,7 @@ def by_level_sections(found: Budget) -> list[Section]:
     ]
 
 
-def asked_sections(budgets: Sequence[Budget]) -> list[Section]:
+def requested_sections(budgets: Sequence[Budget]) -> list[Section]:
     """Return the error budgets at stated poses and in zones, with the effect of halving there."""
     out = []
     for k, found in enumerate(budgets, start=1):

@@ -44,7 +44,7 @@ def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
         + (f", and no more than {last.poses} were found" if scarce else f": ask for more than {last.poses}"),
         "robots": f"after the most robots allowed, {last.robots}",
         "stages": f"after {len(found.stages)} stages, {several(last.robots, 'robot')} and {several(last.poses, 'pose')}",
-    }[found.for_want_of]
+    }[found.limited_by]
     return f"Did not reach ±{found.tolerance}{where}: {half} ({name}), {why}"
 
 

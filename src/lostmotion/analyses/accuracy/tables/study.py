@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.accuracy.tables.budget import asked_sections, budget_section, by_level_sections, causes_section, levels_section
+from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section, joint_values
 from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
@@ -16,15 +16,15 @@ from lostmotion.mechanism.load_causes import NEXT
 from lostmotion.propagation.exact import share_left_out
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.provenance import (
-    assumed_said,
+    assumed_value_sentences,
     at_least,
     bounded_cards,
-    error_said,
-    limits_said,
-    no_error_said,
+    error_sentence,
     provenance_facts,
     provenance_sections,
-    repeats_said,
+    repeatability_sentence,
+    upper_limit_sentences,
+    zero_error_sentence,
 )
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import arm_warnings
@@ -101,7 +101,7 @@ def sections(answer: Answer) -> list[Section]:
         waterfall_section(answer.waterfall, _repeats(answer)),
         *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),  # none where nothing errs
         *by_level_sections(answer.budget),
-        *asked_sections(answer.places),
+        *requested_sections(answer.places),
         *_bending(answer),
         torques_section(answer.arm, answer.poses, answer.worst_torques),
         _check(answer),
@@ -211,17 +211,17 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     error = find_row(found, "error", "95th percentile")
     sentences = []
     if error is not None and error.figures[0].value == 0:
-        sentences.append(no_error_said(known))
+        sentences.append(zero_error_sentence(known))
     elif error is not None:
         figure = error.figures[0]
         within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
-        sentences.append(error_said(within, known))
+        sentences.append(error_sentence(within, known))
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
         sentences.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
     repeats = find_row(found, "iso9283", "RP, 95th percentile of robots")
     if repeats is not None and repeats.figures[0].value:
-        sentences.append(repeats_said(str(repeats.figures[0]), known))
+        sentences.append(repeatability_sentence(str(repeats.figures[0]), known))
     elif repeats is not None and (error is None or error.figures[0].value):
         sentences.append("No described error differs between visits, so no repeatability is predicted.")
     for zone, row in _in_zones(found, answer):
@@ -231,7 +231,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
     if answer.stopping is not None:
         sentences.append(outcome(answer.stopping, WHOLE if answer.zones else "") + ".")
     sentences += [f"{sentence}." for sentence in stopped_in(answer.zones)]
-    sentences += [*limits_said(known), *assumed_said(known)]
+    sentences += [*upper_limit_sentences(known), *assumed_value_sentences(known)]
     return " ".join(sentences)
 
 

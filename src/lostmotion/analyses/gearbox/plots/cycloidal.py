@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _COLOURS: Final = (BLUE, ORANGE, GREEN, RED)
-_MOST_WAVES: Final = 24
+_MOST_HARMONICS: Final = 24
 
 
 def drawing_plots(study: GearStudy) -> list[Plot]:
@@ -48,7 +48,7 @@ def drawing_plots(study: GearStudy) -> list[Plot]:
 
 
 def lobe_loads(cases: tuple[Lobes, ...]) -> go.Figure:
-    """Draw force and pressure of each lobe. Over its angle from the line of centres, where the crank stands at zero."""
+    """Draw force and pressure of each lobe over its angle from the line of centres, at crank angle zero."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
@@ -81,7 +81,7 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> go.Figure:
 
 
 def spread(values: Floats, name: str, counted: str, colour: str) -> go.Figure:
-    """Draw the scatter of manufactured samples. A histogram with mean and 5, 50 and 95 % quantiles."""
+    """Draw the scatter of manufactured samples: a histogram with mean and 5, 50 and 95 % quantiles."""
     shown = values / ARCMIN
     even = float(np.ptp(shown)) <= 1e-9 * max(float(np.abs(shown).max()), 1.0)
     wide = max(0.01 * abs(float(shown[0])), 1e-3)
@@ -142,16 +142,16 @@ def error(found: Transmission) -> go.Figure:
     ]
     figure = framed(f"Transmission error, {found.loads[-1]:.4g} N m", *traces, height=340)
     figure.update_xaxes(title_text="crank angle [deg]", dtick=60, range=[0, 360])
-    figure.update_yaxes(title_text="output ahead of its even turn [arcsec]")
+    figure.update_yaxes(title_text="transmission error of the output [arcsec]")
     figure.update_layout(legend=LEGEND, margin_t=84)
     return figure
 
 
 def spectrum(found: Transmission) -> go.Figure:
-    """Draw the lowest harmonics of the transmission error. The lowest of them, under a light load and under the torque."""
+    """Draw the lowest harmonics of the transmission error, under a light load and under the torque."""
     import plotly.graph_objects as go
 
-    seen = found.cycles[: max(_MOST_WAVES, int(np.flatnonzero(found.amplitude.max(axis=0) > 0.2 * found.amplitude.max())[-1]) + 1)]
+    seen = found.cycles[: max(_MOST_HARMONICS, int(np.flatnonzero(found.amplitude.max(axis=0) > 0.2 * found.amplitude.max())[-1]) + 1)]
     traces: list[Any] = [
         go.Bar(
             x=seen,

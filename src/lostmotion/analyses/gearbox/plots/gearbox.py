@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def gearbox_plots(study: GearStudy) -> list[Plot]:
-    """Return the plots of a gearbox. In reading order."""
+    """Return the plots of a gearbox in reading order."""
     units = units_of(study.gearbox)
     drawn = []
     if study.loop is not None:
@@ -38,7 +38,7 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
 
 
 def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> go.Figure:
-    """Return the plot of the output's angle under loading and unloading: the whole loop, friction's alone, and where the lost motion is read.
+    """Return the plot of the output's angle under loading and unloading: the whole loop, the friction loop alone, and the points of the lost motion.
 
     Only torques up to `near` (N m) are shown.
     """
@@ -95,5 +95,5 @@ def stated_harmonics(harmonics: list[tuple[str, float, float]], units: Units) ->
 
 
 def _short(values: np.ndarray) -> np.ndarray:
-    """Round what is only drawn, so that the page stays small."""
+    """Return values rounded for the plot, to keep the page small."""
     return np.asarray(np.round(values, 6))

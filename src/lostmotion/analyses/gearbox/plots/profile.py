@@ -1,4 +1,4 @@
-"""A cycloidal gearbox at true scale: its discs where the crank holds them, the ring, the pitch point, and what each lobe carries."""
+"""Plot of a cycloidal gearbox at true scale: discs, ring, pitch point, and the force on each lobe."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _MM: Final = 1e3
-# Of the ring's radius: how far a chord of the picture may stand off the profile, and how long the largest force is drawn.
+# Largest chord error of the plot, and the length of the largest force, as shares of the ring's radius.
 _FINE: Final = 2e-4
 _LONGEST: Final = 0.3
-# Corners of a small circle, and of one as large as a wheel.
+# Points of a small circle, and of one as large as a wheel.
 _SMALL: Final = 36
 _LARGE: Final = 180
 _FILLS: Final = ("rgba(0,114,178,0.12)", "rgba(230,159,0,0.10)", "rgba(0,158,115,0.08)", "rgba(178,58,0,0.08)")
@@ -33,7 +33,7 @@ _LINES: Final = (BLUE, ORANGE, GREEN, RED)
 
 
 def profile(study: GearStudy) -> go.Figure:
-    """Draw discs, ring and pins with the crank at zero, and the forces of the lobes. The stage at the output, forces of the first disc."""
+    """Draw discs, ring and pins of the output stage at crank angle zero, and the forces on the lobes of the first disc."""
     part, drawn = study.gearbox, study.drawn
     if not is_drawn(part) or drawn is None:
         raise ValueError("a gearbox by stated figures has no profile")
@@ -65,7 +65,7 @@ def _closed(points: np.ndarray) -> np.ndarray:
 
 
 def _round(places: np.ndarray, radius: float) -> np.ndarray:
-    """Draw circles around places, with a gap between each."""
+    """Draw circles around centres, separated by gaps in the line."""
     corners = _SMALL if len(places) > 1 else _LARGE
     ring = radius * np.exp(2j * math.pi * np.arange(corners + 1) / corners)
     gap = np.full((len(places), 1), complex(math.nan, math.nan))
@@ -105,7 +105,7 @@ def _planet(part: CycloidalStage, disc: int) -> go.Scatter:
 
 
 def _circles(part: CycloidalStage) -> list[go.Scatter]:
-    """Draw what stands in the first disc, thin: bore, output pins in their holes or crankshafts; and the ring's outside."""
+    """Draw the details of the first disc in thin lines: bore, output pins in their holes or crankshafts; and the outside of the ring."""
     stage, thin = part.stage, {"line": {"width": 0.8}, "showlegend": False, "hoverinfo": "name"}
     middle = np.array([complex(stage.eccentricity, 0.0)])
     out = []

@@ -23,18 +23,18 @@ Bound: TypeAlias = Literal["", "upper", "lower"]
 _DRAWING: Final = "the drawing"
 _AS_DRAWN: Final = "the stage as drawn, without tolerances"
 _LEVELS: Final = ((0.05, "5th percentile"), (0.5, "median"), (0.95, "95th percentile"))
-_MOST_WAVES: Final = 8
+_MOST_HARMONICS: Final = 8
 # Of the largest harmonic: smaller ones are not listed.
-_SMALLEST_WAVE: Final = 0.01
-# Above it the loads, taken without friction, no longer hold.
-_RUBS: Final = 0.2
+_SMALLEST_HARMONIC: Final = 0.01
+# Above this share friction invalidates the loads, which are computed without it.
+_LARGE_FRICTION: Final = 0.2
 _NEVER_TOUCHING: Final = 1e-12
 
 
 def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> list[Section]:
     """Return the sections of the drawing: geometry, loads, manufactured samples, compliance, transmission error, friction where it is stated."""
-    friction = [] if drawn.rubbing is None else [_friction(drawn)]
-    return [_geometry(gearbox), _lobes(gearbox, drawn), _built(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction]
+    friction = [] if drawn.friction_curve is None else [_friction(drawn)]
+    return [_geometry(gearbox), _lobes(gearbox, drawn), _samples(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction]
 
 
 def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count: int) -> str:
@@ -55,7 +55,7 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count
 
 
 def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tuple[Card, ...]:
-    """Return the figures that are asked for first."""
+    """Return the cards of the sheet."""
     read, hardest = drawn.read, drawn.lobes[0]
     free, lost = (_quantile(each, 0.95, "") for each in (drawn.play, drawn.lost_motion))
     span = drawn.transmission.peak_to_peak[-1]
@@ -64,7 +64,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
         Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
-        Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {load}, play not counted"),
+        Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {load}, beyond the play"),
         Card("peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {hardest.largest_force:.3g} N at {load}"),
         Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {load}, mean of {len(span)} gearboxes"),
     ]
@@ -76,16 +76,16 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
 
 
 def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
-    """Return what the reader should be warned of."""
+    """Return the warnings of the sheet."""
     notes = []
     if gearbox.rigid:
         notes.append(
-            f"not specified and taken as rigid: {gearbox.assumed_rigid}; the true gearbox winds up more, so every stiffness here is an upper limit"
+            f"not specified and assumed rigid: {gearbox.assumed_rigid}; a real gearbox winds up more, so that every stiffness here is an upper limit"
         )
     if drawn.jammed:
-        notes.append("gearboxes that jam have flanks that press on each other without torque; their wind-up counts from where they then rest")
-    if drawn.rubbing is not None and drawn.rubbing.friction[-1] > _RUBS * drawn.rubbing.loads[-1]:
-        notes.append("friction takes more than a fifth of the torque: loads are computed without it, so efficiency is a rough estimate")
+        notes.append("gearboxes that jam have flanks that interfere without torque; their wind-up is relative to their position at rest")
+    if drawn.friction_curve is not None and drawn.friction_curve.friction[-1] > _LARGE_FRICTION * drawn.friction_curve.loads[-1]:
+        notes.append("friction is more than a fifth of the torque: loads are computed without it, so that efficiency is a rough estimate")
     if torque <= gearbox.friction_at_rest:
         notes.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
     return tuple(notes)
@@ -121,7 +121,7 @@ def _quantile(values: Floats, level: float, samples: str, unit: str = "arcmin", 
 
 
 def _geometry(gearbox: CycloidalGearbox) -> Section:
-    """Put the stage at the output and a cycloidal stage before it side by side."""
+    """Return the geometry of the output stage, beside that of a cycloidal first stage."""
     stages: list[CycloidalStage] = [gearbox]
     if gearbox.first_stage is not None and gearbox.first_stage.kind == "cycloidal":
         stages.insert(0, gearbox.first_stage)
@@ -141,7 +141,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
     sharpest = smallest_convex_radius(stage)
     valley = valley_radius(stage) + stage.pin_radius
     between = 2 * (stage.ring_radius * math.sin(math.pi / stage.pins) - stage.pin_radius)
-    no_convex = "the flank is nowhere convex towards the pins: no pin undercuts it"
+    no_convex = "the flank is nowhere convex: no pin size undercuts it"
 
     def of_length(value: float) -> Figure:
         found = length(value)
@@ -159,12 +159,12 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
         (
             "smallest convex radius of the flank",
             of_length(sharpest) if math.isfinite(sharpest) else Figure(math.inf, "mm", samples=_DRAWING),
-            "so much larger a pin would undercut it" if math.isfinite(sharpest) else no_convex,
+            "increase of the pin radius at which undercutting begins" if math.isfinite(sharpest) else no_convex,
         ),
         (
             "radius of the flank's valley",
             of_length(valley) if math.isfinite(valley) else Figure(math.inf, "mm", samples=_DRAWING),
-            "a cutter that mills the profile must be smaller, before relief" if math.isfinite(valley) else "the flank is nowhere hollow",
+            "a cutter that mills the profile must be smaller, before relief" if math.isfinite(valley) else "the flank is nowhere concave",
         ),
         ("room between neighbouring pins", of_length(between), ""),
         ("smallest pressure angle", of_angle(float(pressure_angles(stage, working).min())), ""),
@@ -178,7 +178,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
 
 
 def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
-    """Say what each loaded lobe carries, and the hardest over a pitch of the crank."""
+    """Return the load of each loaded lobe, and the largest over a pitch of the crank."""
     cases = drawn.lobes
     columns = tuple(name for case in cases for name in (f"load at share {case.share:.3g}" if len(cases) > 1 else "load", "peak pressure"))
     rows = [
@@ -206,10 +206,10 @@ def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
     return Figure(force, "N", samples=_AS_DRAWN), Figure(peak / 1e9, "GPa", samples=_AS_DRAWN)
 
 
-def _built(drawn: Drawn, count: int) -> Section:
+def _samples(drawn: Drawn, count: int) -> Section:
     counted, read = f"{count} simulated gearboxes", drawn.read
     quantities = [("play", drawn.play, "arcmin", 1 / ARCMIN, ""), ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, "")]
-    quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {read.asked.torque:.4g} N m, play not counted"))
+    quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {read.asked.torque:.4g} N m, beyond the play"))
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
         quantities.append(("stiffness", read.slope, "N m/arcmin", ARCMIN, f"slope from {low:.4g} to {high:.4g} N m"))
@@ -222,7 +222,7 @@ def _built(drawn: Drawn, count: int) -> Section:
         Row(
             "gearboxes that jam",
             (Figure(100 * drawn.jammed / count, "%", low, high, counted),),
-            "flanks interfere all the way round, by more than the clearances make up for",
+            "flanks interfere over the whole circumference, by more than the clearances",
         )
     )
     note = f"lost motion between ± {read.asked.small:.4g} N m; each sample on average over a turn of the crank"
@@ -248,8 +248,8 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
         mean = float(drawn.read.secant.mean()) * ARCMIN
         together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
         rows.append(Row("all together", together))
-    rigid = f"not specified and taken as rigid: {gearbox.assumed_rigid}" if gearbox.rigid else "every member is specified"
-    note = f"under {torque:.4g} N m at the output, play not counted; stiffness: torque over wind-up; {rigid}"
+    rigid = f"not specified and assumed rigid: {gearbox.assumed_rigid}" if gearbox.rigid else "every member is specified"
+    note = f"under {torque:.4g} N m at the output, beyond the play; stiffness: torque over wind-up; {rigid}"
     return Section("members", "Compliance by member", ("wind-up", "share", "stiffness"), tuple(rows), note)
 
 
@@ -260,15 +260,15 @@ def _transmission(drawn: Drawn) -> Section:
         Row("peak to peak", tuple(_mean(each, counted, "arcsec") for each in found.peak_to_peak)),
         Row("root mean square", tuple(_rms(each, counted) for each in found.mean_square)),
     ]
-    strongest = np.argsort(-(found.amplitude**2).sum(axis=0), kind="stable")[:_MOST_WAVES]
+    strongest = np.argsort(-(found.amplitude**2).sum(axis=0), kind="stable")[:_MOST_HARMONICS]
     rows += [
         Row(f"{found.cycles[k]:g} per turn", tuple(_rms(each, counted) for each in found.power[:, k]))
         for k in sorted(strongest)
-        if found.amplitude[:, k].max() > _SMALLEST_WAVE * found.amplitude.max()
+        if found.amplitude[:, k].max() > _SMALLEST_HARMONIC * found.amplitude.max()
     ]
     columns = tuple(f"at {load:.4g} N m" for load in found.loads)
     note = (
-        f"peak to peak: mean over gearboxes; per turn of the output: root mean square amplitude of each of the {_MOST_WAVES} largest harmonics; "
+        f"peak to peak: mean over gearboxes; per turn of the output: root mean square amplitude of each of the {_MOST_HARMONICS} largest harmonics; "
         f"loads: {100 * LIGHT:.0f} % and all of the torque"
     )
     return Section("transmission", "Transmission error", columns, tuple(rows), note)
@@ -276,11 +276,9 @@ def _transmission(drawn: Drawn) -> Section:
 
 def _friction(drawn: Drawn) -> Section:
     rows: list[Row] = []
-    if drawn.rubbing is not None:
-        for load, friction, share in zip(drawn.rubbing.loads, drawn.rubbing.friction, drawn.rubbing.efficiency, strict=True):
+    if drawn.friction_curve is not None:
+        for load, friction, share in zip(drawn.friction_curve.loads, drawn.friction_curve.friction, drawn.friction_curve.efficiency, strict=True):
             figures = (Figure(float(friction), "N m", samples=_AS_DRAWN), Figure(100 * float(share), "%", samples=_AS_DRAWN))
             rows.append(Row(f"at {load:.4g} N m", figures))
-    note = (
-        "an estimate: Coulomb friction of flanks, eccentric and output pins of the stage at the output; seals, grease and a first stage come on top"
-    )
+    note = "Coulomb friction of flanks, eccentric and output pins of the stage at the output; an estimate without seals, grease and a first stage"
     return Section("friction", "Friction", ("felt at the output", "efficiency"), tuple(rows), note)

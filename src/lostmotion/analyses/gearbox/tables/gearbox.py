@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from lostmotion.parts.gearbox.kinds import StatedGearbox
 
 _WORDS: Final = (
-    ("play", "how far the output turns freely. A load above friction holds it on one side."),
-    ("lost motion", "how far the output turns between the middles of the loop at a small torque one way and the other: play, and elastic wind-up."),
-    ("wind-up", "how far the output turns under the torque with the input held, play not counted."),
+    ("play", "free rotation of the output. A load above friction holds it on one side."),
+    ("lost motion", "rotation of the output between the middles of the loop at a small torque in both directions: play and elastic wind-up."),
+    ("wind-up", "rotation of the output under the torque with the input held, beyond the play."),
     ("torsion", "the same from the middle of the play: half the play and the wind-up."),
-    ("secant, slope", "stiffness as torque over wind-up, and as the rise of the torque-angle curve between two torques. Makers print either."),
-    ("friction's loop", "hysteresis: with friction the output stands elsewhere when the torque rises than when it falls. Play comes on top."),
-    ("transmission error", "how far the output runs ahead or behind an even ratio as it turns."),
+    ("secant, slope", "stiffness as torque over wind-up, and as the slope of the torque-angle curve between two torques. Makers state either."),
+    ("friction's loop", "hysteresis: with friction the angle of the output differs between rising and falling torque. Play is added to it."),
+    ("transmission error", "deviation of the output from the nominal ratio over a turn."),
 )
 
 

@@ -36,7 +36,7 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
     gearbox, torque = study.gearbox, study.gearbox.rated_torque
     show = _Shown(study, units)
     rows = [*_stiffnesses(read, study, show)]
-    assumed = "" if gearbox.friction_torque is not None else f" (taken as 1 % of the rated {units.what})"
+    assumed = "" if gearbox.friction_torque is not None else f" (assumed 1 % of the rated {units.what})"
     crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "traversed by any load"
     rows.append(Row("play", (show.play,), crossed))
     rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=OF_LOOP),), f"width at zero {units.what}"))
@@ -48,7 +48,7 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
         share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
         note = f"between the middles of the loop at ± {read.asked.small:.4g} {units.torque}{share}"
         rows.append(Row("lost motion", (show.lost_motion(read),), note))
-    return Section("loop", "Stiffness and hysteresis", ("value",), tuple(rows), "loaded and unloaded both ways, input held")
+    return Section("loop", "Stiffness and hysteresis", ("value",), tuple(rows), "loading and unloading in both directions, input held")
 
 
 def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
@@ -56,7 +56,7 @@ def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row
     units, torque = show.units, f"{read.asked.torque:.4g} {show.units.torque}"
     if study.wind_up:
         yield Row(f"torsion at {torque}", (show.torsion(read),), "from the middle of the play: half the play and the wind-up")
-        yield Row(f"wind-up at {torque}", (show.wound(read),), "either way, play not counted")
+        yield Row(f"wind-up at {torque}", (show.wind_up(read),), "in both directions, beyond the play")
         yield Row("stiffness, secant", (show.stiffness(read.secant),), f"{torque} over the wind-up there")
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
@@ -66,7 +66,7 @@ def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row
 
 
 class _Shown:
-    """How readings become figures: of manufactured samples their mean with its interval, of stated figures the value with its limits.
+    """Conversion of readings to figures: the mean of manufactured samples with its interval, or a stated value with its limits.
 
     Where members are not specified, wind-up is a lower and stiffness an upper limit.
     """
@@ -97,7 +97,7 @@ class _Shown:
         ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
         return Figure(value, unit, *ends, STATED, "stated limits")
 
-    def wound(self, read: Readings) -> Figure:
+    def wind_up(self, read: Readings) -> Figure:
         if self._stated is not None:
             return wind_up_figure(self._stated, float(read.wind_up[0]), self.units)
         return self.angle(read.wind_up, "lower" if self._bounded else "")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.tables.units import Units
     from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
 
-# Fields that the play, and friction's loop, come from.
+# Fields that determine the play, and the hysteresis.
 OF_PLAY: Final = ("backlash", "lost_motion")
 OF_LOOP: Final = ("hysteresis",)
 
@@ -28,14 +28,14 @@ OF_LOOP: Final = ("hysteresis",)
 def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
     """Return what limits the figures: no rated torque, or a torque that does not overcome friction."""
     if study.read is None or study.torque is None:
-        return (f"no rated {units.what} is stated, so nothing under load is shown: give one with --torque",)
+        return (f"no rated {units.what} is stated, so that no figures under load are shown: state one with --torque",)
     notes = []
     if study.loop is None and study.torque <= gearbox.friction:
         notes.append(f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown")
     if study.read.lost_motion is None or study.read.slope is None:
         notes.append(
             f"no rated {units.what} is stated, so no lost motion at a share of it and no slope of the stiffness are shown: state rated_torque, or "
-            f"give {units.what}s with --lost-motion-torque and --slope-range"
+            f"{units.what}s with --lost-motion-torque and --slope-range"
         )
     return tuple(notes)
 
@@ -51,24 +51,24 @@ def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -
     }
     silent = ", ".join(name for name, stated in named.items() if not stated)
     kind = "" if gearbox.kind == "catalogue" and not _of_catalogue(gearbox) else f"{gearbox.kind} "
-    sentences = [f"A {kind}gearbox by stated figures" + (f"; not specified and taken as ideal: {silent}." if silent else ".")]
+    sentences = [f"A {kind}gearbox by stated figures" + (f"; not specified and assumed ideal: {silent}." if silent else ".")]
     if study.loop is not None:
         sentences.append(f"Play {play_figure(gearbox, units)}.")
     if study.read is not None and study.read.lost_motion is not None:
         sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
     if study.wind_up and study.read is not None:
         wound, torsion = wind_up_figure(gearbox, study.wind_up, units), torsion_figure(gearbox, study.read, units)
-        sentences.append(f"Under {load_text(study, units)} the output stands {torsion} from the middle of its play; {wound} of that is wind-up.")
+        sentences.append(f"Under {load_text(study, units)} the output is {torsion} from the middle of its play; {wound} of that is wind-up.")
     return " ".join(sentences)
 
 
 def _states_play(gearbox: StatedGearbox) -> bool:
-    """Return whether the play is stated, be it as zero."""
+    """Return whether the play is stated, including a stated zero."""
     return gearbox.backlash is not None or gearbox.lost_motion is not None
 
 
 def _of_catalogue(gearbox: StatedGearbox) -> bool:
-    """Return whether its model is one of the catalogue's; a user's own gearbox has another name, or none."""
+    """Return whether its model is one of the catalogue's; a user's gearbox has another name, or none."""
     try:
         return bool(gearbox.model) and bool(find_rows(gearbox.model))
     except InputError:
@@ -84,7 +84,7 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
         cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
     if study.wind_up and read is not None:
         cards.append(Card("torsion", str(torsion_figure(gearbox, read, units)), f"from the middle of the play at {study.torque:.4g} {units.torque}"))
-        cards.append(Card("wind-up", str(wind_up_figure(gearbox, study.wind_up, units)), f"at {study.torque:.4g} {units.torque}, play not counted"))
+        cards.append(Card("wind-up", str(wind_up_figure(gearbox, study.wind_up, units)), f"at {study.torque:.4g} {units.torque}, beyond the play"))
     return cards
 
 
@@ -94,7 +94,7 @@ def play_figure(gearbox: StatedGearbox, units: Units) -> Figure:
 
 
 def wind_up_figure(gearbox: StatedGearbox, wound: float, units: Units) -> Figure:
-    """Return a wind-up with the limits that the stated scatter of the stiffness sets."""
+    """Return a wind-up with the limits from the stated scatter of the stiffness."""
     return _limited(wound, gearbox.stiffness_scatter * wound, units)
 
 
@@ -113,7 +113,7 @@ def torsion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figu
 
 
 def at_most(figure: Figure, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Figure:
-    """Mark a figure as an upper limit where one of the values that it rests on is a maker's upper limit."""
+    """Mark a figure as an upper limit where it depends on a maker's upper limit."""
     return replace(figure, bound="upper") if any(name in gearbox.upper_limits for name in rests_on) else figure
 
 
@@ -123,7 +123,7 @@ def _limited(value: float, tolerance: float, units: Units) -> Figure:
 
 
 def ratio_figure(gearbox: AnyGearbox) -> Figure | None:
-    """Return the ratio, unless a row of a catalogue leaves it out."""
+    """Return the ratio, unless a row of a catalogue omits it."""
     return _pure(gearbox.ratio) if gearbox.states_ratio else None
 
 
@@ -135,7 +135,7 @@ def _pure(value: float) -> Figure:
 def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
     """Return the table of stated figures."""
     ratio = ratio_figure(gearbox)
-    opposite = "below zero: input and output go opposite ways" if gearbox.ratio < 0 else ""
+    opposite = "below zero: input and output turn in opposite directions" if gearbox.ratio < 0 else ""
     rows = [] if ratio is None else [Row("ratio", (ratio,), opposite)]
     if gearbox.rated_torque is not None:
         rows.append(Row(f"rated {units.what}", (units.of_torque(gearbox.rated_torque, STATED),)))
@@ -148,9 +148,9 @@ def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
         rows.append(Row("lost motion", (at_most(units.of_angle(gearbox.lost_motion, STATED), gearbox, OF_PLAY),), note))
     if gearbox.hysteresis is not None:
         width = at_most(units.of_angle(gearbox.hysteresis, STATED), gearbox, OF_LOOP)
-        rows.append(Row("friction's loop, full width", (width,), f"at zero {units.what}, play not in it"))
+        rows.append(Row("friction's loop, full width", (width,), f"at zero {units.what}, without the play"))
     if gearbox.friction:
-        assumed = "" if gearbox.friction_torque is not None else f"taken as 1 % of the rated {units.what}, none is stated"
+        assumed = "" if gearbox.friction_torque is not None else f"assumed 1 % of the rated {units.what}, none is stated"
         rows.append(Row(f"friction without load, as {units.what}", (units.of_torque(gearbox.friction, STATED),), assumed))
     for own in gearbox.own_figures:
         figure = Figure(math.degrees(own.value), "deg", samples=STATED) if own.unit == "rad" else _pure(own.value)
@@ -172,7 +172,7 @@ def zones_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
         Row(f"wind-up at {limit:.4g} {units.torque}", (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), STATED),), f"end of zone {k}")
         for k, limit in enumerate(limits, 1)
     ]
-    note = f"scatters by ± {100 * gearbox.stiffness_scatter:.3g} % over gearboxes" if gearbox.stiffness_scatter else ""
+    note = f"± {100 * gearbox.stiffness_scatter:.3g} % over gearboxes" if gearbox.stiffness_scatter else ""
     return (Section("zones", "Stiffness", ("value",), tuple(rows), note),)
 
 

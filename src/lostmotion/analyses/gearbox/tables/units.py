@@ -15,7 +15,7 @@ STATED: Final = "the values stated"
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """In which units people read a gearbox: of a turning joint, or of a drive that slides. Each with what SI is multiplied by."""
+    """Display units of a gearbox on a turning joint, or of a sliding drive, each with its factor from SI."""
 
     angle: str
     angle_factor: float
@@ -26,7 +26,7 @@ class Units:
     limit: str
 
     def of_angle(self, value: float, samples: str, low: float = math.nan, high: float = math.nan, ends: str = "95 % interval") -> Figure:
-        """Return an angle, or a length of a drive that slides."""
+        """Return an angle, or a length of a sliding drive."""
         factor = self.angle_factor
         return Figure(value * factor, self.angle, low * factor, high * factor, samples, ends)
 

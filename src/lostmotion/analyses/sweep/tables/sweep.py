@@ -13,15 +13,15 @@ from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.first_order import failed, failure, judged, unsure
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
-    assumed_said,
+    assumed_value_sentences,
     at_least,
     bounded_cards,
     caveats,
-    error_said,
-    limits_said,
+    error_sentence,
     provenance_facts,
     provenance_sections,
-    repeats_said,
+    repeatability_sentence,
+    upper_limit_sentences,
 )
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import overload_warnings
@@ -181,7 +181,7 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
         Row(
             design_name(order.axes, each.design),
             (
-                length(each.rms_sure.value, each.rms_sure.low, each.rms_sure.high, exact),
+                length(each.rms_with_poses.value, each.rms_with_poses.low, each.rms_with_poses.high, exact),
                 *(Figure(100 * float(level) / each.rms**2 if each.rms else 0.0, "%", samples=exact) for level in each.levels),
             ),
         )
@@ -248,9 +248,9 @@ def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
     known = replace(known, limits=(*best.limits, *other))
     best_figure, worst_figure = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
-        repeats = f" {repeats_said(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
+        repeats = f" {repeatability_sentence(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
         within = f"{best_figure} ({best_figure.interval or 'no interval'})"
-        return " ".join([error_said(within, known) + repeats, *limits_said(known), *assumed_said(known)])
+        return " ".join([error_sentence(within, known) + repeats, *upper_limit_sentences(known), *assumed_value_sentences(known)])
     text = (
         f"Of {several(len(ranked), 'design')} the most accurate is {design_name(order.axes, best.design)}: "
         f"95th percentile of the position error {at_least(best_figure, of_best)}. "

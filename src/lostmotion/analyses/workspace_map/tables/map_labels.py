@@ -96,8 +96,8 @@ def share_within(found: WorkspaceMap, error: float) -> tuple[Figure, Figure]:
         cells = counted_cells(found)
         hits, (low, high) = found.selected[cells] <= error, np.nan_to_num(found.bounds[:, QUANTILE, column][:, cells], nan=error)
         doubtful = found.uncertain[cells] & (low <= error) & (high >= error)
-        sure, value, may = (of_count(int(each.sum()), len(hits)) for each in (hits & ~doubtful, hits, hits | doubtful))
-        share = Estimate(value.value, sure.low, may.high)
+        low, value, high = (of_count(int(each.sum()), len(hits)) for each in (hits & ~doubtful, hits, hits | doubtful))
+        share = Estimate(value.value, low.low, high.high)
         size = Estimate(share.value * found.size.value, share.low * found.size.low, share.high * found.size.high)
         samples = f"{int(cells.sum())} cells, {configurations_label(found)}"
     return (
