@@ -38,7 +38,7 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
 def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, friction: Floats) -> tuple[Floats, Floats]:
     """Return the branches of the hysteresis loop at torques (any shape, N m): angles (rad) as the torque rises, and as it falls.
 
-    `spring` is the odd, increasing spring curve w: the angle (rad) under torques (N m); `friction` F (N m, zero or more, the shape of `torque`). While
+    `spring` is the odd, increasing spring curve w: angles (rad) under torques (N m); `friction` F (N m, zero or more, the shape of `torque`). While
     the torque rises, friction carries F of it and the spring T - F; while it falls, the spring still carries T + F: w(T - F) and w(T + F), half width
     [w(T + F) - w(T - F)] / 2. That is w(F) without torque and at most w(|T| + F); F times the compliance at zero would overestimate a spring that
     starts soft. Valid for friction that does not depend on the path of the output.
