@@ -177,7 +177,7 @@ class Term:
     sided      the visit draw is the sign of the joint's last motion: one stream for all parts of the joint, known where the approach is known
                (`error_model.pose_matrix`)
     parameter  the size that a designer chooses; the error is proportional to its value to the power `exponent`, -1 for a stiffness
-    effect     the error of which this term is one part: the two phases of a harmonic, a play and its scatter; left out: the term's own name
+    effect     the error of which this term is one part: the two phases of a harmonic, a play and its scatter; default: the term's own name
     """
 
     name: str

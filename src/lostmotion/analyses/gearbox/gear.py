@@ -97,7 +97,7 @@ def gear(
     """Study a gearbox under a torque (N m; its rated one unless stated), on this many manufactured samples of a drawing.
 
     `lost_motion_torque` N m at which the lost motion is read; default: the stated share, or 3 %, of the rated torque.
-    `slope_range` N m between which the slope of the curve is taken; default: 50 to 100 % of the rated torque. Raises InputError for a torque not above
+    `slope_range` N m between which the slope of the curve is taken; default: 50 to 100 % of the rated torque. Raises InputError for torques not above
     zero, a slope range that does not rise, a count out of range, a seed below zero; DidNotConvergeError where the contacts cannot carry the load.
     """
     if not is_gearbox(gearbox):

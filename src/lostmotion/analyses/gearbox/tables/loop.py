@@ -40,7 +40,7 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
     crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "traversed by any load"
     rows.append(Row("play", (show.play,), crossed))
     rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=OF_LOOP),), f"width at zero {units.what}"))
-    if study.drawn is not None and study.drawn.rubbing is not None:
+    if study.drawn is not None and study.drawn.friction_curve is not None:
         half = f"width at {read.asked.torque / 2:.4g} {units.torque}"
         rows.append(Row("friction's loop under load", (show.angle(read.friction_under_load),), half))
     rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width, rests_on=OF_PLAY + OF_LOOP),), "play and friction"))
