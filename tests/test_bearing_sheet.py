@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -125,6 +126,15 @@ def test_a_shaft_that_stays_parallel_tilts_by_zero(path):
     sheet = bearing_sheet(read.name, read.part, found.load, found)
     assert "tilts by 0 arcmin" in sheet.verdict
     assert next(card.number for card in sheet.cards if card.title == "tilt at this load") == "0 arcmin"
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_large_figures_are_printed_without_powers_of_ten(path):
+    """20 kN is 20000 N, and the stiffness of a stiff bearing has all its digits, on every part of the sheet."""
+    read = read_bearing(path)
+    sheet = bearing_sheet(read.name, read.part, BearingLoad(2e4, 0.0, 0.0), examine(read.part, BearingLoad(2e4, 0.0, 0.0)))
+    assert "Under 20000 N across" in sheet.verdict
+    assert not re.search(r"\d[eE][+-]?\d", " ".join([sheet.verdict, sheet.counts, sheet.source, *(card.number + card.quiet for card in sheet.cards)]))
 
 
 def test_catalogue_bearings_have_a_sheet_too():

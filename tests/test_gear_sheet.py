@@ -7,6 +7,7 @@ import io
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -325,6 +326,17 @@ def test_arguments_that_cannot_be(more, said):
     """Each is refused with what is expected."""
     with pytest.raises(InputError, match=said):
         gear(looked_at("rv-like").gearbox, **more)
+
+
+def test_a_large_torque_is_printed_without_a_power_of_ten(tmp_path):
+    """15 kN m is 15000 N m in the headline, the cards and the tables of stated figures."""
+    (tmp_path / "slewing.toml").write_text(
+        '[gearbox]\nrated_torque = "20 kN m"\nstiffness = "9 kN m/arcmin"\nlost_motion = "1 arcmin"\n', encoding="utf-8"
+    )
+    sheet = lostmotion.gear(tmp_path / "slewing.toml", torque="15 kN m").sheet
+    assert "Under 15000 N m" in sheet.verdict
+    rows = [text for section in sheet.sections for row in section.rows for text in (row.label, row.note, *map(str, row.figures))]
+    assert not re.search(r"\d[eE][+-]?\d", " ".join([sheet.verdict, *rows, *(card.number + card.quiet for card in sheet.cards)]))
 
 
 def test_torsion_of_an_rv_is_read_as_its_maker_does(tmp_path):

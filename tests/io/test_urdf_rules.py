@@ -251,7 +251,7 @@ def test_masses_that_look_like_placeholders_are_warned_of(urdf, parts, note):
     assert note in read(urdf(robot(*joints, *parts))).doubts[0]
 
 
-@pytest.mark.parametrize(("origin", "length"), [("300 0 100", "949 m"), ("0.003 0 0.001", "0.00949 m")])
+@pytest.mark.parametrize(("origin", "length"), [("300 0 100", "949 m"), ("3000 0 1000", "9490 m"), ("0.003 0 0.001", "0.00949 m")])
 def test_lengths_in_millimetres_are_warned_of(urdf, origin, length):
     """Exporters write millimetres; no arm is 15 m long, none 5 cm."""
     found = read(urdf(robot(*arm()).replace('"0.3 0 0.1"', f'"{origin}"')))

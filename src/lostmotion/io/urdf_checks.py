@@ -72,7 +72,7 @@ def _of_lengths(chain: Chain) -> list[str]:
     length = math.fsum(math.hypot(*joint.xyz) for joint in chain.joints)
     if _SHORTEST <= length <= _LONGEST:
         return []
-    return [f"the origins from base to tool add up to {length:.3g} m: are they in metres, or in millimetres?"]
+    return [f"the origins from base to tool add up to {float(f'{length:.3g}'):.12g} m: are they in metres, or in millimetres?"]
 
 
 def _of_ranges(arm: Arm) -> list[str]:

@@ -173,6 +173,11 @@ def digits(value: float) -> str:
     return _written(value, _places(abs(value), _DIGITS) if math.isfinite(value) else 0)
 
 
+def as_stated(value: float) -> str:
+    """Return a number as a user stated it, without a unit: four significant digits, or more before the point. Never a power of ten."""
+    return str(Figure(value, "1", stated=True))
+
+
 def _places(size: float, count: int) -> int:
     """Return the decimal place of the last of `count` significant digits; below zero where whole digits are rounded away."""
     return count - 1 - int(f"{size:.{count - 1}e}".partition("e")[2])

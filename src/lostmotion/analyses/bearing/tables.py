@@ -11,7 +11,7 @@ from lostmotion.error_model.intervals import share_interval
 from lostmotion.parts.bearing.fits import STEPS
 from lostmotion.parts.term import Condition, Motion
 from lostmotion.reporting.provenance import with_assumed
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, as_stated, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
@@ -64,7 +64,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
 def described(load: BearingLoad) -> str:
     """Describe a load."""
     parts = [(load.radial, "N across"), (load.axial, "N along the axis"), (load.moment, "N m")]
-    return ", ".join(f"{value:.4g} {unit}" for value, unit in parts if value) or "no load"
+    return ", ".join(f"{as_stated(value)} {unit}" for value, unit in parts if value) or "no load"
 
 
 def _plain_load(load: BearingLoad) -> dict[str, float]:
@@ -102,8 +102,8 @@ def _cards(found: Examined) -> list[Card]:
         Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
         Card("tilt at this load", str(_angle(_tilt(found)[1])), "middle clearance"),
         Card("most heavily loaded element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
-        Card("stiffness across", f"{found.stiffness[0] / 1e6:.3g} N/µm", "at this load"),
-        Card("stiffness against tilting", f"{found.stiffness[4] * ARCMIN:.3g} N m/arcmin", "at this load"),
+        Card("stiffness across", str(Figure(found.stiffness[0] / 1e6, "N/µm")), "at this load"),
+        Card("stiffness against tilting", str(Figure(found.stiffness[4] * ARCMIN, "N m/arcmin")), "at this load"),
     ]
 
 

@@ -11,7 +11,7 @@ from lostmotion.analyses.gearbox.cycloidal import LIGHT
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
-from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, length
+from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, as_stated, digits, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.cycloidal import Drawn
@@ -63,15 +63,17 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
     cards = [
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
-        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
+        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {as_stated(read.asked.small)} N m; 95th percentile {lost}"),
         Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {load}, beyond the play"),
-        Card("peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {hardest.largest_force:.3g} N at {load}"),
+        Card(
+            "peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {digits(hardest.largest_force)} N at {load}"
+        ),
         Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {load}, mean of {len(span)} gearboxes"),
     ]
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
         stiff = _stiffness(read.slope, "", "upper" if gearbox.rigid else "")
-        cards.insert(4, Card("stiffness", str(stiff), f"slope from {low:.4g} to {high:.4g} N m{at_most}"))
+        cards.insert(4, Card("stiffness", str(stiff), f"slope from {as_stated(low)} to {as_stated(high)} N m{at_most}"))
     return tuple(cards)
 
 
@@ -87,7 +89,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     if drawn.friction_curve is not None and drawn.friction_curve.friction[-1] > _LARGE_FRICTION * drawn.friction_curve.loads[-1]:
         notes.append("friction is more than a fifth of the torque: loads are computed without it, so that efficiency is a rough estimate")
     if torque <= gearbox.friction_at_rest:
-        notes.append(f"{torque:.4g} N m do not overcome the friction: no hysteresis is shown")
+        notes.append(f"{as_stated(torque)} N m do not overcome the friction: no hysteresis is shown")
     return tuple(notes)
 
 
@@ -190,7 +192,8 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         note = f"pressure angle {math.degrees(cases[0].pressure_angle[k]):.1f}°"
         rows.append(Row(label, tuple(figure for case in cases for figure in _pair(float(case.force[k]), float(case.peak[k]))), note))
     cases_text = "; ".join(
-        f"share {case.share:.3g}: {case.carrying[0]} to {case.carrying[1]} of {gearbox.pins} carry, {case.bearing:.4g} N on each eccentric bearing"
+        f"share {case.share:.3g}: {case.carrying[0]} to {case.carrying[1]} of {gearbox.pins} carry, "
+        f"{digits(case.bearing)} N on each eccentric bearing"
         for case in cases
     )
     customary = "; equal discs take a share of 0.5, 0.55 the customary allowance" if len(cases) > 1 else ""
@@ -209,10 +212,10 @@ def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
 def _samples(drawn: Drawn, count: int) -> Section:
     counted, read = f"{count} simulated gearboxes", drawn.read
     quantities = [("play", drawn.play, "arcmin", 1 / ARCMIN, ""), ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, "")]
-    quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {read.asked.torque:.4g} N m, beyond the play"))
+    quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {as_stated(read.asked.torque)} N m, beyond the play"))
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
-        quantities.append(("stiffness", read.slope, "N m/arcmin", ARCMIN, f"slope from {low:.4g} to {high:.4g} N m"))
+        quantities.append(("stiffness", read.slope, "N m/arcmin", ARCMIN, f"slope from {as_stated(low)} to {as_stated(high)} N m"))
     rows = []
     for name, values, unit, factor, note in quantities:
         rows.append(Row(f"{name}: mean", (over_samples(values, unit, factor, counted),), note))
@@ -225,7 +228,7 @@ def _samples(drawn: Drawn, count: int) -> Section:
             "flanks interfere over the whole circumference, by more than the clearances",
         )
     )
-    note = f"lost motion between ± {read.asked.small:.4g} N m; each sample on average over a turn of the crank"
+    note = f"lost motion between ± {as_stated(read.asked.small)} N m; each sample on average over a turn of the crank"
     return Section("built", "Manufactured samples", ("value",), tuple(rows), note)
 
 
@@ -249,7 +252,7 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
         together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
         rows.append(Row("all together", together))
     rigid = f"not specified and assumed rigid: {gearbox.assumed_rigid}" if gearbox.rigid else "every member is specified"
-    note = f"under {torque:.4g} N m at the output, beyond the play; stiffness: torque over wind-up; {rigid}"
+    note = f"under {as_stated(torque)} N m at the output, beyond the play; stiffness: torque over wind-up; {rigid}"
     return Section("members", "Compliance by member", ("wind-up", "share", "stiffness"), tuple(rows), note)
 
 
@@ -266,7 +269,7 @@ def _transmission(drawn: Drawn) -> Section:
         for k in sorted(strongest)
         if found.amplitude[:, k].max() > _SMALLEST_HARMONIC * found.amplitude.max()
     ]
-    columns = tuple(f"at {load:.4g} N m" for load in found.loads)
+    columns = tuple(f"at {as_stated(load)} N m" for load in found.loads)
     note = (
         f"peak to peak: mean over gearboxes; per turn of the output: root mean square amplitude of each of the {_MOST_HARMONICS} largest harmonics; "
         f"loads: {100 * LIGHT:.0f} % and all of the torque"
@@ -279,6 +282,6 @@ def _friction(drawn: Drawn) -> Section:
     if drawn.friction_curve is not None:
         for load, friction, share in zip(drawn.friction_curve.loads, drawn.friction_curve.friction, drawn.friction_curve.efficiency, strict=True):
             figures = (Figure(float(friction), "N m", samples=_AS_DRAWN), Figure(100 * float(share), "%", samples=_AS_DRAWN))
-            rows.append(Row(f"at {load:.4g} N m", figures))
+            rows.append(Row(f"at {as_stated(load)} N m", figures))
     note = "Coulomb friction of flanks, eccentric and output pins of the stage at the output; an estimate without seals, grease and a first stage"
     return Section("friction", "Friction", ("felt at the output", "efficiency"), tuple(rows), note)

@@ -19,7 +19,7 @@ from lostmotion.analyses.gearbox.tables.stated import (
 )
 from lostmotion.analyses.gearbox.tables.units import STATED
 from lostmotion.parts.gearbox.kinds import is_drawn
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Figure, Row, Section, as_stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,19 +41,19 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
     rows.append(Row("play", (show.play,), crossed))
     rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=OF_LOOP),), f"width at zero {units.what}"))
     if study.drawn is not None and study.drawn.friction_curve is not None:
-        half = f"width at {read.asked.torque / 2:.4g} {units.torque}"
+        half = f"width at {as_stated(read.asked.torque / 2)} {units.torque}"
         rows.append(Row("friction's loop under load", (show.angle(read.friction_under_load),), half))
     rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width, rests_on=OF_PLAY + OF_LOOP),), "play and friction"))
     if read.lost_motion is not None and read.asked.small is not None:
         share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
-        note = f"between the middles of the loop at ± {read.asked.small:.4g} {units.torque}{share}"
+        note = f"between the middles of the loop at ± {as_stated(read.asked.small)} {units.torque}{share}"
         rows.append(Row("lost motion", (show.lost_motion(read),), note))
     return Section("loop", "Stiffness and hysteresis", ("value",), tuple(rows), "loading and unloading in both directions, input held")
 
 
 def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
     """Yield the rows of torsion and stiffness, each with its definition."""
-    units, torque = show.units, f"{read.asked.torque:.4g} {show.units.torque}"
+    units, torque = show.units, f"{as_stated(read.asked.torque)} {show.units.torque}"
     if study.wind_up:
         yield Row(f"torsion at {torque}", (show.torsion(read),), "from the middle of the play: half the play and the wind-up")
         yield Row(f"wind-up at {torque}", (show.wind_up(read),), "in both directions, beyond the play")
@@ -62,7 +62,8 @@ def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row
         low, high = read.asked.slope
         rated = study.gearbox.rated_torque
         share = "" if rated is None else f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
-        yield Row("stiffness, slope", (show.stiffness(read.slope),), f"from {low:.4g} to {high:.4g} {units.torque}{share}, on the middle of the loop")
+        between = f"{as_stated(low)} to {as_stated(high)}"
+        yield Row("stiffness, slope", (show.stiffness(read.slope),), f"from {between} {units.torque}{share}, on the middle of the loop")
 
 
 class _Shown:

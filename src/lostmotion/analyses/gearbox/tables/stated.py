@@ -12,7 +12,7 @@ from lostmotion.analyses.gearbox.tables.units import STATED
 from lostmotion.catalogue.gearboxes import find_rows
 from lostmotion.errors import InputError
 from lostmotion.laws.gears import wind_up
-from lostmotion.reporting.sheet import Card, Figure, Row, Section
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import GearStudy
@@ -31,7 +31,7 @@ def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) ->
         return (f"no rated {units.what} is stated, so that no figures under load are shown: state one with --torque",)
     notes = []
     if study.loop is None and study.torque <= gearbox.friction:
-        notes.append(f"{study.torque:.4g} {units.torque} do not overcome the friction: no hysteresis is shown")
+        notes.append(f"{as_stated(study.torque)} {units.torque} do not overcome the friction: no hysteresis is shown")
     if study.read.lost_motion is None or study.read.slope is None:
         notes.append(
             f"no rated {units.what} is stated, so no lost motion at a share of it and no slope of the stiffness are shown: state rated_torque, or "
@@ -55,7 +55,7 @@ def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -
     if study.loop is not None:
         sentences.append(f"Play {play_figure(gearbox, units)}.")
     if study.read is not None and study.read.lost_motion is not None:
-        sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
+        sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {as_stated(study.read.asked.small)} {units.torque}.")
     if study.wind_up and study.read is not None:
         wound, torsion = wind_up_figure(gearbox, study.wind_up, units), torsion_figure(gearbox, study.read, units)
         sentences.append(f"Under {load_text(study, units)} the output is {torsion} from the middle of its play; {wound} of that is wind-up.")
@@ -81,10 +81,11 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
     cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
     cards.append(Card("play", str(play_figure(gearbox, units)), "" if _states_play(gearbox) else "none is stated"))
     if read is not None and read.lost_motion is not None:
-        cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
+        cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {as_stated(read.asked.small)} {units.torque}"))
     if study.wind_up and read is not None:
-        cards.append(Card("torsion", str(torsion_figure(gearbox, read, units)), f"from the middle of the play at {study.torque:.4g} {units.torque}"))
-        cards.append(Card("wind-up", str(wind_up_figure(gearbox, study.wind_up, units)), f"at {study.torque:.4g} {units.torque}, beyond the play"))
+        load = load_text(study, units)
+        cards.append(Card("torsion", str(torsion_figure(gearbox, read, units)), f"from the middle of the play at {load}"))
+        cards.append(Card("wind-up", str(wind_up_figure(gearbox, study.wind_up, units)), f"at {load}, beyond the play"))
     return cards
 
 
@@ -165,11 +166,15 @@ def zones_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
         return ()
     rows = []
     for k, stiffness in enumerate(zones):
-        start = f"from {limits[k - 1]:.4g} {units.torque}" if k else "from zero"
+        start = f"from {as_stated(limits[k - 1])} {units.torque}" if k else "from zero"
         label = f"zone {k + 1}, {start}" if len(zones) > 1 else "stiffness"
         rows.append(Row(label, (units.of_stiffness(stiffness, STATED),)))
     rows += [
-        Row(f"wind-up at {limit:.4g} {units.torque}", (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), STATED),), f"end of zone {k}")
+        Row(
+            f"wind-up at {as_stated(limit)} {units.torque}",
+            (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), STATED),),
+            f"end of zone {k}",
+        )
         for k, limit in enumerate(limits, 1)
     ]
     note = f"± {100 * gearbox.stiffness_scatter:.3g} % over gearboxes" if gearbox.stiffness_scatter else ""
@@ -187,4 +192,4 @@ def harmonics_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, .
 
 def load_text(study: GearStudy, units: Units) -> str:
     """Return the torque or force as text."""
-    return f"no {units.what} stated" if study.torque is None else f"{study.torque:.4g} {units.torque}"
+    return f"no {units.what} stated" if study.torque is None else f"{as_stated(study.torque)} {units.torque}"
