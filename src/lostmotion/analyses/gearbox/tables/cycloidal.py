@@ -63,7 +63,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
     cards = [
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
-        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {as_stated(read.asked.small)} N m; 95th percentile {lost}"),
+        Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
         Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {load}, beyond the play"),
         Card(
             "peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {digits(hardest.largest_force)} N at {load}"
@@ -228,7 +228,7 @@ def _samples(drawn: Drawn, count: int) -> Section:
             "flanks interfere over the whole circumference, by more than the clearances",
         )
     )
-    note = f"lost motion between ± {as_stated(read.asked.small)} N m; each sample on average over a turn of the crank"
+    note = f"lost motion between ± {read.asked.small:.4g} N m; each sample on average over a turn of the crank"
     return Section("built", "Manufactured samples", ("value",), tuple(rows), note)
 
 

@@ -55,7 +55,7 @@ def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -
     if study.loop is not None:
         sentences.append(f"Play {play_figure(gearbox, units)}.")
     if study.read is not None and study.read.lost_motion is not None:
-        sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {as_stated(study.read.asked.small)} {units.torque}.")
+        sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
     if study.wind_up and study.read is not None:
         wound, torsion = wind_up_figure(gearbox, study.wind_up, units), torsion_figure(gearbox, study.read, units)
         sentences.append(f"Under {load_text(study, units)} the output is {torsion} from the middle of its play; {wound} of that is wind-up.")
@@ -81,7 +81,7 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
     cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
     cards.append(Card("play", str(play_figure(gearbox, units)), "" if _states_play(gearbox) else "none is stated"))
     if read is not None and read.lost_motion is not None:
-        cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {as_stated(read.asked.small)} {units.torque}"))
+        cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
     if study.wind_up and read is not None:
         load = load_text(study, units)
         cards.append(Card("torsion", str(torsion_figure(gearbox, read, units)), f"from the middle of the play at {load}"))
