@@ -7,7 +7,7 @@ over all.
     python benchmarks/full_study.py [--poses 10000] [--robots 100] [--visits 10]
 
 Contestants, each on one thread, alternating, best of two, by the processor's time, which other work beside disturbs least:
-    exact NumPy     robots drawn once, visits drawn afresh; each place of the arm is turned and shifted by the errors there, and the tool point
+    exact NumPy     robots drawn once, visits drawn for each; each place of the arm is turned and shifted by the errors there, and the tool point
                     carried through all of them to second order (error 1e-9), vectorised over a pose's draws. The sizes of the errors are given to it.
     linear NumPy    the same, knowing the first-order trick: one matrix product per pose. The matrices are given to it.
     lostmotion      the whole of montecarlo.run: frames, loads, sizes of all errors, kernel, intervals, bounds, budget, exact check
@@ -59,7 +59,7 @@ class NumPyStudy:
         self.visiting = moving[np.any(matrix.tool[:, 3:, moving] != 0, axis=(0, 1))]
 
     def draw_visits(self, rng: np.random.Generator) -> np.ndarray:
-        """Draw what changes from visit to visit; the two halves of a wave share their uniforms."""
+        """Draw what changes from visit to visit; the two halves of a harmonic share their uniforms."""
         streams = {}
         for k in self.visiting:
             stream = self.matrix.infos[k].visit

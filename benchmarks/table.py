@@ -7,7 +7,7 @@ Every joint angle errs by a normal law of sigma 3.27'/3, every joint's centre by
     python benchmarks/table.py [--rounds 5] [--sweep]
 
 Contestants alternate on one thread, the best of all rounds counts, by the processor's time, which other work beside disturbs least. The slow ones
-take fewer poses or draws: what counts is time per sample. Who is not installed is left out with a word. The column "mean" is each contestant's mean
+take fewer poses or draws: what counts is time per sample. A contestant that is not installed is omitted with a note. The column "mean" is each contestant's mean
 error over lostmotion's at the same poses: ours cuts the normal law at three sigma, as a tolerance is, which makes its mean 1 % smaller. What goes
 without samples counts as if it took as many as the others.
 
@@ -181,7 +181,7 @@ def jax_exact(q: np.ndarray, draws: int) -> np.ndarray:
 
 
 class Ours:
-    """The kernel on pose matrices that are given to it, block by block; `device` tells on what."""
+    """The kernel on pose matrices that are given to it, block by block; on `device`."""
 
     def __init__(self, varies: str, device: str = "cpu") -> None:
         self.arm, self.device = ur5e(varies), device
@@ -228,7 +228,7 @@ def _product(bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int
 
 
 class Product(Ours):
-    """The linear product alone, from one table of draws: the bound of what any statistics on top of it can reach. It has no mean to tell."""
+    """The linear product alone, from one table of draws: the bound of what any statistics on top of it can reach. It has no mean."""
 
     def prepare(self, poses: Poses) -> None:
         super().prepare(poses)

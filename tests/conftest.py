@@ -29,12 +29,12 @@ JOINT = {
 
 
 def arm_of(count: int = 3, **changes: object) -> Arm:
-    """Give an arm whose first joint turns about the vertical and the others about the horizontal."""
+    """Return an arm whose first joint turns about the vertical and the others about the horizontal."""
     joints = [{**JOINT, **changes, "name": "O", "axis": "z"}] + [{**JOINT, **changes, "name": name} for name in "ABCDE"[: count - 1]]
     return Arm.model_validate({"name": "test arm", "joints": joints, "payload": {"mass": "3 kg"}})
 
 
 @pytest.fixture(scope="session")
 def arm() -> Arm:
-    """Give an arm with every kind of error."""
+    """Return an arm with every kind of error."""
     return arm_of()

@@ -25,7 +25,7 @@ ONE, TWO = 0.5, 0.3
 
 
 def planar(**fields: object) -> Arm:
-    """Give a planar arm of two turning joints, lifting in the x-z plane (axis -y: positive is up), with masses half way along its links."""
+    """Return a planar arm of two turning joints, lifting in the x-z plane (axis -y: positive is up), with masses half way along its links."""
     joints = [
         RevoluteJoint(name="A", limits=(-4, 4), axis="-y", link={"length": ONE, "mass": 4.0}),
         RevoluteJoint(name="B", limits=(-4, 4), axis="-y", mass=1.5, link={"length": TWO, "mass": 2.0}),
@@ -34,7 +34,7 @@ def planar(**fields: object) -> Arm:
 
 
 def spatial() -> Arm:
-    """Give an arm of all kinds of joints, with masses, tool and payload off every axis."""
+    """Return an arm of all kinds of joints, with masses, tool and payload off every axis."""
     joints = [
         RevoluteJoint(
             name="waist", limits=(-4, 4), axis="z", origin={"xyz": (0, 0, 0.2)}, mass=2.0, centre_of_mass=(0.1, 0, 0.05), link={"length": 0.1}
@@ -118,7 +118,7 @@ def test_the_ground_carries_everything(q: tuple[float, ...]):
 
 
 def potential(arm: Arm, q: np.ndarray, payload: Payload) -> float:
-    """Give the height energy of all masses, J, from frames alone."""
+    """Return the height energy of all masses, J, from frames alone."""
     at = dict(zip(arm.places, frames(arm, q[None])[:, 0], strict=True))
     energy = 0.0
     down = arm.gravity_in_base
@@ -180,7 +180,7 @@ def test_the_worst_tilt_is_the_worst_of_all_tilts(q: tuple[float, ...]):
 
 
 def test_the_worst_tilt_of_a_lever_is_its_weight_times_its_reach():
-    """A horizontal or vertical lever alike: the worst moment is weight times distance; on a slide it is the whole weight."""
+    """For a horizontal as for a vertical lever the worst moment is weight times distance; on a slide it is the whole weight."""
     arm = Arm(name="lever", joints=[RevoluteJoint(name="A", limits=(-4, 4), axis="y", link={"length": 0.8})], payload=Payload(mass=2.0))
     np.testing.assert_allclose(worst_torques_over_tilts(arm, np.array([[0.0], [math.pi / 2], [1.0]])), 2 * 0.8 * STANDARD_GRAVITY)
     slide = Arm(name="slide", joints=[PrismaticJoint(name="A", limits=(-4, 4), axis="x", link={"length": 0.8})], payload=Payload(mass=2.0))
@@ -268,7 +268,7 @@ def test_places_are_named_in_walking_order():
     np.testing.assert_array_equal(arm.limits, [[-4, 4], [-4, 4]])
 
 
-def test_an_arm_tells_itself_in_a_line():
+def test_an_arm_is_described_in_a_line():
     """An arm prints its name, its joints in order, its own weight and its payload's."""
     assert repr(spatial()) == "<Arm 'spatial': RRFPR, 8.2 kg, payload 2.5 kg>"
     assert str(planar()) == "<Arm 'planar': RR, 7.5 kg, payload 0 kg>"

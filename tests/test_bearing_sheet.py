@@ -79,8 +79,8 @@ def test_curves_begin_at_the_edge_of_the_play_and_stiffen(found):
         assert (np.diff(slope) < 0).all()
 
 
-def test_rollers_hold_nothing_along_the_axis():
-    """A thrust on cylindrical rollers is refused; without it their sheet has no axial figure that is made up."""
+def test_rollers_carry_no_axial_load():
+    """A thrust on cylindrical rollers is refused; without it their sheet has no invented axial figure."""
     part = read_bearing(EXAMPLES / "nu212-pair.toml").part
     with pytest.raises(InputError, match="no axial load"):
         examine(part, BearingLoad(1000.0, 10.0))
@@ -91,7 +91,7 @@ def test_rollers_hold_nothing_along_the_axis():
     assert find_row(sheet.sections, "stiffness", "along the axis").note == "nothing holds here"
 
 
-def test_an_overloaded_element_is_told():
+def test_an_overloaded_element_is_reported():
     """Beyond the pressure of a static rating the sheet warns."""
     heavy = examine(BallPair(**OF_209), BearingLoad(100e3))
     assert any("4.2 GPa" in note for note in bearing_sheet("x", heavy.bearing, heavy.load, heavy).notes)
@@ -99,7 +99,7 @@ def test_an_overloaded_element_is_told():
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_example_has_its_sheet(path):
-    """Every example is read and looked at; no figure lacks its unit or sample, each section's plots have titled axes."""
+    """Every example is read and analysed; no figure lacks its unit or sample, each section's plots have titled axes."""
     read = read_bearing(path)
     found = examine(read.part, BearingLoad(1000.0, 0.0, 30.0))
     sheet = bearing_sheet(read.name, read.part, found.load, found, read.notes)
@@ -178,7 +178,7 @@ def test_the_command_writes_the_sheet(tmp_path):
         ((EXAMPLES / "6209-pair.toml", "--joint", "A"), "no joints"),
     ],
 )
-def test_what_cannot_be_is_one_message(tmp_path, words, said):
+def test_impossible_input_is_one_message(tmp_path, words, said):
     """A mistake is one message with exit code 2, no traceback, and nothing is written."""
     done = ran(*words, cwd=tmp_path)
     assert done.returncode == 2
@@ -227,7 +227,7 @@ def test_a_single_209_by_itself(tmp_path):
         part.terms(None)
 
 
-def test_a_single_roller_bearing_holds_nothing_along_its_axis(tmp_path):
+def test_a_single_roller_bearing_carries_no_axial_load(tmp_path):
     """Half the pair's load on one, the same roller loads; no axial load."""
     pair = (EXAMPLES / "nu212-pair.toml").read_text()
     one = "\n".join(line for line in pair.replace('"roller pair"', '"roller bearing"').splitlines() if not line.startswith("span"))

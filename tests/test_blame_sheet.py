@@ -1,4 +1,4 @@
-"""A study that is asked about a pose and a zone, and to be so sure: what it prints, writes and refuses."""
+"""A study of a pose and a zone, with a requested precision: what it prints, writes and refuses."""
 
 import json
 import subprocess
@@ -46,7 +46,7 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     assert 'data-plot="budget-at-3"' in page
 
 
-def test_who_is_to_blame_is_told_without_sampling_too(tmp_path):
+def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
     """The same levels, parts and kinds of error over the workspace, at a pose and in a zone as by samples, since none of it was sampled."""
     told = {}
     for method in ("analytic", "montecarlo"):

@@ -134,7 +134,7 @@ def test_reading_an_arm_compiles_nothing():
     assert done.stdout.strip() == "[]"
 
 
-def test_the_version_is_told(tmp_path):
+def test_the_version_is_printed(tmp_path):
     """`lostmotion --version` prints the package's version."""
     import lostmotion as package
 

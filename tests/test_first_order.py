@@ -26,7 +26,7 @@ OF_ERRORS = ("error", "iso9283", "levels", "budget")
 
 
 def arm_with(tmp_path, backlash, more=""):
-    """Give the path of a small arm whose gearboxes have this play."""
+    """Return the path of a small arm whose gearboxes have this play."""
     path = tmp_path / "tiny.toml"
     path.write_text(ARM.replace("1 arcmin ± 0.3 arcmin", backlash) + more, encoding="utf-8")
     return path
@@ -85,7 +85,7 @@ def test_a_sweep_names_the_designs_that_fail(tmp_path):
 
 
 def test_failure_begins_at_a_tenth_of_the_error():
-    """A hundredth of the error left out is enough, a twentieth is said, a fifth fails; nothing is left out of errors of no size."""
+    """Neglecting a hundredth of the error passes, a twentieth is reported, a fifth fails; of zero errors nothing is neglected."""
     shares = [share_left_out(ExactCheck(largest, largest, 10), 1e-3) for largest in (1e-5, 5e-5, 2e-4)]
     assert shares == pytest.approx([0.01, 0.05, 0.2])
     assert [bool(failure(ExactCheck(largest, largest, 10), 1e-3)) for largest in (1e-5, 5e-5, 2e-4)] == [False, False, True]

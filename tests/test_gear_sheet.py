@@ -62,7 +62,7 @@ STATED = {
 
 
 @functools.cache
-def looked_at(name):
+def examined_gearbox(name):
     """Look at an example once."""
     return lostmotion.gear(EXAMPLES / f"{name}.toml", gearboxes=400)
 
@@ -81,7 +81,7 @@ def stated(tmp_path, name):
 
 
 def figure(found, section, label, column=0):
-    """Give one figure of a sheet."""
+    """Return one figure of a sheet."""
     return find_row(found.sheet.sections, section, label).figures[column]
 
 
@@ -94,7 +94,7 @@ def ran(*words, cwd):
 @pytest.mark.parametrize("name", NAMES)
 def test_forces_of_the_lobes_hold_the_torque(name):
     """Lobe forces times their arms about the disc's centre add up to the disc's share of the torque, for each share that is printed."""
-    found = looked_at(name)
+    found = examined_gearbox(name)
     assert [case.share for case in found.drawn.lobes] == ([0.5, 0.55] if found.gearbox.discs == 2 else [1.0])
     for case in found.drawn.lobes:
         moment = float(case.force @ geometry.arms(found.gearbox.stage, case.theta))
@@ -119,7 +119,7 @@ def test_peak_pressures_are_those_of_hertz():
 
 def test_geometry_of_the_rv_like():
     """K1 = 1.3 x 40/64, tip and root R - Rr ± e less the relief, pressure angle at the longest arm from the triangle of centres."""
-    found = looked_at("rv-like")
+    found = examined_gearbox("rv-like")
     assert figure(found, "geometry", "K1 = e N/R").value == pytest.approx(0.8125)
     assert figure(found, "geometry", "tip radius of the disc").value == pytest.approx(64 - 3 + 1.3 - 0.004)
     assert figure(found, "geometry", "root radius of the disc").value == pytest.approx(64 - 3 - 1.3 - 0.004)
@@ -142,25 +142,25 @@ def test_play_without_tolerances_is_that_of_the_relief():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_gearboxes_built_are_those_that_the_arm_sees(name):
+def test_simulated_gearboxes_are_those_of_the_arm(name):
     """Other gearboxes of the same drawing: means of play and lost motion agree with those of its behaviour to three standard errors."""
-    found = looked_at(name)
+    found = examined_gearbox(name)
     for here, there in ((found.drawn.play, found.gearbox.behaviour.play), (found.drawn.lost_motion, found.gearbox.behaviour.lost_motion)):
         error = math.hypot(here.std() / math.sqrt(len(here)), there.std() / math.sqrt(len(there)))
         assert abs(here.mean() - there.mean()) < 3 * error
 
 
 def test_more_gearboxes_keep_the_first():
-    """Four hundred gearboxes begin with the same forty: so a figure only grows surer."""
-    part = looked_at("rv-like").gearbox
+    """Four hundred gearboxes begin with the same forty: so a figure only becomes more precise."""
+    part = examined_gearbox("rv-like").gearbox
     few = gear(part, gearboxes=40).drawn
-    np.testing.assert_array_equal(few.play, looked_at("rv-like").drawn.play[:40])
+    np.testing.assert_array_equal(few.play, examined_gearbox("rv-like").drawn.play[:40])
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_members_add_up_to_the_end_of_the_loop(name):
     """What each member gives adds up to the wind-up; the loop ends half the play beyond the wind-up under the torque that friction leaves."""
-    found = looked_at(name)
+    found = examined_gearbox(name)
     whole = sum(found.drawn.members.values())
     assert whole == pytest.approx(found.wind_up, rel=1e-12)
     assert list(found.drawn.members.values()) == sorted(found.drawn.members.values(), reverse=True)
@@ -172,7 +172,7 @@ def test_members_add_up_to_the_end_of_the_loop(name):
 @pytest.mark.parametrize("found", [*NAMES, "catalogue", "worm", "belt"])
 def test_the_loop_closes_steps_by_the_play_and_shows_the_lost_motion(found, tmp_path):
     """It is odd, closed, never inside out; it steps by the play where friction is overcome, and its middles at ±3 % span the lost motion."""
-    study = looked_at(found) if found in NAMES else stated(tmp_path, found)
+    study = examined_gearbox(found) if found in NAMES else stated(tmp_path, found)
     loop = study.loop
     np.testing.assert_allclose(loop.rising, -loop.falling[::-1], rtol=0, atol=1e-12 * loop.rising.max())
     assert loop.rising[-1] == pytest.approx(loop.falling[-1])
@@ -219,25 +219,25 @@ def test_wind_up_in_zones(tmp_path):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_waves_hold_all_of_the_transmission_error(name):
-    """Parseval: half the squares of the waves' amplitudes add up to the mean square of the error, over gearboxes and a turn."""
-    found = looked_at(name).drawn.transmission
+def test_harmonics_contain_all_of_the_transmission_error(name):
+    """Parseval: half the squares of the harmonics' amplitudes add up to the mean square of the error, over gearboxes and a turn."""
+    found = examined_gearbox(name).drawn.transmission
     waves = (found.amplitude**2).sum(axis=1) / 2
     np.testing.assert_allclose(waves, (found.errors[:, :-1] ** 2).mean(axis=(1, 2)), rtol=0.02 if name == "two-stage-lobes" else 1e-12)
     np.testing.assert_allclose(found.errors[:, 0], found.errors[:, -1], atol=1e-15)
 
 
-def test_pins_alike_pass_forty_times_a_turn_of_the_crank():
-    """Without tolerances one disc's error repeats with every pin: waves at multiples of N per turn of the crank, N z per turn of the output."""
+def test_equal_pins_pass_forty_times_a_turn_of_the_crank():
+    """Without tolerances one disc's error repeats with every pin: harmonics at multiples of N per turn of the crank, N z per turn of the output."""
     found = plain().drawn.transmission
     strong = found.cycles[found.amplitude[1] > 1e-6 * found.amplitude[1].max()]
     assert len(strong)
     np.testing.assert_allclose(strong % (40 * 39), 0, atol=1e-9)
 
 
-def test_two_stages_bring_two_families_of_waves():
+def test_two_stages_have_two_families_of_harmonics():
     """Harmonics come at multiples of the last stage's 23 per turn; the first stage adds to those at 253, once per turn of its own crank."""
-    found = looked_at("two-stage-lobes")
+    found = examined_gearbox("two-stage-lobes")
     cycles = found.drawn.transmission.cycles
     np.testing.assert_allclose(cycles % 23, 0, atol=1e-9)
     assert len(set(cycles)) == len(cycles)
@@ -251,15 +251,15 @@ def test_two_stages_bring_two_families_of_waves():
 
 def test_efficiency_is_what_friction_leaves():
     """T/(T + M) at each load; without coefficients there is no such section."""
-    found = looked_at("rv-like")
+    found = examined_gearbox("rv-like")
     row = find_row(found.sheet.sections, "friction", "at 412 N m")
     assert row.figures[1].value == pytest.approx(100 * 412 / (412 + row.figures[0].value))
     assert "friction" not in [section.key for section in plain().sheet.sections]
 
 
 def test_members_taken_as_rigid_are_named():
-    """The sheet says which members the drawing leaves out, in its notes, its section and its plain data."""
-    found = looked_at("rv-like")
+    """The sheet says which members the drawing does not specify, in its notes, its section and its plain data."""
+    found = examined_gearbox("rv-like")
     assert found.result()["taken_as_rigid"] == ["ring pins", "input shaft"]
     members = next(section for section in found.sheet.sections if section.key == "members")
     assert "assumed rigid: ring pins, input shaft" in members.note
@@ -268,9 +268,9 @@ def test_members_taken_as_rigid_are_named():
 
 def test_another_torque_moves_what_depends_on_it():
     """Half the torque: smaller forces and wind-up; play stays."""
-    part = looked_at("rv-like").gearbox
+    part = examined_gearbox("rv-like").gearbox
     half = gear(part, 206.0, 400)
-    whole = looked_at("rv-like")
+    whole = examined_gearbox("rv-like")
     assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
     assert 0.4 * whole.wind_up < half.wind_up < 0.65 * whole.wind_up
     np.testing.assert_array_equal(half.drawn.play, whole.drawn.play)
@@ -280,7 +280,7 @@ def test_another_torque_moves_what_depends_on_it():
 def test_every_sheet_and_plot_is_whole(name, tmp_path):
     """No figure lacks unit, sample or number; rows fill their columns; every plot belongs to a section and names the units of its axes."""
     twin = functools.partial(plain, form="planet pins", pins=20)
-    found = twin() if name == "twin" else looked_at(name) if name in NAMES else stated(tmp_path, name)
+    found = twin() if name == "twin" else examined_gearbox(name) if name in NAMES else stated(tmp_path, name)
     sheet = found.sheet
     for section in sheet.sections:
         assert section.rows, section.key
@@ -308,7 +308,7 @@ def test_a_drive_that_slides_is_read_in_lengths(tmp_path):
     assert found.result()["force_N"] == 500
 
 
-def test_without_a_torque_nothing_is_made_up(tmp_path):
+def test_without_a_torque_no_figure_is_invented(tmp_path):
     """A strain wave gear whose maker states no rated torque shows its zones, no loop, and says how to give one."""
     found = stated(tmp_path, "no torque")
     assert found.loop is None
@@ -325,7 +325,7 @@ def test_without_a_torque_nothing_is_made_up(tmp_path):
 def test_arguments_that_cannot_be(more, said):
     """Each is refused with what is expected."""
     with pytest.raises(InputError, match=said):
-        gear(looked_at("rv-like").gearbox, **more)
+        gear(examined_gearbox("rv-like").gearbox, **more)
 
 
 def test_a_large_torque_is_printed_without_a_power_of_ten(tmp_path):
@@ -428,7 +428,7 @@ def test_scatter_of_the_material_reaches_wind_up_and_stiffness():
 
 def test_what_is_not_specified_bounds_the_headline():
     """The first screen says that a drawing is at most this stiff, and names the members; one that specifies all of them says no such thing."""
-    found = looked_at("rv-like")
+    found = examined_gearbox("rv-like")
     assert "At most this stiff: not specified are ring pins, input shaft." in found.sheet.verdict
     assert str(figure(found, "loop", "stiffness, slope")).startswith("≤ ")
     assert str(figure(found, "loop", "wind-up at 412 N m")).startswith("≥ ")
@@ -488,7 +488,7 @@ def test_intervals_of_two_seeds_meet():
 
 def test_intervals_hold_the_true_value_as_often_as_they_say():
     """Sixty runs of forty samples of the printed drive: about 95 % of their intervals hold the value over all 2 400 samples."""
-    part = looked_at("printed").gearbox
+    part = examined_gearbox("printed").gearbox
     runs, each = 60, 40
     torque = np.array([-4.0, -0.12, 0.12, 4.0])
     made = cycloidal_model.gearboxes(part, torque, 4, runs * each, seed=7)
@@ -517,7 +517,7 @@ def read_back(found):
 
 
 def polyline(drawing, layer):
-    """Give the points (n, 2), mm, of the one closed polyline on a layer."""
+    """Return the points (n, 2), mm, of the one closed polyline on a layer."""
     (line,) = drawing.modelspace().query(f'LWPOLYLINE[layer=="{layer}"]')
     assert line.closed
     return np.array(line.get_points("xy"))
@@ -533,7 +533,7 @@ def from_polygon(points, polygon):
 
 def test_discs_of_the_drawing_lie_on_all_pins():
     """Put on its eccentric, each disc read back from the file touches all forty pins, but for the 4 µm ground off: to a micrometre."""
-    drawing = read_back(looked_at("rv-like"))
+    drawing = read_back(examined_gearbox("rv-like"))
     assert drawing.header["$INSUNITS"] == 4
     assert not drawing.audit().errors
     pins = drawing.modelspace().query('CIRCLE[layer=="PINS"]')
@@ -550,7 +550,7 @@ def test_discs_of_the_drawing_lie_on_all_pins():
 
 def test_the_drawn_profile_is_the_true_one():
     """Every corner lies on the flank, and the flank nowhere further from a chord than the file says, over two teeth."""
-    found = looked_at("printed")
+    found = examined_gearbox("printed")
     drawing = read_back(found)
     part = found.gearbox
     outline = polyline(drawing, "DISC_1")
@@ -570,7 +570,7 @@ def test_the_drawn_profile_is_the_true_one():
 
 def test_two_stages_and_a_twin_are_drawn_too():
     """Layers of a first stage begin with FIRST_; pins of the twin belong to its planet, and its ring is the polyline."""
-    two = read_back(looked_at("two-stage-lobes"))
+    two = read_back(examined_gearbox("two-stage-lobes"))
     assert len(polyline(two, "FIRST_RING")) > 12
     assert len(polyline(two, "FIRST_DISC_1")) > 11
     twin = read_back(plain(form="planet pins", pins=20, discs=2))
@@ -583,7 +583,7 @@ def test_two_stages_and_a_twin_are_drawn_too():
 def test_without_ezdxf_a_drawing_says_how_to_install_it(monkeypatch, tmp_path):
     """The report is written without it; asked for by itself, the drawing is refused with the command that helps."""
     monkeypatch.setattr(dxf, "can_draw", lambda: False)
-    found = looked_at("printed")
+    found = examined_gearbox("printed")
     with pytest.raises(LostmotionError, match=r"pip install 'lostmotion\[dxf\]'"):
         found.drawing()
     written = found.report(tmp_path / "out")
@@ -660,7 +660,7 @@ def test_a_wrong_file_is_one_message(tmp_path, name):
         ((EXAMPLES / "printed.toml", "--joint", "A"), "no joints"),
     ],
 )
-def test_what_cannot_be_is_one_message(tmp_path, words, said):
+def test_impossible_input_is_one_message(tmp_path, words, said):
     """A mistake on the command line is one message with exit code 2, no traceback, and nothing is written."""
     done = ran(*words, cwd=tmp_path)
     assert done.returncode == 2, done.stderr
@@ -704,7 +704,7 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
 
 def test_assumed_values_of_a_drawing_are_counted_and_listed():
     """Every assumed key of a drawing, of its first stage and of its materials is counted in the headline, listed, and in result.json."""
-    found = looked_at("two-stage-lobes")
+    found = examined_gearbox("two-stage-lobes")
     gearbox = found.gearbox
     listed = found.sheet.facts["states"]["assumed"]
     stated = {("gearbox", key) for key in gearbox.assumed} | {("gearbox.first_stage", key) for key in gearbox.first_stage.assumed}
@@ -757,7 +757,7 @@ def test_a_stated_play_of_zero_is_no_ideal_one_and_only_its_own_row_is_noted(tmp
 
 
 def test_a_gearbox_of_ones_own_is_none_of_the_catalogue(tmp_path):
-    """A user's own gearbox is not called one of the catalogue; what it states as zero is stated, and what it leaves out is ideal."""
+    """A user's own gearbox is not called one of the catalogue; what it states as zero is stated, and what it omits is ideal."""
     path = tmp_path / "own.toml"
     path.write_text('[gearbox]\nbacklash = "0 arcmin"\nhysteresis = "0 arcmin"\ntransmission_error = "0 arcmin"')
     assert lostmotion.gear(path).sheet.verdict.startswith("A gearbox by stated figures; not specified and assumed ideal: stiffness.")

@@ -56,7 +56,7 @@ def test_a_stated_cube_commands_its_poses_and_lines(tmp_path, stated, arm):
     assert arm is None or {each.name for each in found.compared} >= {"AP_p", "RP_l", "AT_p"}
 
 
-def test_poses_in_a_file_of_commands_tell_the_cube(tmp_path, stated):
+def test_poses_in_a_file_of_commands_determine_the_cube(tmp_path, stated):
     """Commands of P1 to P5 in their own file define the cube of the predicted robots, even if only a path was measured."""
     rows = {line.split(",")[0]: line.split(",")[7:] for line in LOADS.read_text(encoding="utf-8").splitlines() if line.startswith("P")}
     commands = tmp_path / "commands.csv"

@@ -142,7 +142,7 @@ def test_only_six_joints_can_hold_a_constant_orientation(name, clause):
     assert orientation_clause(lostmotion.read(EXAMPLES / name)) == clause
 
 
-def test_where_a_word_has_no_room_it_is_told_once_for_all_its_rows():
+def test_a_word_without_room_is_printed_once_for_all_its_rows():
     """On a narrow terminal rows with the same remark are listed together below the table, those without one not at all."""
     words = {"AP_p, P1": "low", "AP_p, P2": "", "RP_l, P1": "high", "RP_l, P2": "low"}
     rows = tuple(Row(label, (Figure(0.25, "mm"),), word) for label, word in words.items())

@@ -250,7 +250,7 @@ def test_mistakes_are_one_message(tmp_path, words, said):
     ],
 )
 def test_what_was_asked_is_refused_before_the_folder(tmp_path, words, said):
-    """An older folder hides no mistake in options or files; only where all of them hold, it is what is told. Examples can be typed."""
+    """An older folder hides no mistake in options or files; only where all of them are valid is it reported. Examples can be typed."""
     for name in ("z-arm-iso9283", "robot-iso9283"):
         (tmp_path / name).mkdir()
     (tmp_path / "torn.csv").write_text("pose,path,cycle,x [mm],y [mm],z [mm]\nP1,P2-P4,1,1,2,3\n", encoding="utf-8")

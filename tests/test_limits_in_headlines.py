@@ -37,7 +37,7 @@ part = { rated_torque = "50 N m", stiffness = "20 N m/arcmin", hysteresis = "0.5
 
 
 def text_of(values, *, extra=""):
-    """Give an arm of three joints with the same gearbox."""
+    """Return an arm of three joints with the same gearbox."""
     lengths = (("A", "z", "100 mm"), ("B", "y", "400 mm"), ("C", "y", "300 mm"))
     joints = "".join(JOINT.format(name=name, axis=axis, length=length, values=values) for name, axis, length in lengths)
     return 'name = "x"\n' + joints + ROWS + extra

@@ -208,7 +208,7 @@ def test_a_share_and_its_size_agree():
     whole = asked.size.value
     rows = next(section for section in asked.sheet.sections if section.key == "within").rows
     assert whole > 0
-    assert len(rows) == 1  # and is told once
+    assert len(rows) == 1  # and is reported once
     for row in rows:
         assert row.figures[1].value == pytest.approx(row.figures[0].value / 100 * whole)
 
@@ -294,7 +294,7 @@ def test_what_cannot_be_is_refused(tmp_path, words, said):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_box_that_fits_nowhere_is_said_to():
+def test_a_box_that_fits_nowhere_is_reported():
     """A box larger than the workspace has no placement, and the largest of its proportions is reported."""
     mapped = lostmotion.map(lostmotion.read(Z_ARM), cell=0.2, poses=4096, per_cell=3, box=(3, 3, 3))
     said = mapped.result()
@@ -304,7 +304,7 @@ def test_a_box_that_fits_nowhere_is_said_to():
     assert next(section for section in mapped.sheet.sections if section.key == "places").note in mapped.sheet.verdict
 
 
-def test_a_point_beyond_the_reach_is_said_to_be(mapped):
+def test_a_point_beyond_the_reach_is_reported(mapped):
     """Slices through an unreachable point show the nearest cells, with a note; a reachable point needs none."""
     grid, counts = mapped.reached.grid, mapped.reached.counts
     missed = grid.centres(np.flatnonzero(counts.ravel() == 0)[:1])[0]

@@ -94,7 +94,7 @@ command
     ],
     ids=["values", "option", "file", "no value", "switch", "spaces", "command"],
 )
-def test_words_that_no_option_takes_are_said_as_any_mistake_is(tmp_path, words, said):
+def test_words_that_no_option_takes_are_reported_like_any_mistake(tmp_path, words, said):
     """All at once, each with what was found, what is expected and an example; exit code 2 and nothing else printed."""
     done = subprocess.run([sys.executable, "-m", "lostmotion", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr.replace("python -m lostmotion", "lostmotion")) == (2, "", said)

@@ -46,7 +46,7 @@ def study_of(*joints: dict[str, object], visits: int = 3) -> lostmotion.Study:
 
 
 def titles_of(figure):
-    """Give the titles of every axis that carries numbers."""
+    """Return the titles of every axis that carries numbers."""
     layout = figure.to_plotly_json()["layout"]
     axes = [axis for key, axis in layout.get("scene", layout).items() if "axis" in key]
     return [axis.get("title", {}).get("text", "") for axis in axes if "ticktext" not in axis]
@@ -101,7 +101,7 @@ def test_robot_histograms_count_every_robot():
 
 
 def test_one_visit_has_no_repeatability_to_draw():
-    """A robot that returns once shows no scatter: the plot is left out, and asking for it says why."""
+    """A robot that returns once shows no scatter: the plot is omitted, and asking for it states why."""
     study = study_of(*TURNING[:2], visits=1)
     assert "ap-rp" not in {plot.key for plot in plots.plots(study)}
     with pytest.raises(ValueError, match="at least 2"):

@@ -77,7 +77,7 @@ def left_in(path: Path) -> list[str]:
 
 
 def test_folder_holds_three_files_and_its_parents_are_made(folder):
-    """What the user asked for lies where the user said, and nothing beside it."""
+    """The report lies in the folder that the user named, and nothing beside it."""
     assert left_in(folder) == ["arrays.nc", "report.html", "result.json"]
     assert left_in(folder.parent) == ["out"]
 
@@ -165,7 +165,7 @@ def test_page_offers_no_upload(page):
 
 
 def test_every_plot_has_its_place_and_its_words(page):
-    """Each plot's data finds an element of its own, ids are unique, and a screen reader is told what is drawn."""
+    """Each plot's data finds an element of its own, ids are unique, and a screen reader is given a description of it."""
     reader = of_page(page)
     wanted = re.findall(r'data-plot="([^"]+)"', page)
     assert len(wanted) == 11
@@ -376,7 +376,7 @@ def test_killed_at_any_step_of_replacing_the_old_or_the_new_results_stand(tmp_pa
 
 
 def test_a_parent_that_is_a_file_is_one_message(tmp_path):
-    """A path through a file cannot be; the user is told in the package's own words."""
+    """A path through a file cannot be; the message is the package's own."""
     (tmp_path / "file").write_text("mine")
     with pytest.raises(LostmotionError, match="could not be written"):
         write_folder(small_study(), tmp_path / "file" / "out")

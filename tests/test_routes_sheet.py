@@ -45,7 +45,7 @@ def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
     assert whole.rows[at + 1].figures[1].value > 1
 
 
-def test_why_nothing_is_compared_is_said(study):
+def test_the_reason_for_no_comparison_is_stated(study):
     """Too few robots for Monte Carlo's interval, no figure without sampling."""
     _, each = comparisons(study.analytic, study.pooled, study.sampled)
     row = next(row for row in each.rows if row.label == "99th percentile")
@@ -70,7 +70,7 @@ def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
 
 
 def test_a_target_says_each_factor_of_what():
-    """A size beside what it is now, a factor as per cent of the errors; nothing is told twice."""
+    """A size beside what it is now, a factor as per cent of the errors; nothing is repeated."""
     found = lostmotion.target(lostmotion.read(ARM), error="1.5 mm", poses=64, robots=40, visits=3)
     sections = {section.key: section for section in found.sheet.sections}
     sized = [row for key in ("single", "kinds") if key in sections for row in sections[key].rows]
@@ -101,7 +101,7 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
     assert study.sheet.verdict.count("Expect 95 % of positions") == 1
 
 
-def test_what_is_not_told_without_sampling_is_said_in_a_sentence():
+def test_figures_that_need_sampling_are_listed_in_a_sentence():
     """Where a figure is uncertain by more than 5 % the answer says so, what to do, and which figure is known all the same."""
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
     nothing = Estimate(*[float("nan")] * 3)
@@ -128,7 +128,7 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(study):
     assert find_row(given.sections, "levels", "all together").figures[0].interval == ""
 
 
-def test_without_sampling_it_is_told_what_halving_takes_off(study):
+def test_without_sampling_the_effect_of_halving_is_reported(study):
     """Over the workspace, part by part: what a study by samples says of the same poses, within both intervals, and worked out once."""
     summed = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
     section = next(section for section in summed.sheet.sections if section.key == "halving")

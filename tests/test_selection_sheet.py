@@ -72,22 +72,24 @@ def asked(tmp_path, text, arm=None, own=(), **options):
     return read_request(path, options, arm or lostmotion.read(Z_ARM), own)
 
 
-def found_for(said, arm, target, counts=SMALL, poses=64):
+def found_for(stated_request, arm, target, counts=SMALL, poses=64):
     """Return a selection with few poses."""
     few, all_poses = lostmotion.sample_poses(arm, 16), lostmotion.sample_poses(arm, poses)
-    return select_parts(arm, said.slots, said.objective, target, few, all_poses, constraints=said.constraints, study_size=counts)
+    return select_parts(
+        arm, stated_request.slots, stated_request.objective, target, few, all_poses, constraints=stated_request.constraints, study_size=counts
+    )
 
 
 @pytest.fixture(scope="module")
-def said(tmp_path_factory):
+def stated_request(tmp_path_factory):
     """Return the options for the paper's arm."""
     return asked(tmp_path_factory.mktemp("by"), OFFER, target="1.1 mm")
 
 
 @pytest.fixture(scope="module")
-def found(said):
+def found(stated_request):
     """Return the selection."""
-    return found_for(said, lostmotion.read(Z_ARM), said.plan.target)
+    return found_for(stated_request, lostmotion.read(Z_ARM), stated_request.plan.target)
 
 
 def error_of(arm, poses=64, counts=SMALL):
@@ -96,9 +98,9 @@ def error_of(arm, poses=64, counts=SMALL):
     return pooled_quantile(sampled.group_hist, sampled.replicate_hist, 0.95, float(sampled.per_pose[:, kernel.LARGEST].max()))
 
 
-def test_the_file_states_the_candidates(said):
+def test_the_file_states_the_candidates(stated_request):
     """Ratios come from the present gearboxes, masses and prices by name, model or pattern, and rows from the file itself."""
-    slots = {slot.label: slot for slot in said.slots}
+    slots = {slot.label: slot for slot in stated_request.slots}
     assert list(slots) == ["O bearing", "A gearbox", "A bearing", "A link", "B gearbox", "B link"]
     assert [(each.name, each.mass, each.price) for each in slots["A gearbox"].candidates] == [
         ("present", 3.0, 900.0),
@@ -112,26 +114,26 @@ def test_the_file_states_the_candidates(said):
     assert slots["A bearing"].candidates[0].part is None
     assert slots["A bearing"].candidates[1].part.clearance.nominal == pytest.approx(10e-6)
     assert slots["A link"].candidates[0].price == pytest.approx(10 * slots["A link"].candidates[0].mass)
-    assert said.objective == Objective(20.0, 1.0)
-    assert said.constraints.limits is None
+    assert stated_request.objective == Objective(20.0, 1.0)
+    assert stated_request.constraints.limits is None
 
 
-def test_the_selected_parts_meet_the_target_at_the_least_cost(said, found):
+def test_the_selected_parts_meet_the_target_at_the_least_cost(stated_request, found):
     """The upper end of the study's error is within the target, and no cheaper selection has that."""
     arm = lostmotion.read(Z_ARM)
     assert found.meets_target
     assert error_of(found.sized) == found.error
     assert error_of(arm) == found.error_before
     assert found.proven
-    cost = said.objective.cost(found.mass, found.price)
+    cost = stated_request.objective.cost(found.mass, found.price)
     cheaper = [
         chosen
-        for chosen in itertools.product(*(slot.candidates for slot in said.slots))
-        if sum(said.objective.cost(each.mass, each.price) for each in chosen) < cost * (1 - 1e-9)
+        for chosen in itertools.product(*(slot.candidates for slot in stated_request.slots))
+        if sum(stated_request.objective.cost(each.mass, each.price) for each in chosen) < cost * (1 - 1e-9)
     ]
     assert cheaper
     for chosen in cheaper:
-        assert error_of(with_parts(arm, said.slots, chosen)).high > found.target * (1 - 0.01)
+        assert error_of(with_parts(arm, stated_request.slots, chosen)).high > found.target * (1 - 0.01)
 
 
 def test_every_selected_part_is_needed(found):
@@ -178,14 +180,14 @@ def test_the_selected_arm_reads_back_with_the_printed_error(found, tmp_path):
 
 
 @pytest.mark.parametrize("pick", [(1, 0, 0, 0, 0, 0), (0, 2, 1, 1, 0, 1), (1, 1, 1, 0, 1, 0), (0, 0, 0, 1, 1, 1)])
-def test_every_selection_is_written(said, found, tmp_path, pick):
+def test_every_selection_is_written(stated_request, found, tmp_path, pick):
     """Shared bearings that become different, reducers of the file itself and unchanged parts: all read back as the arm."""
     import dataclasses
 
     arm = lostmotion.read(Z_ARM)
-    chosen = tuple(slot.candidates[k] for slot, k in zip(said.slots, pick, strict=True))
+    chosen = tuple(slot.candidates[k] for slot, k in zip(stated_request.slots, pick, strict=True))
     bought = tuple(dataclasses.replace(each, selected=candidate) for each, candidate in zip(found.parts, chosen, strict=True))
-    other = dataclasses.replace(found, sized=with_parts(arm, said.slots, chosen), parts=bought)
+    other = dataclasses.replace(found, sized=with_parts(arm, stated_request.slots, chosen), parts=bought)
     out = tmp_path / "sized.toml"
     out.write_text(sized_text(Z_ARM, None, other), encoding="utf-8")
     assert not reads_back(Z_ARM, out, other)
@@ -196,11 +198,11 @@ def test_groups_of_clearances_are_candidates_of_drawn_bearings(tmp_path):
     """C2, CN and C3 of a drawn bearing are the standard's bands; where all joints take the same the shared bearing gets it."""
     arm = lostmotion.read(DRAWN)
     text = '[sizing]\ntarget = "2 mm"\nkeep = true\n[sizing.bearings]\nshoulder = ["C2", "CN", "C3"]\nelbow = ["C3", "C2"]'
-    said = asked(tmp_path, text, arm)
-    shoulder = {slot.label: slot for slot in said.slots}["shoulder bearing"]
+    stated_request = asked(tmp_path, text, arm)
+    shoulder = {slot.label: slot for slot in stated_request.slots}["shoulder bearing"]
     assert shoulder.candidates[1].part is None
     assert [each.part.clearance.nominal * 1e6 for each in shoulder.candidates if each.part] == pytest.approx([6.0, 26.5], abs=1.5)
-    found = found_for(said, arm, said.plan.target, poses=32)
+    found = found_for(stated_request, arm, stated_request.plan.target, poses=32)
     assert found.meets_target
     assert not found.torques
     out = tmp_path / "sized.toml"
@@ -212,8 +214,8 @@ def test_groups_of_clearances_are_candidates_of_drawn_bearings(tmp_path):
 def test_a_target_out_of_reach_is_reported_with_the_largest_effect(tmp_path):
     """Where no selection meets the target: the most accurate, the largest effect, no sized arm, and a trade-off around its error."""
     arm = lostmotion.read(Z_ARM)
-    said = asked(tmp_path, OFFER, arm, target="0.2 mm")
-    found = found_for(said, arm, said.plan.target)
+    stated_request = asked(tmp_path, OFFER, arm, target="0.2 mm")
+    found = found_for(stated_request, arm, stated_request.plan.target)
     assert not found.meets_target
     selection = Selection(**vars(found), source=Z_ARM)
     assert "No selection meets the target of 0.2 mm" in selection.sheet.verdict
@@ -235,13 +237,13 @@ A = "catalogue"
 [sizing.costs]
 "RV-*E*" = { price = 1000 }
 """
-    said = asked(tmp_path, text)
-    (slot,) = said.slots
+    stated_request = asked(tmp_path, text)
+    (slot,) = stated_request.slots
     names = [each.name for each in slot.candidates]
     assert "RV-40E-121" in names
     assert all(each.part.rated_torque > 40 for each in slot.candidates)
-    assert any("excluded, because their costs are not stated" in note for note in said.notes)
-    assert any("mass of the present one" in note and "not stated: the joint keeps its mass" in note for note in said.notes)
+    assert any("excluded, because their costs are not stated" in note for note in stated_request.notes)
+    assert any("mass of the present one" in note and "not stated: the joint keeps its mass" in note for note in stated_request.notes)
 
 
 CATALOGUE_ARM = """name = "x"
@@ -286,9 +288,9 @@ def test_a_candidate_of_unknown_mass_counts_as_zero_and_is_named(tmp_path):
         '[sizing]\ntarget = "1 mm"\nkeep = true\nminimise = "price"\n[sizing.gearboxes]\nA = ["RV-40E", "X-9"]\n'
         '[sizing.costs]\n"*" = { price = 1 }\n' + OFFER[OFFER.index("[[reducers]]") :]
     )
-    said = asked(tmp_path, text, arm)
-    assert [each.mass for each in said.slots[0].candidates] == [9.3, 0.0]
-    assert any("mass of X-9-121 not stated: counted as zero" in note for note in said.notes)
+    stated_request = asked(tmp_path, text, arm)
+    assert [each.mass for each in stated_request.slots[0].candidates] == [9.3, 0.0]
+    assert any("mass of X-9-121 not stated: counted as zero" in note for note in stated_request.notes)
 
 
 def test_rows_of_the_arm_file_may_be_offered(tmp_path):
@@ -301,9 +303,9 @@ def test_rows_of_the_arm_file_may_be_offered(tmp_path):
     path.write_text(text, encoding="utf-8")
     offer = '[sizing]\ntarget = "1.3 mm"\nminimise = "price"\nkeep = true\n[sizing.gearboxes]\nA = ["Mine"]\n[sizing.costs]\nMine = { price = 1 }'
     arm = lostmotion.read(path)
-    said = asked(tmp_path, offer, arm, read_reducers(path))
-    assert said.slots[0].candidates[0].file_value == "Mine-121"
-    found = found_for(said, arm, said.plan.target)
+    stated_request = asked(tmp_path, offer, arm, read_reducers(path))
+    assert stated_request.slots[0].candidates[0].file_value == "Mine-121"
+    found = found_for(stated_request, arm, stated_request.plan.target)
     out = tmp_path / "sized.toml"
     out.write_text(sized_text(path, None, found), encoding="utf-8")
     assert not reads_back(path, out, found)
@@ -416,8 +418,8 @@ def test_a_target_works_out_of_the_box(tmp_path):
     done = ran(Z_ARM, "--target", "1.2 mm", "--poses", 16, "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "sized.toml\n" in done.stdout
-    said = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
-    assert said["holds"]
-    assert said["error_95_m"][2] <= 1.2e-3
+    stated_request = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    assert stated_request["holds"]
+    assert stated_request["error_95_m"][2] <= 1.2e-3
     again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 2048, StudySize(1000, 30, 1, 2))
-    assert again.value == pytest.approx(said["error_95_m"][0], rel=1e-12)
+    assert again.value == pytest.approx(stated_request["error_95_m"][0], rel=1e-12)

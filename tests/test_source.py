@@ -14,7 +14,7 @@ SRC = Path(lostmotion.__file__).parent
 FILES = {str(path.relative_to(SRC)): path for path in sorted(SRC.rglob("*.py"))}
 # Where parts are made, read from files, and listed.
 OF_PARTS = ("parts/", "io/", "catalogue/")
-# These do not tell kinds of parts apart: any description, any with sources, any that errs.
+# These do not distinguish kinds of parts: any description, any with sources, any that errs.
 BASES = {"Part", "Sourced", "ErrorSource"}
 # A gearbox or a bearing studied by itself has more to show where it is given by its drawing.
 ONE_PART = ("analyses/gearbox/", "analyses/bearing/")

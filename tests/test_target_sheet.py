@@ -160,7 +160,7 @@ def folder(tmp_path_factory):
     return where / "z-arm-lumped-target"
 
 
-def test_a_share_out_of_range_is_told_in_per_cent_too():
+def test_a_share_out_of_range_is_reported_in_per_cent_too():
     """Who asks for 60 as a share learns that it may be stated in per cent, and from where to where."""
     with pytest.raises(lostmotion.InputError, match=r"a plain number or per cent, at least 0.5 \(50 %\), at most 0.999 \(99.9 %\)"):
         lostmotion.target(lostmotion.read(ARM), error="2 mm", share="60")

@@ -23,7 +23,7 @@ SRC = Path(__file__).parents[1] / "src"
 
 @pytest.fixture
 def arm(tmp_path):
-    """Give the path of a small arm."""
+    """Return the path of a small arm."""
     path = tmp_path / "tiny.toml"
     path.write_text(ARM, encoding="utf-8")
     return path

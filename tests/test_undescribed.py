@@ -80,7 +80,7 @@ def test_commands_that_predict_nothing_but_accuracy_refuse(bare, command):
 
 
 def test_functions_refuse_as_the_commands_do(bare):
-    """In Python no verb gives a figure of accuracy either."""
+    """In Python no function returns a figure of accuracy either."""
     arm = lostmotion.read(bare)
     for ask in (
         lambda: lostmotion.study(arm, 8, 2, 2),
@@ -165,7 +165,7 @@ def test_the_skeleton_of_a_toml_says_where_each_line_goes(tmp_path):
 
 
 def test_explicit_zeros_are_a_description():
-    """Who states that everything is perfect is told that this predicts nothing, and which joint has not even that."""
+    """Where everything is stated as perfect, the headline says that this predicts nothing, and names joints without any statement."""
     joints = (RevoluteJoint(name="A", limits=(-1.0, 1.0), lumped={"angle": 0.0}, link=Link(length=0.5)), PrismaticJoint(name="B", limits=(0.0, 1.0)))
     study = lostmotion.study(Arm(name="x", joints=joints), 8, 4, 2)
     assert study.sampled.group_hist.sum() > 0

@@ -246,7 +246,7 @@ class Sample(BaseModel):
 
 
 def refusal(*, from_file: bool = False, **fields: object) -> str:
-    """Give the message with which a sample refuses."""
+    """Return the message with which a sample refuses."""
     with pytest.raises(ValidationError) as caught:
         Sample.model_validate(fields, context={"text": from_file})
     return str(caught.value)
@@ -287,7 +287,7 @@ def test_a_value_out_of_range_is_refused_with_what_was_expected(fields: dict[str
 
 
 def test_a_field_says_what_it_takes():
-    """A field tells its dimension, its range and whether it takes a tolerance."""
+    """A field states its dimension, its range and whether it takes a tolerance."""
     assert Quantity("N m/rad", "1 N m/rad", above=0).expected == "angular stiffness (N m/arcmin, N m/rad), above zero"
     assert Quantity("", "10 %", low=0, high=0.33).expected == "a plain number or per cent, zero or more, at most 0.33 (33 %)"
     assert Quantity("", "2", low=1).expected == "a plain number, at least 1"
@@ -295,7 +295,7 @@ def test_a_field_says_what_it_takes():
 
 
 def test_the_schema_asks_for_text_with_a_unit():
-    """Editors are told that a length is text, and that a plain number may be either."""
+    """The schema states that a length is text, and that a plain number may be either."""
     fields = Sample.model_json_schema()["properties"]
     assert fields["length"]["type"] == "string"
     assert fields["scatter"]["type"] == ["string", "number"]

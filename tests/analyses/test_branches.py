@@ -20,7 +20,7 @@ GEARBOX = {"stiffness": 2e5, "ratio": 100, "backlash": "1 arcmin", "friction_tor
 
 
 def joints() -> list[dict[str, object]]:
-    """Give an arm of four turning joints, the first about the vertical without end."""
+    """Return an arm of four turning joints, the first about the vertical without end."""
     full, half = (-np.pi, np.pi), (-2.0, 2.0)
     return [
         {
@@ -38,12 +38,12 @@ def joints() -> list[dict[str, object]]:
 
 
 def plain() -> Arm:
-    """Give the arm without branches."""
+    """Return the arm without branches."""
     return Arm(name="plain", joints=joints(), payload={"mass": 4.0})
 
 
 def branched(mass: float) -> Arm:
-    """Give the arm with a sliding finger listed first, and behind its elbow a turning counterweight of this mass (kg) on a rod of 0.3 m."""
+    """Return the arm with a sliding finger listed first, and behind its elbow a turning counterweight of this mass (kg) on a rod of 0.3 m."""
     first, *others = joints()
     weight = {"tip": {"xyz": (-0.3, 0, 0)}, "length_tolerance": 1e-3, "mass": mass, "centre_of_mass": (-0.3, 0, 0)}
     counterweight = {"name": "weight", "type": "revolute", "axis": "y", "limits": (-1, 1), "after": "elbow", "link": weight}

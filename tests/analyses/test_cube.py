@@ -66,7 +66,7 @@ def test_a_cube_is_reached_all_over():
 
 
 @pytest.mark.slow
-def test_six_joints_hold_the_tool_alike_all_over():
+def test_six_joints_hold_the_tool_in_the_same_way_everywhere():
     """All five poses of the six-joint arm have one orientation, and a slightly smaller stated cube there is reachable too."""
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     cube = largest_cube(arm)

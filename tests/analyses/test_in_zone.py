@@ -29,7 +29,7 @@ ROBOTS, VISITS = 24, 3
 
 
 def route(method="montecarlo", **more):
-    """Give a route with few robots."""
+    """Return a route with few robots."""
     return Route(**{"method": method, "robots": ROBOTS, "visits": VISITS, "seed": 1, "most_robots": 100} | more)
 
 
@@ -76,7 +76,7 @@ def corner(arm):
 
 
 def test_the_figures_of_a_zone_are_those_of_its_stored_errors(arm, corner):
-    """Every error formed once more with NumPy, from the same robots: mean, quantiles, largest, AP and RP."""
+    """Every error computed again with NumPy, from the same robots: mean, quantiles, largest, AP and RP."""
     assert len(corner.poses) == 64
     matrix = screws(arm, corner.poses.q)
     assert in_zone(matrix.at[-1, :, :3, 3], CORNER)[0].all()
@@ -123,7 +123,7 @@ def test_both_routes_agree_in_a_zone(arm):
 
 
 def test_few_poses_in_a_zone_are_all_kept_in_equal_sets(arm, monkeypatch):
-    """Of those looked at, all that are in it but the rest of a division by eight; one alone, or none, is refused."""
+    """Of the poses examined, all that are in the zone, up to a multiple of eight; one alone, or none, is refused."""
     monkeypatch.setattr(pose_selection, "MOST_TRIED", 4096)
     looked_at = sample_poses(arm, 4096)
     inside = in_zone(tool_points(arm, looked_at.q), CORNER)[0].sum()
@@ -144,17 +144,17 @@ def test_intervals_in_a_small_zone_hold_the_truth(arm, monkeypatch):
     many = sample_poses(arm, 1 << 18, seed=10**6)
     inside = in_zone(tool_points(arm, many.q), CORNER)[0]
     whole = run(arm, Poses(many.q[inside], "given"), 2000, 1, 10**6)
-    truth = told(whole)
+    truth = estimates(whole)
     monkeypatch.setattr(pose_selection, "MOST_TRIED", 4096)
     held = np.zeros(2)
     for seed in range(80):
         found = run(arm, poses_in_zone(arm, 512, CORNER, seed).poses, 60, 1, seed)
-        held += [estimate.low <= true.value <= estimate.high for estimate, true in zip(told(found), truth, strict=True)]
+        held += [estimate.low <= true.value <= estimate.high for estimate, true in zip(estimates(found), truth, strict=True)]
     assert (held >= 0.87 * 80).all()  # binomial: 95 % of 80 is below that once in a thousand
 
 
-def told(found: Sampled):
-    """Give mean and 95 % of all errors."""
+def estimates(found: Sampled):
+    """Return mean and 95 % of all errors."""
     return pooled_mean(found.robot_means[:, :, 0]), pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
 
 
@@ -214,7 +214,7 @@ def test_a_study_says_what_was_found_in_its_zones(study):
 
 
 def test_a_study_without_sampling_says_it_too(arm, study):
-    """The same figures as of both methods, and who is to blame in the zone."""
+    """The same figures as with both methods, and the error budget in the zone."""
     alone = lostmotion.study(arm, 64, method="analytic", zone={"z": (0, 2)})
     both = {section.key: section for section in study.sheet.sections}
     sections = {section.key: section for section in alone.sheet.sections}
@@ -235,7 +235,7 @@ def test_a_study_without_sampling_says_it_too(arm, study):
         assert repr(sections[key].rows) == repr(both[key].rows)  # as text: no number is not itself
 
 
-def test_a_zone_has_one_name_in_every_verb(study):
+def test_a_zone_has_one_name_in_every_command(study):
     """By the command line's text, or by its ends, in m or with their unit."""
     text, ends = "z 0..500 mm, x -1..1 m", {"z": (0.0, 0.5), "x": (-1, 1)}
     assert study.costs(zone=text) == study.costs(zone=ends) == study.costs(zone={"z": (0, "500 mm"), "x": ("-1 m", 1.0)})
@@ -260,7 +260,7 @@ def test_a_zone_has_one_name_in_every_verb(study):
         (3, "or ends along the base's axes in m"),
     ],
 )
-def test_what_is_no_zone_is_refused_alike(zone, named):
+def test_what_is_no_zone_is_refused_with_the_same_message(zone, named):
     """By a study and by a target, with one message that says how a zone is named."""
     arm = arm_of(2)
     with pytest.raises(lostmotion.InputError, match=named):
@@ -269,7 +269,7 @@ def test_what_is_no_zone_is_refused_alike(zone, named):
         lostmotion.target(arm, error="1 mm", poses=8, zone=zone)
 
 
-def test_a_zone_too_small_to_be_met_is_told_from_one_out_of_reach(arm):
+def test_a_zone_too_small_to_be_met_is_distinguished_from_one_out_of_reach(arm):
     """A cube of a tenth of a millimetre where the tool goes is too small for poses drawn by chance; one five metres off is out of reach."""
     middle = tool_points(arm, sample_poses(arm, 1, "uniform").q)[0]
     small = {axis: (float(x) + 3e-5, float(x) + 1.3e-4) for axis, x in zip("xyz", middle, strict=True)}

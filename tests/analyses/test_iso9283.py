@@ -74,7 +74,7 @@ def test_frames_are_found_again(with_tool):
     assert fit.rank == (9 if with_tool else 6)
 
 
-def test_one_orientation_tells_no_tool():
+def test_one_orientation_does_not_determine_the_tool():
     """With one orientation at all poses a tool offset is indistinguishable from a base shift: six parameters are determined, residuals vanish."""
     command = np.random.default_rng(6).uniform(-0.5, 0.5, (8, 3))
     held = np.tile(pose_of(rpy=(1.0, 0.2, 0.3))[:3, :3], (8, 1, 1))
@@ -83,7 +83,7 @@ def test_one_orientation_tells_no_tool():
     assert np.abs(fit.residual).max() < 1e-12
 
 
-def test_small_errors_are_fitted_alike_at_once():
+def test_small_errors_are_fitted_in_one_step():
     """The joint fit of many robots leaves the residuals of each robot's exact fit, to second order."""
     rng = np.random.default_rng(7)
     command = rng.uniform(-0.5, 0.5, (5, 3))

@@ -120,7 +120,7 @@ def test_a_vanishing_bias_is_not_excluded():
     assert found.high > found.value / 2
 
 
-def test_the_sheet_of_made_up_visits():
+def test_the_sheet_of_synthetic_visits():
     """Values follow the definitions, with distance, frames and the instrument's contribution; poses are in natural order."""
     rng = np.random.default_rng(10)
     command = five_points(np.array([0.5, 0.0, 0.4]), 0.3)

@@ -176,7 +176,7 @@ def test_the_order_within_noise_and_the_way_back():
         evaluate(readings(there_and_back))
 
 
-def test_cycles_that_tell_no_path_are_refused():
+def test_cycles_that_determine_no_path_are_refused():
     """Too few readings, a single cycle, half of the path, unknown poses, and one path under two names are refused with their line."""
     for attained, said in (
         (line(count=4), r"line 2(.|\n)*4 readings along path P2-P4 in cycle 1"),
@@ -210,7 +210,7 @@ def test_stated_commands_give_the_line_and_must_be_straight():
         evaluate(replace(stated, command=bent))
 
 
-def test_what_readings_leave_between_them_is_told():
+def test_the_gap_between_readings_is_reported():
     """On a path that bends, the line between the neighbours of a reading misses it by d²/8 f'', with d their distance."""
     one, _ = across_two()
     share = np.linspace(0, 1, 41)
@@ -285,7 +285,7 @@ def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts
 
 @pytest.mark.slow
 @pytest.mark.parametrize("parts", [1, 2])
-def test_half_a_path_that_is_off_alike_is_not_taken_to_differ(parts):
+def test_half_a_path_with_the_same_offset_is_not_taken_to_differ(parts):
     """Ten planes of twenty have an offset of 3, ten of 1: AT's 90 % intervals cover the 3 in 80 to 95 % of 400 tests of ten cycles."""
     rng, held = np.random.default_rng(10), []
     for _ in range(400):
@@ -297,7 +297,7 @@ def test_half_a_path_that_is_off_alike_is_not_taken_to_differ(parts):
 
 
 @pytest.mark.parametrize("count", [10, 30])
-def test_planes_that_few_cycles_show_alike_are_not_made_up_alike(count):
+def test_planes_that_few_cycles_show_as_equal_are_not_assumed_equal(count):
     """For independent isotropic planes a log deviation has the variance psi'(n - 1) / 4, and the mean of twenty a twentieth of it.
 
     In ten cycles any two planes seem correlated by a third; simulated with the sample correlations the mean would have twice the scatter. A sample
@@ -334,7 +334,7 @@ def test_of_one_plane_the_worst_has_student_s_and_chi_square_s_intervals():
         student, square = student_interval(errors[:, 0], level), scatter_interval(errors[:, 0], level)
         mean, scatter = largest_mean(errors[None], level), largest_scatter(errors[None], level)
         assert (mean.low, mean.high) == pytest.approx((student.low, student.high), abs=0.04 * (student.high - student.low))
-        assert (scatter.low, scatter.high) == pytest.approx((square.low, square.high), rel=0.05)  # of 2 000 tests made up
+        assert (scatter.low, scatter.high) == pytest.approx((square.low, square.high), rel=0.05)  # of 2 000 synthetic tests
 
 
 def test_intervals_of_the_worst_plane_scale_with_the_unit_and_ask_for_scatter():

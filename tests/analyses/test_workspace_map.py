@@ -103,7 +103,7 @@ def test_figures_are_the_closed_form(plane):
     assert not plane.uncertain.any()
 
 
-def test_both_elbows_are_looked_at(plane):
+def test_both_elbows_are_evaluated(plane):
     """Sag differs between elbow up and down, and nearly every cell has poses of both kinds."""
     reached = plane.reached
     both = [len(set(np.sign(reached.q[reached.cell == cell, 1]))) == 2 for cell in np.unique(reached.cell)]
@@ -175,7 +175,7 @@ def test_cells_are_judged_at_their_middles(plane):
     assert (ratio < 1.1).mean() > 0.98  # the rest: only one elbow among their poses
 
 
-def test_a_box_stands_where_it_is_said_to(plane):
+def test_a_box_stands_at_its_stated_place(plane):
     """All of the best placement is in reach; the closed form of the better elbow gives the map's errors there, and those of the validation points."""
     box = plane.placements.best[0]
     assert box.validation_reached == box.validation_points == 6 * 4
@@ -273,7 +273,7 @@ def test_a_turned_footprint_holds_the_box(yaw):
     assert (cover & ~hit).sum() <= 4
 
 
-def test_a_box_too_large_is_said_to_be(plane):
+def test_a_box_too_large_is_reported(plane):
     """Where no placement is in reach the largest box of the proportions is reported; it fits, and one a cell wider does not."""
     figures = plane.selected
     found = best_placements(planar(), plane.reached, figures, (1.2, 0.0, 1.2))
@@ -364,7 +364,7 @@ def test_what_cannot_be_asked_is_refused(arguments):
         MapRequest(**arguments)
 
 
-def test_poses_without_a_valid_figure_are_left_out_where_a_cell_has_others(monkeypatch):
+def test_poses_without_a_valid_figure_are_omitted_where_a_cell_has_others(monkeypatch):
     """An invalid figure counts only in cells without others, which are marked."""
     arm = planar()
     plain = map_workspace(arm, MapRequest(cell=0.1, by="worst", poses=1024, per_cell=3))

@@ -6,7 +6,7 @@ import pytest
 
 from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes, source_in_words
 from lostmotion.io import read
-from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
+from tests.io.conftest import JOINT, mistakes_in  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN, local_screws
 
 HEAD = 'name = "x"\n'
@@ -81,9 +81,9 @@ def test_strain_wave_gears_repeat_to_a_tenth_of_a_minute(tmp_path):
         (ROW + 'inertia_by_ratio = { "x" = "3 kg m^2" }\n', "reducers[0]", "ratios as keys"),
     ],
 )
-def test_a_slip_is_one_mistake_under_its_key(told, text, key, expected):  # noqa: F811 - the fixture
+def test_a_slip_is_one_mistake_under_its_key(mistakes_in, text, key, expected):  # noqa: F811 - the fixture
     """A wrong selection, a typical value of no limit or above it, and one without a source are refused under their key."""
-    found = told(HEAD + JOINT + text)
+    found = mistakes_in(HEAD + JOINT + text)
     assert list(found) == [key]
     assert expected in found[key].expected
 

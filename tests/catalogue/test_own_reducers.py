@@ -9,7 +9,7 @@ from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.io.own_reducers import read_reducers
 from lostmotion.io.part_file import read_gearbox
-from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
+from tests.io.conftest import JOINT, mistakes_in  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN
 
 HEAD = 'name = "x"\n'
@@ -63,16 +63,16 @@ def test_own_rows_have_priority_over_those_of_the_package(tmp_path):
     assert arm.moving[1].gearbox.rated_torque == 167
 
 
-def test_a_class_of_ratios_holds_for_own_rows_too(told):  # noqa: F811 - the fixture
+def test_a_class_of_ratios_holds_for_own_rows_too(mistakes_in):  # noqa: F811 - the fixture
     """With rows for 50 and above, a ratio of 40 is refused, and the model without its ratio."""
     rows = ROW.replace("maker", "ratio = 50\nmaker") + ROW.replace("maker", "ratio_above = 50\nmaker")
-    assert "50 or above 50" in told(HEAD + USE.replace("81", "40") + rows)["joints.A.gearbox"].expected
-    assert "its ratio appended" in told(HEAD + USE.replace("-81", "") + rows)["joints.A.gearbox"].expected
+    assert "50 or above 50" in mistakes_in(HEAD + USE.replace("81", "40") + rows)["joints.A.gearbox"].expected
+    assert "its ratio appended" in mistakes_in(HEAD + USE.replace("-81", "") + rows)["joints.A.gearbox"].expected
 
 
-def test_the_nearest_own_row_is_offered(told):  # noqa: F811 - the fixture
+def test_the_nearest_own_row_is_offered(mistakes_in):  # noqa: F811 - the fixture
     """A misspelt own model is refused with the nearest one, and its maker is named."""
-    found = told(HEAD + USE.replace("X-10-81", "Xrated-1") + ROW.replace("X-10", "Xrated-10"))["joints.A.gearbox"]
+    found = mistakes_in(HEAD + USE.replace("X-10-81", "Xrated-1") + ROW.replace("X-10", "Xrated-10"))["joints.A.gearbox"]
     assert found.nearest == "Xrated-10"
     assert "by X" in found.expected
 
@@ -101,17 +101,17 @@ def test_the_nearest_own_row_is_offered(told):  # noqa: F811 - the fixture
         ('catalogue = "."\n', "", "a text file"),
     ],
 )
-def test_a_mistake_in_own_rows_is_reported(told, text, key, expected):  # noqa: F811 - the fixture
+def test_a_mistake_in_own_rows_is_reported(mistakes_in, text, key, expected):  # noqa: F811 - the fixture
     """Every key of a row is checked as in the package, and files outside the folder are not opened."""
     top, rows = ("", text) if text.startswith("[[") else (text, "")
-    found = told(HEAD + top + JOINT + rows)
+    found = mistakes_in(HEAD + top + JOINT + rows)
     assert key in found
     assert expected in found[key].expected
 
 
-def test_all_mistakes_are_reported_at_once(told):  # noqa: F811 - the fixture
+def test_all_mistakes_are_reported_at_once(mistakes_in):  # noqa: F811 - the fixture
     """Rows, the file of rows and the joints are checked in one pass."""
-    found = told(HEAD + 'catalogue = "nowhere.toml"\n' + JOINT + 'gearbox = "RV-41E"\nmas = "1 kg"\n' + ROW.replace("maker", "makr"))
+    found = mistakes_in(HEAD + 'catalogue = "nowhere.toml"\n' + JOINT + 'gearbox = "RV-41E"\nmas = "1 kg"\n' + ROW.replace("maker", "makr"))
     assert {"", "joints.A.gearbox", "joints.A.mas", "reducers[0].makr", "reducers[0].maker"} == set(found)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lostmotion.io import read
-from tests.io.conftest import JOINT, told  # noqa: F401 - the fixture
+from tests.io.conftest import JOINT, mistakes_in  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN
 
 HEAD = 'name = "x"\n'
@@ -81,9 +81,9 @@ def test_two_joints_of_one_reducer_are_noted_once(tmp_path):
         (HEAD[:0] + JOINT.replace("revolute", "prismatic").replace("deg", "mm") + 'gearbox = "RV-40E"\n', "joints.A.gearbox", "lengths and forces"),
     ],
 )
-def test_a_mistake_is_reported_once_under_its_key(told, text, key, expected):  # noqa: F811 - the fixture
+def test_a_mistake_is_reported_once_under_its_key(mistakes_in, text, key, expected):  # noqa: F811 - the fixture
     """A wrong name, a missing or impossible ratio, a prismatic joint: each is reported once, under the key in the file."""
-    found = told(HEAD + text)
+    found = mistakes_in(HEAD + text)
     assert list(found) == [key]
     assert expected in found[key].expected
 
@@ -94,11 +94,11 @@ def test_an_encoder_on_the_output_needs_no_ratio(tmp_path):
     assert arm.moving[0].encoder.side == "output"
 
 
-def test_the_nearest_name_is_offered(told):  # noqa: F811 - the fixture
+def test_the_nearest_name_is_offered(mistakes_in):  # noqa: F811 - the fixture
     """A misspelt reducer is refused with the nearest one; a misspelt shared gearbox with the nearest shared one, even where reducers are close."""
-    assert told(HEAD + JOINT + 'gearbox = "RV-42"\n')["joints.A.gearbox"].nearest == "RV-42N"
+    assert mistakes_in(HEAD + JOINT + 'gearbox = "RV-42"\n')["joints.A.gearbox"].nearest == "RV-42N"
     text = HEAD + "[gearboxes.RV-42own]\nratio = 3\n" + JOINT + 'gearbox = "RV-42ow"\n'
-    assert told(text)["joints.A.gearbox"].nearest == "RV-42own"
+    assert mistakes_in(text)["joints.A.gearbox"].nearest == "RV-42own"
 
 
 @pytest.mark.parametrize(
@@ -112,9 +112,9 @@ def test_the_nearest_name_is_offered(told):  # noqa: F811 - the fixture
         ('{ kind = "planetary", sun_teeth = 20, ring_teeth = "70 mm" }', "joints.A.gearbox.ring_teeth", ""),
     ],
 )
-def test_a_mistake_in_a_kind_of_gearbox_is_reported(told, gearbox, key, near):  # noqa: F811 - the fixture
+def test_a_mistake_in_a_kind_of_gearbox_is_reported(mistakes_in, gearbox, key, near):  # noqa: F811 - the fixture
     """A wrong key without a kind, a wrong kind, a wrong key in a kind, teeth that do not fit: one mistake each, where it stands, with the nearest."""
-    found = told(HEAD + JOINT + f"gearbox = {gearbox}\n")
+    found = mistakes_in(HEAD + JOINT + f"gearbox = {gearbox}\n")
     assert list(found) == [key]
     assert found[key].nearest == near
 

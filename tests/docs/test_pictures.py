@@ -21,7 +21,7 @@ def test_every_picture_has_a_drawing():
 
 @pytest.mark.parametrize("name", list(draw.PICTURES))
 def test_a_picture_is_what_the_script_draws_and_stays_on_its_page(name):
-    """After a change of the script, `python docs/pictures/draw.py` writes the pictures anew; every word lies within the frame."""
+    """After a change of the script, `python docs/pictures/draw.py` writes the same pictures; every word lies within the frame."""
     written = (FOLDER / f"{name}.svg").read_text("utf-8")
     assert written == draw.svg(name)
     root = etree.fromstring(written.encode())

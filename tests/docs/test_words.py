@@ -1,7 +1,10 @@
 """The language is the trade's: expressions to avoid occur in no text, and a search for a common term finds its explanation."""
 
 import ast
+import io
 import re
+import tokenize
+from pathlib import Path
 
 import pytest
 
@@ -40,6 +43,9 @@ FOLDERS = ("examples", "src/lostmotion")
 SUFFIXES = {".py", ".toml", ".md", ".urdf"}
 SOURCES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES)
 
+# This test itself is full of the words to avoid.
+TESTS = sorted(path for path in (ROOT / "tests").rglob("*.py") if path != Path(__file__))
+
 
 def unwanted(text):
     """Return the expressions to avoid in a text, each with its line and what to write instead."""
@@ -67,6 +73,20 @@ def test_a_text_is_written_in_the_terms_of_the_trade(path):
 def test_the_search_for_unwanted_words_finds_them(text, count):
     """The test of the texts is itself able to fail, and does not object to the trade's own words."""
     assert len(unwanted(text)) == count
+
+
+@pytest.mark.parametrize("path", TESTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
+    """Names of files and functions, docstrings and comments of tests follow the same rule; data and messages in them may contain anything."""
+    source = path.read_text("utf-8")
+    texts = {f"name of {path.name}": path.stem.replace("_", " ")}
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            name, line = getattr(node, "name", path.stem), getattr(node, "lineno", 1)
+            texts |= {f"line {line}, name": name.replace("_", " "), f"line {line}, docstring": ast.get_docstring(node) or ""}
+    comments = (token for token in tokenize.generate_tokens(io.StringIO(source).readline) if token.type == tokenize.COMMENT)
+    texts |= {f"line {token.start[0]}, comment": token.string for token in comments}
+    assert not {place: unwanted(text) for place, text in texts.items() if unwanted(text)}
 
 
 @pytest.mark.parametrize("path", [path for path in SOURCES if path.suffix == ".py"], ids=lambda path: str(path.relative_to(ROOT)))

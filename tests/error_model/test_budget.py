@@ -1,4 +1,4 @@
-"""Who is to blame: exact shares by part, cause, level and term, at a pose, over the workspace and in a zone; and what halving each buys."""
+"""Error budget: exact shares by part, cause, level and term, at a pose, over the workspace and in a zone; and what halving each buys."""
 
 import dataclasses
 from pathlib import Path
@@ -76,7 +76,7 @@ def test_a_term_of_zero_size_has_zero_share():
 
 
 def test_causes_name_the_kind_of_error_at_whichever_joint(arm):
-    """One line for all joints' backlash: where it is held, how much there is and on which side it lies; one for each kind of wave."""
+    """One line for all joints' backlash: its side under load, its amount and its side without load; one for each kind of harmonic."""
     causes = {cost.part for cost in budget(arm, sample_poses(arm, 16).q).causes}
     assert causes == {
         "gearbox wind-up",
@@ -194,7 +194,7 @@ def test_text_that_is_no_zone_is_refused(text, why):
 
 
 def test_what_moves_the_tool_by_rounding_only_is_nothing_everywhere():
-    """The Z-arm's last joint turns the tool about itself: 0 % and nothing to gain without an interval, not rounding with one; else left out."""
+    """The Z-arm's last joint turns the tool about itself: 0 % and nothing to gain without an interval, not rounding with one; otherwise omitted."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     study = lostmotion.study(arm, 32, 20, 2)
     matrix = screws(arm, study.poses.q)

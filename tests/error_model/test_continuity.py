@@ -45,7 +45,7 @@ PAIR = {"kind": "rolling", "clearance": "20 µm", "span": "60 mm", "axial_play":
 
 
 def scara(**fields: object) -> Arm:
-    """Give two turning joints about the vertical and a vertical slide, all with play, friction stated nowhere."""
+    """Return two turning joints about the vertical and a vertical slide, all with play, friction stated nowhere."""
     joints = [
         RevoluteJoint(name="A", limits=(-2, 2), gearbox=LOOSE, bearing=PAIR, mass=3.0, link={"length": 0.4, "mass": 5.0}),
         RevoluteJoint(name="B", limits=(-2, 2), gearbox=LOOSE, bearing=BALLS, mass=2.0, link={"length": 0.3, "mass": 2.0}),
@@ -55,7 +55,7 @@ def scara(**fields: object) -> Arm:
 
 
 def weightless(**fields: object) -> Arm:
-    """Give an elbow arm whose file states no mass, its last axis through the tool's middle."""
+    """Return an elbow arm whose file states no mass, its last axis through the tool's middle."""
     joints = [
         RevoluteJoint(name="A", limits=(-2, 2), axis="-y", gearbox=LOOSE, bearing=BALLS, link={"length": 0.4}),
         RevoluteJoint(name="B", limits=(-2, 2), axis="-y", gearbox=LOOSE, bearing=PAIR, link={"length": 0.3}),
@@ -81,18 +81,18 @@ SMALL = np.array([0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
 
 
 def poses(arm: Arm) -> Floats:
-    """Give a dozen poses, the middle of all ranges first."""
+    """Return a dozen poses, the middle of all ranges first."""
     low, high = arm.limits.T
     return low + (high - low) * np.vstack([np.full(len(low), 0.5), np.random.default_rng(3).random((11, len(low)))])
 
 
 def repeatability(arm: Arm, q: Floats) -> Floats:
-    """Give RP_l of many visits (pose,), m, without sampling."""
+    """Return RP_l of many visits (pose,), m, without sampling."""
     return expected_repeatability(visit_covariance(screws(arm, q)))[0]
 
 
 def from_one_side(arm: Arm, q: Floats) -> Floats:
-    """Give how far apart plays rest (pose x axis,), m, as every joint comes upwards and downwards."""
+    """Return how far apart plays rest (pose x axis,), m, as every joint comes upwards and downwards."""
     return (screws(arm, q, approach=1.0).bias[:, 3:] - screws(arm, q, approach=-1.0).bias[:, 3:]).ravel()
 
 
@@ -153,7 +153,7 @@ def test_a_payload_of_nearly_nothing_changes_repeatability_by_nearly_nothing(mak
 )
 @settings(deadline=None, max_examples=100)
 def test_no_arm_has_a_step_in_its_repeatability(axes, masses, lean, rated, payload):
-    """Arms of any axes and masses, rated or not: two leans so close together repeat alike."""
+    """Arms of any axes and masses, rated or not: two tilts so close together have the same repeatability."""
     gearbox = {**LOOSE, "rated_torque": rated} if rated else LOOSE
     joints = [
         RevoluteJoint(name=f"J{k}", limits=(-2, 2), axis=axis, gearbox=gearbox, bearing=PAIR, link={"length": 0.3, "mass": mass})
@@ -196,7 +196,7 @@ def test_no_length_on_a_sheet_has_an_interval_below_zero(name):
 
 
 def one_loose_joint(**gearbox: object) -> Arm:
-    """Give an elbow whose friction is stated, a load going through zero within its range."""
+    """Return an elbow whose friction is stated, a load going through zero within its range."""
     joints = [
         RevoluteJoint(name="A", limits=(-0.2, 3.0), axis="-y", gearbox={**LOOSE, **gearbox}, link={"length": 0.5, "mass": 2.0}),
         RevoluteJoint(name="turn", limits=(-3.0, 3.0), axis="z", gearbox={**LOOSE, **gearbox}, link={"length": 0.1, "mass": 1.0}),

@@ -25,13 +25,13 @@ WITHOUT_LIMITS = "normal without limits"
 
 
 def slides(axes: str, **encoder: Any) -> Arm:
-    """Give joints that slide along these axes, each with encoder noise of ±3 mm, so that three sigma without limits make sigma 1 mm."""
+    """Return joints that slide along these axes, each with encoder noise of ±3 mm, so that three sigma without limits make sigma 1 mm."""
     joints = [PrismaticJoint(name=f"J{k}", axis=axis, limits=(0, 1), encoder={"noise": 3e-3, **encoder}) for k, axis in enumerate(axes)]
     return Arm(name="slides", joints=joints)
 
 
 def middle(arm: Arm) -> np.ndarray:
-    """Give one pose, joints in the middle of their limits."""
+    """Return one pose, joints in the middle of their limits."""
     return arm.limits.mean(axis=1)[None]
 
 
@@ -41,7 +41,7 @@ def both(arm: Arm, robots: int = 4000, visits: int = 50) -> Any:
 
 
 def row(study: Any, section: str, label: str) -> Any:
-    """Give one printed figure in mm."""
+    """Return one printed figure in mm."""
     found = next(row for each in study.sheet.sections if each.key == section for row in each.rows if row.label == label)
     figure = found.figures[0]
     assert figure.unit == "mm"
@@ -130,7 +130,7 @@ def test_errors_by_a_table_are_those_of_its_own_draws(axes: str):
             assert within(row(study, section, label), value), (section, label)
 
 
-def test_the_mean_of_a_table_moves_every_robot_alike():
+def test_the_mean_of_a_table_moves_every_robot_by_the_same_amount():
     """A table whose mean is not zero displaces every visit of every robot by it, on a lumped angle, an encoder, a length and a base tilt."""
     turning = RevoluteJoint(
         name="A",

@@ -1,4 +1,4 @@
-"""Which robots are built and how they return."""
+"""Draws of robots and of visits."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_visit_draws_have_the_moments_of_their_law_and_do_not_repeat(law):
     assert abs(np.corrcoef(values[:, :-1].ravel(), values[:, 1:].ravel())[0, 1]) < 4 / np.sqrt(TABLE)
 
 
-def test_the_two_parts_of_a_wave_share_their_phase():
+def test_the_two_parts_of_a_harmonic_share_their_phase():
     """Cosine and sine of one stream lie on a circle of radius sqrt 2, for robots and for visits."""
     pair = [Stream("wave", Cosine()), Stream("wave", Sine())]
     of_robots = robot_draws(1, pair, LANES)
@@ -50,7 +50,7 @@ def test_the_two_parts_of_a_wave_share_their_phase():
 
 
 def test_a_new_error_source_leaves_all_other_draws_alone():
-    """The same arm with an encoder more: every term that both have is drawn alike."""
+    """The same arm with an encoder more: every term that both have has the same draws."""
     bare, more = arm_of(encoder=None), arm_of()
     q = np.zeros((1, 3))
     known = {(info.name, info.robot, info.visit) for info in screws(more, q).infos}

@@ -26,7 +26,7 @@ SETS = 8
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_where_only_robots_or_only_poses_differ_the_interval_is_students(axis):
-    """Four robots that err alike at all poses, or four sets of poses at which all robots err alike: Student's interval of four values."""
+    """Four robots with one error at all poses, or four sets of poses with one error of all robots: Student's interval of four values."""
     values = np.array([1.0, 1.3, 0.9, 1.6])
     found = intervals.two_way(np.expand_dims(values, axis) + np.zeros((4, 4)))
     assert found.half == pytest.approx(3.182446 * values.std(ddof=1) / 2, rel=1e-6)
@@ -36,7 +36,7 @@ def test_where_only_robots_or_only_poses_differ_the_interval_is_students(axis):
 
 @pytest.mark.parametrize(("of_sets", "of_robots", "of_cells"), [(0.0, 1.0, 0.0), (1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.1, 0.3)])
 def test_the_interval_of_a_pooled_mean_covers_whatever_differs(of_sets, of_robots, of_cells):
-    """1 000 made-up studies each: robots, sets of poses, their product or all of these differ, and 95 % intervals hold the truth in 93-97 %.
+    """1 000 synthetic studies each: robots, sets of poses, their product or all of these differ, and 95 % intervals hold the truth in 93-97 %.
 
     Where sets or cells alone differ, a component that is estimated below zero counts as none: there it may be up to 99 %.
     """
@@ -69,7 +69,7 @@ def test_no_interval_of_a_length_goes_below_zero_and_none_covers_less_for_it(sha
 
 
 def test_half_of_an_interval_that_ends_at_zero_is_its_upper_half():
-    """What is compared with half a width does not grow surer because a length ends at zero."""
+    """What is compared with half a width does not become more precise because a length ends at zero."""
     assert of_length(1.0, -3.0, 5.0).low == 0.0
     assert of_length(1.0, -3.0, 5.0).half == 4.0
     assert of_length(6.0, 2.0, 10.0).half == 4.0
@@ -87,7 +87,7 @@ def test_the_ends_of_a_pooled_quantile_are_plain_numbers():
 
 
 def test_a_quantile_beyond_the_histogram_has_no_interval():
-    """From 16 m on the bins no longer tell errors apart: the figure is unbounded, with no ends beside it, also where the largest sample is known."""
+    """From 16 m on the bins no longer separate errors: the figure is unbounded, with no ends beside it, also where the largest sample is known."""
     hist = np.zeros((4, error_bins.BINS), np.int64)
     hist[:, -1] = 10
     for largest in (math.inf, 633.0):
@@ -99,7 +99,7 @@ def test_a_quantile_beyond_the_histogram_has_no_interval():
 
 @pytest.mark.slow
 def test_the_interval_of_a_pooled_quantile_covers():
-    """1 000 made-up studies of 128 robots: errors of a logarithmic normal law, robots and sets of poses that differ; 50, 95 % held in 93-97 %."""
+    """1 000 synthetic studies of 128 robots: errors of a logarithmic normal law, robots and sets of poses that differ; 50, 95 % held in 93-97 %."""
     rng = np.random.default_rng(8)
     robots, groups, samples = 128, 32, 16
     spread = (0.1, 0.3, 0.4)  # of sets, of robots, of samples
@@ -130,23 +130,23 @@ def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
         2, gearbox=play, bearing=None, encoder={"noise": "0.5 arcmin", "zero": "0.3 arcmin"}, mounting=None, link={"length": "400 mm ± 50 µm"}
     )
 
-    def told(poses, robots, seed):
+    def estimates(poses, robots, seed):
         found = run(small, sample_poses(small, poses, seed=seed), robots, 4, seed)
         means = [pooled_mean(found.robot_means[:, :, k]) for k in range(3)]
         pooled = [pooled_quantile(found.group_hist, found.replicate_hist, level) for level in (0.5, 0.95)]
         return [*means, *pooled, *(pooled_robots_quantile(found.robot_means[:, :, k]) for k in range(3))]
 
-    truth = [each.value for each in told(8192, 16_000, 10**6)]
+    truth = [each.value for each in estimates(8192, 16_000, 10**6)]
     monkeypatch.setattr(intervals, "_CONFIDENCE", 0.90)
     held = np.zeros(len(truth))
     for seed in range(1000):
-        held += [each.low <= true <= each.high for each, true in zip(told(64, 128, seed), truth, strict=True)]
+        held += [each.low <= true <= each.high for each, true in zip(estimates(64, 128, seed), truth, strict=True)]
     assert (held >= 870).all(), held
     assert (held <= 930).all(), held
 
 
 def test_a_99_percent_interval_of_few_robots_ends_below_all_samples():
-    """The upper end of a quantile never passes the largest sample nor is missing, however few robots there are; of one robot nothing is said."""
+    """The upper end of a quantile never passes the largest sample nor is missing, however few robots there are; one robot has no interval."""
     rng = np.random.default_rng(9)
     hist = np.zeros((4, error_bins.BINS), np.int64)
     np.add.at(hist, (np.repeat(np.arange(4), 50), rng.integers(5000, 5400, 200)), 1)
@@ -170,7 +170,7 @@ def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():
 @pytest.mark.parametrize("count", [128, 1000])
 @pytest.mark.parametrize("law", [lambda u: u**3, lambda u: -np.log1p(-u), lambda u: 1 / (1 - u)], ids=["short", "exponential", "long tail"])
 def test_the_robots_quantile_covers(law, count):
-    """10 000 made-up studies: the value that 95 % of robots stay below lies beyond either end of its interval in 1.5 to 3 %."""
+    """10 000 synthetic studies: the value that 95 % of robots stay below lies beyond either end of its interval in 1.5 to 3 %."""
     _, low, high = robots_quantile(law(np.random.default_rng(11).uniform(size=(10_000, count)))).T
     missed = np.array([(low > law(0.95)).mean(), (high < law(0.95)).mean()])
     assert (missed > 0.015).all(), missed
@@ -178,7 +178,7 @@ def test_the_robots_quantile_covers(law, count):
 
 
 def test_the_pooled_robots_quantile_covers():
-    """1 000 made-up studies of 300 robots over sets that differ: the value that 95 % of robots stay below is held in 93 to 97 %."""
+    """1 000 synthetic studies of 300 robots over sets that differ: the value that 95 % of robots stay below is held in 93 to 97 %."""
     rng = np.random.default_rng(11)
     held = 0
     for _ in range(1000):
@@ -230,7 +230,7 @@ def test_a_root_mean_square_lies_between_the_roots_of_its_mean_squares_ends():
 
 
 def test_the_interval_of_a_standard_deviation_covers_whatever_differs():
-    """400 made-up studies: lengths differ from robot to robot, pose to pose and visit to visit, and 95 % intervals hold the truth in 92-98.5 %.
+    """400 synthetic studies: lengths differ from robot to robot, pose to pose and visit to visit, and 95 % intervals hold the truth in 92-98.5 %.
 
     Lengths are pose's size x robot's size x a Maxwell length, so that mean and mean square are products of known moments.
     """

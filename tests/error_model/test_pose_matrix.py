@@ -23,7 +23,7 @@ every_arm = pytest.mark.parametrize("arm", ARMS, ids=[arm.name for arm in ARMS])
 
 
 def approach_of(name, q):
-    """Give no approach, or one that differs from joint to joint and pose to pose and is known at some."""
+    """Return no approach, or one that differs from joint to joint and pose to pose and is known at some."""
     return np.random.default_rng(1).integers(-1, 2, q.shape).astype(float) if name == "mixed" else 0.0
 
 

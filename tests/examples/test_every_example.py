@@ -19,7 +19,7 @@ FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urd
 
 @pytest.fixture(scope="module", params=FILES, ids=lambda path: path.name)
 def found(request):
-    """Give an example's arm with a small study of it."""
+    """Return an example's arm with a small study of it."""
     arm = lostmotion.read(request.param)
     poses = lostmotion.sample_poses(arm, 256)
     return arm, poses, run(arm, poses, 300, 10, 1)
@@ -47,7 +47,7 @@ def test_parts_add_up(found):
 
 
 def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(found):
-    """No printed figure stands without its unit and sample, and none is made up where there is no number."""
+    """No printed figure stands without its unit and sample, and none is invented where there is no number."""
     arm, _, _ = found
     study = lostmotion.study(arm, 16, robots=30, visits=3)
     for section in study.result()["sections"]:

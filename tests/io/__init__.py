@@ -1,1 +1,1 @@
-"""What may be read, and how mistakes are told."""
+"""Reading of files, and messages about mistakes."""

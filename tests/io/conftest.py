@@ -19,7 +19,7 @@ JOINT = '[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-90 deg", "90 deg
 
 
 def mistakes(path: Path, sidecar: Path | None = None) -> list[Problem]:
-    """Read a file that cannot be read, and give what was wrong with it; each mistake tells all it should."""
+    """Read a file that cannot be read, and return its mistakes; each states file, found, expected and an example."""
     with pytest.raises(InputError) as caught:
         read(path, sidecar)
     for problem in caught.value.problems:
@@ -33,12 +33,12 @@ def mistakes(path: Path, sidecar: Path | None = None) -> list[Problem]:
 
 
 @pytest.fixture
-def told(tmp_path: Path) -> Callable[..., dict[str, Problem]]:
+def mistakes_in(tmp_path: Path) -> Callable[..., dict[str, Problem]]:
     """Write a text, read it as an arm, and give its mistakes by key."""
 
-    def tell(text: str, name: str = "arm.toml") -> dict[str, Problem]:
+    def read_mistakes(text: str, name: str = "arm.toml") -> dict[str, Problem]:
         path = tmp_path / name
         path.write_text(text, encoding="utf-8")
         return {problem.key: problem for problem in mistakes(path)}
 
-    return tell
+    return read_mistakes

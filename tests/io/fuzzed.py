@@ -136,7 +136,7 @@ def look_at(path: Path) -> object:
 
 
 def formats(folder: Path) -> tuple[Format, ...]:
-    """Give every format; sound files that others go with are laid into the folder."""
+    """Return every format; sound files that others go with are laid into the folder."""
 
     def texts(*patterns: str, lines: int = 0) -> tuple[str, ...]:
         found = [path.read_text(encoding="utf-8") for pattern in patterns for path in sorted(EXAMPLES.glob(pattern))]

@@ -20,7 +20,7 @@ TILTED = {"roll": "2 deg ± 0.1 deg", "pitch": "1 deg", "angular_stiffness": ["1
 
 
 def native(base, *joints):
-    """Give an arm of a few joints on this base, with further joints before them."""
+    """Return an arm of a few joints on this base, with further joints before them."""
     own = [
         {
             "name": name,

@@ -99,7 +99,7 @@ def test_no_warning_without_need(file, text):
         ('contact_angle = "80 deg"', "bearing.contact_angle", "at most"),
     ],
 )
-def test_mistakes_are_told_under_their_key(file, text, key, said):
+def test_mistakes_are_reported_under_their_key(file, text, key, said):
     """What no standard names is refused with what there is."""
     with pytest.raises(InputError) as refused:
         read_bearing(file("[bearing]\n" + BALLS + text + "\n"))

@@ -35,7 +35,7 @@ def arm_of_rows(key, rows, kinds=None):
 
 
 def standard_rows():
-    """Give the UR5e's rows by the standard convention, with some offsets in theta."""
+    """Return the UR5e's rows by the standard convention, with some offsets in theta."""
     return list(zip(UR5E["a"], UR5E["alpha"], UR5E["d"], [0.0, 10.0, 0.0, -90.0, 33.0, 5.0], strict=True))
 
 
@@ -107,7 +107,7 @@ def test_a_row_behind_after_begins_a_chain_of_its_own(key):
 
 
 def test_both_conventions_describe_the_same_ur5e():
-    """The modified table of an arm is its standard one with a and alpha moved on by a row; both stand alike in every joint and at the tool."""
+    """The modified table of an arm is its standard one with a and alpha moved on by a row; both have the same frames at all joints and the tool."""
     rows = standard_rows()
     moved = [(a, alpha, d, theta) for (a, alpha, _, _), (_, _, d, theta) in zip([(0.0, 0.0, 0, 0), *rows[:-1]], rows, strict=True)]
     one, other = arm_of_rows("dh", rows), arm_of_rows("mdh", moved)
@@ -145,9 +145,9 @@ ROW = '{ a = "0 mm", alpha = "90 deg", d = "100 mm", theta = "0 deg" }'
         (f"dh = {ROW}\n" + JOINT.replace('"A"', '"B"'), "joints.B", "the same one key"),
     ],
 )
-def test_a_row_says_everything_once(told, lines, key, expected):
+def test_a_row_says_everything_once(mistakes_in, lines, key, expected):
     """A row excludes what it says itself, and one convention holds for the whole arm."""
-    found = told('name = "x"\n' + JOINT + lines)
+    found = mistakes_in('name = "x"\n' + JOINT + lines)
     assert list(found) == [key]
     assert expected in found[key].expected
 

@@ -41,7 +41,7 @@ def test_an_example_errs_by_about_a_millimetre_and_repeats_far_better(name):
 
 
 def test_every_material_is_a_solid_with_a_source():
-    """Known by name, in SI, and each says where its values come from and how sure they are."""
+    """Known by name, in SI, each with the sources and the confidence of its values."""
     found = materials()
     assert found["steel"].young == pytest.approx(210e9)
     assert found["aluminium"].density == pytest.approx(2700)

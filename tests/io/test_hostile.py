@@ -25,7 +25,7 @@ def with_type(declaration, name="r"):
 
 
 def dangling(count):
-    """Give a URDF whose joints all name links that nearly exist."""
+    """Return a URDF whose joints all name links that nearly exist."""
     body = "".join(
         f'<link name="link_number_{k}"/><joint name="j{k}" type="continuous"><parent link="lnik_number_{k}"/><child link="link_nubmer_{k}"/></joint>'
         for k in range(count)
@@ -34,13 +34,13 @@ def dangling(count):
 
 
 def astray(joints, parts):
-    """Give a TOML whose joints all name parts that nearly exist."""
+    """Return a TOML whose joints all name parts that nearly exist."""
     body = "".join(JOINT.replace('"A"', f'"A{k}"') + f'gearbox = "geabrox_number_{k}"\n' for k in range(joints))
     return (f'name = "x"\n{body}' + "".join(f"[gearboxes.gearbox_number_{k}]\nratio = 3\n" for k in range(parts))).encode()
 
 
 def shared(part):
-    """Give a TOML whose 64 joints all use one part."""
+    """Return a TOML whose 64 joints all use one part."""
     return ('name = "x"\n' + "".join(JOINT.replace('"A"', f'"A{k}"') + 'gearbox = "g"\n' for k in range(64)) + "[gearboxes.g]\n" + part).encode()
 
 
@@ -136,7 +136,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("name", "raw"), FILES)
 def test_a_hostile_file_is_refused_and_opens_no_other(folder, name, raw):
     """Whatever it holds: an InputError in words, in seconds, without a control character and without another file's text."""
-    global _opened  # noqa: PLW0603 - an audit hook cannot be taken away, only be told to rest
+    global _opened  # noqa: PLW0603 - an audit hook cannot be removed, only disabled
     path = folder / name
     path.write_bytes(raw)
     began = time.monotonic()
@@ -156,7 +156,7 @@ def test_a_hostile_file_is_refused_and_opens_no_other(folder, name, raw):
 
 @pytest.mark.parametrize(("name", "raw"), [("arm.urdf", dangling(300)), ("arm.toml", astray(64, 3000))])
 def test_many_mistakes_are_cut_short_soon(folder, name, raw):
-    """At most fifty are told, the last line says that there are more, and nobody waits."""
+    """At most fifty are reported, the last line states that there are more, and it takes no time."""
     (folder / name).write_bytes(raw)
     began = time.monotonic()
     found = mistakes(folder / name)
@@ -180,18 +180,18 @@ def test_many_mistakes_are_cut_short_soon(folder, name, raw):
         (f'name = "x"\n{JOINT.replace("A", "a!")}', "joints"),
     ],
 )
-def test_what_a_terminal_would_obey_is_refused(told, text, key, escape):
+def test_what_a_terminal_would_obey_is_refused(mistakes_in, text, key, escape):
     """Escape codes, bells and line breaks reach no screen, neither as a name nor in the words that refuse them."""
-    found = told(text.replace("!", escape))
+    found = mistakes_in(text.replace("!", escape))
     assert all(name.startswith(key) for name in found)
     assert all(char.isprintable() or char == "\n" for problem in found.values() for char in str(problem))
 
 
-def test_text_that_fills_a_screen_is_refused(told):
+def test_text_that_fills_a_screen_is_refused(mistakes_in):
     """Names and notes are bounded in length and number."""
-    assert "at most 80" in told(f'name = "{"x" * 81}"\n{JOINT}')["name"].expected
-    assert "at most 300" in told(f'name = "x"\nnotes = ["{"x" * 301}"]\n{JOINT}')["notes[0]"].expected
-    assert "at most 200" in told('name = "x"\nnotes = [' + '"x",\n' * 201 + f"]\n{JOINT}")["notes"].expected
+    assert "at most 80" in mistakes_in(f'name = "{"x" * 81}"\n{JOINT}')["name"].expected
+    assert "at most 300" in mistakes_in(f'name = "x"\nnotes = ["{"x" * 301}"]\n{JOINT}')["notes[0]"].expected
+    assert "at most 200" in mistakes_in('name = "x"\nnotes = [' + '"x",\n' * 201 + f"]\n{JOINT}")["notes"].expected
 
 
 @pytest.mark.parametrize("escape", ["&#10;", "&#155;31m", "&#x202e;"])
@@ -238,7 +238,7 @@ def test_what_is_no_file_is_not_opened(folder, name):
     mistakes(folder / f"a\0{name}")
 
 
-def test_a_sidecar_that_loops_is_told(folder):
+def test_a_sidecar_that_loops_is_reported(folder):
     """A link beside the URDF that leads to itself is a mistake, not a missing sidecar."""
     (folder / "arm.urdf").write_text(ROBOT, encoding="utf-8")
     (folder / "arm.toml").symlink_to("arm.toml")

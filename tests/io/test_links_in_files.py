@@ -45,7 +45,7 @@ def test_one_matrix_in_many_ways_is_one_compliance(tmp_path: Path):
         np.testing.assert_allclose(found / np.outer(scale, scale), c / np.outer(scale, scale), atol=1e-9)
 
 
-def test_a_matrix_may_tell_its_own_weight(tmp_path: Path):
+def test_a_matrix_may_state_its_own_weight(tmp_path: Path):
     """Three columns more are what the far end does per gravity."""
     both = np.hstack([BAR.tip_compliance, BAR.own_weight_compliance])
     path = tmp_path / "link.csv"
@@ -72,8 +72,8 @@ GOOD = table("compliance", np.eye(6) * 1e-6, MOTIONS, LOADS)
         (GOOD.replace("1e-06", "-1e-06", 1), "positive definite"),
     ],
 )
-def test_what_is_no_matrix_is_told(tmp_path: Path, text: str, words: str):
-    """Each slip in a matrix is told with its line, and what belongs there."""
+def test_what_is_no_matrix_is_reported(tmp_path: Path, text: str, words: str):
+    """Each mistake in a matrix is reported with its line, and what is expected there."""
     path = tmp_path / "link.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -120,7 +120,7 @@ def test_links_take_matrices_and_sections_by_name(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["../link.csv", "/etc/hostname", "a/../../link.csv", "", "nowhere.csv"])
 def test_a_matrix_lies_beside_its_arm(tmp_path: Path, name: str):
-    """Nothing outside the arm's folder is read, and a missing file is told."""
+    """Nothing outside the arm's folder is read, and a missing file is reported."""
     (tmp_path / "link.csv").write_text(GOOD, encoding="utf-8")
     folder = tmp_path / "arm"
     folder.mkdir()
@@ -143,16 +143,16 @@ def test_a_matrix_lies_beside_its_arm(tmp_path: Path, name: str):
         ('measured = { force = "1 N", deflection = "1 mm", slope = "9 deg" }', "link"),
     ],
 )
-def test_a_slip_within_a_section_has_its_key(told, lines: str, key: str):
-    """Names that lead nowhere, sections made of themselves and bare numbers are told where they stand."""
+def test_a_slip_within_a_section_has_its_key(mistakes_in, lines: str, key: str):
+    """Names that lead nowhere, sections made of themselves and bare numbers are reported at their place."""
     shared = '[sections]\nt = { kind = "rod", diameter = "9 mm" }\nloop = { kind = "stepped", steps = [{ length = "400 mm", section = "t" }] }\n'
-    found = told(f'{HEAD}{shared}{JOINT}link = {{ length = "400 mm", {lines} }}\n')
+    found = mistakes_in(f'{HEAD}{shared}{JOINT}link = {{ length = "400 mm", {lines} }}\n')
     assert any(where.endswith(key) for where in found), found
 
 
-def test_no_section_is_made_of_itself(told):
+def test_no_section_is_made_of_itself(mistakes_in):
     """Two sections that name each other, and one that names itself, are refused in a moment."""
-    found = told(
+    found = mistakes_in(
         HEAD
         + '[sections]\na = { kind = "composite", layers = [{ section = "b", material = "steel" }] }\n'
         + 'b = { kind = "composite", layers = [{ section = "a", material = "steel" }, { section = "b", material = "steel" }] }\n'

@@ -41,7 +41,7 @@ def test_semicolons_and_deviations_with_a_sign(tmp_path):
     assert found.pose == ("1", "2")
 
 
-def test_exact_repeats_are_left_out_and_counted(tmp_path):
+def test_exact_repeats_are_omitted_and_counted(tmp_path):
     """A row that repeats another one in every cell is no second visit, even with other trailing zeros."""
     found = read(tmp_path, "pose,cycle,x [mm],y [mm],z [mm]\nA,1,1,2,3\nA,1,1,2.00,3\nA,2,1,2,3\n")
     assert found.duplicates == 1
@@ -49,7 +49,7 @@ def test_exact_repeats_are_left_out_and_counted(tmp_path):
     assert len(found.pose) == 2
 
 
-def test_turns_are_told_against_the_commanded_orientation(tmp_path):
+def test_turns_are_relative_to_the_commanded_orientation(tmp_path):
     """A rotation by 0.1° about the base's z after the commanded orientation is a rotation vector along z, for any commanded orientation."""
     from scipy.spatial.transform import Rotation
 
@@ -187,7 +187,7 @@ def test_a_cycle_that_visits_a_pose_twice_is_refused(tmp_path):
     assert len(caught.value.problems) == 1
 
 
-def test_commands_without_turns_tell_none(tmp_path):
+def test_commands_without_turns_determine_none(tmp_path):
     """A file of commands without orientations leaves them unknown, not zero."""
     path = tmp_path / "commands.csv"
     path.write_text("pose,x [mm],y [mm],z [mm]\nA,1,2,3\n", encoding="utf-8")
@@ -195,7 +195,7 @@ def test_commands_without_turns_tell_none(tmp_path):
     assert np.isnan(found.turn).all()
 
 
-def test_bad_rows_are_told_all_at_once(tmp_path):
+def test_bad_rows_are_reported_all_at_once(tmp_path):
     """Cells that are not numbers, short rows, and a pose with two commands are reported together, each with its line."""
     text = "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,x,0,0,0\n\nA,1,2,3,0,0,0\nA,1,nan,3,0,0,0\nA,1,2\n,1,2,3,0,0,0\n"
     with pytest.raises(lostmotion.InputError) as caught:
@@ -205,19 +205,19 @@ def test_bad_rows_are_told_all_at_once(tmp_path):
         read(tmp_path, "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,3,0,0,0\nA,1,2,3,0,0,1\n")
 
 
-def test_header_and_rows_are_told_at_once(tmp_path):
+def test_header_and_rows_are_reported_at_once(tmp_path):
     """A column without a unit, a missing one, an invalid map, and rows that are not numbers are reported in one message."""
     text = "pose,x,y [mm],z [mm],xc [mm],yc [mm]\nA,1,2,bad,0,0\nA,worse,2,3,0,0\nA,1,2\n"
     with pytest.raises(lostmotion.InputError) as caught:
         read(tmp_path, text, "side = nowhere")
     keys = [problem.key for problem in caught.value.problems]
     assert keys == ["mapping", "line 1, x", "line 1", "line 2, z [mm]", "line 3, x", "line 4"]
-    with pytest.raises(lostmotion.InputError) as caught:  # no column names a pose: told once, not of every row
+    with pytest.raises(lostmotion.InputError) as caught:  # no column names a pose: reported once, not for every row
         read(tmp_path, "place,x [mm],y [mm],z [mm]\nA,1,2,3\nA,1,2,bad\n")
     assert [problem.key for problem in caught.value.problems] == ["line 1", "line 3, z [mm]"]
 
 
-def test_mistakes_of_several_files_are_told_at_once(tmp_path):
+def test_mistakes_of_several_files_are_reported_at_once(tmp_path):
     """Mistakes of each file are reported under its name."""
     for name in ("one", "two"):
         (tmp_path / f"{name}.csv").write_text("pose,x [mm],y [mm],z [mm]\nA,1,2,bad\n", encoding="utf-8")

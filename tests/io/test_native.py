@@ -70,9 +70,9 @@ def test_a_gripper_of_two_fingers_stands_on_one_flange(tmp_path):
     assert weight["tool"] == 0.0
 
 
-def test_three_mistakes_are_told_at_once(told):
+def test_three_mistakes_are_reported_at_once(mistakes_in):
     """A wrong unit, a misspelt key and a name that leads nowhere come in one message, each with its own near word."""
-    found = told(
+    found = mistakes_in(
         HEAD
         + '[gearboxes.shoulder]\nratio = 100\nstiffness = "50 N m"\n'
         + JOINT
@@ -144,9 +144,9 @@ def test_distributions_are_read_from_a_file(tmp_path):
         ("after = 3\n", "joints.A.after", "text"),
     ],
 )
-def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(told, lines, key, expected):
+def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(mistakes_in, lines, key, expected):
     """Whatever alternatives the model tried, the user hears once what belongs where they wrote something else."""
-    found = told(HEAD + '[sections.t]\nkind = "rod"\ndiameter = "9 mm"\n' + JOINT + lines)
+    found = mistakes_in(HEAD + '[sections.t]\nkind = "rod"\ndiameter = "9 mm"\n' + JOINT + lines)
     assert list(found) == [key]
     assert expected in found[key].expected
 
@@ -175,16 +175,16 @@ def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(told, lines, ke
         (HEAD + "[gearbx.g]\nratio = 2\n" + JOINT, "gearbx", "gearboxes"),
     ],
 )
-def test_a_mistake_in_the_frame_of_the_file_is_told(told, text, key, word):
+def test_a_mistake_in_the_frame_of_the_file_is_reported(mistakes_in, text, key, word):
     """Missing names, joints that are none, and unknown tables each get their own words."""
-    found = told(text)
+    found = mistakes_in(text)
     assert key in found
     assert word in found[key].expected
 
 
-def test_a_mistake_in_a_shared_part_is_told_once(told):
-    """Two joints that share a gearbox share its mistake, told under the gearbox."""
-    found = told(HEAD + '[gearboxes.g]\nratio = "12 mm"\n' + JOINT + 'gearbox = "g"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "g"\n')
+def test_a_mistake_in_a_shared_part_is_reported_once(mistakes_in):
+    """Two joints that share a gearbox share its mistake, reported under the gearbox."""
+    found = mistakes_in(HEAD + '[gearboxes.g]\nratio = "12 mm"\n' + JOINT + 'gearbox = "g"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "g"\n')
     assert list(found) == ["gearboxes.g.ratio"]
 
 
@@ -203,12 +203,12 @@ def test_an_unused_part_is_noted():
         ("x = 1 2\n", "line 1, column 7"),
     ],
 )
-def test_broken_toml_says_line_and_column(told, text, key):
-    """Text that is no TOML is told with the place where reading stopped."""
-    assert list(told(text)) == [key]
+def test_broken_toml_says_line_and_column(mistakes_in, text, key):
+    """Text that is no TOML is reported with the place where reading stopped."""
+    assert list(mistakes_in(text)) == [key]
 
 
-def test_a_path_that_is_no_arm_is_told(tmp_path):
+def test_a_path_that_is_no_arm_is_reported(tmp_path):
     """A missing file, a folder, and an ending that no reader knows."""
     from tests.io.conftest import mistakes
 
@@ -226,27 +226,27 @@ def test_a_path_that_is_no_arm_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("text", ['tip = "tool0"\n', 'tip = "tool0"\n[joints.A]\ngearbox = "g"\n', '[joints.A]\ngearbox = "g"\n'])
-def test_a_sidecar_read_as_an_arm_is_told_once(told, text):
+def test_a_sidecar_read_as_an_arm_is_reported_once(mistakes_in, text):
     """One message names the URDF to read instead."""
-    found = told(text)
+    found = mistakes_in(text)
     assert list(found) == ["joints"]
     assert found["joints"].example.endswith("arm.urdf")
 
 
-def test_a_urdf_under_a_wrong_ending_is_told(told):
+def test_a_urdf_under_a_wrong_ending_is_reported(mistakes_in):
     """The ending decides who reads it."""
-    (found,) = told('<robot name="x"/>').values()
+    (found,) = mistakes_in('<robot name="x"/>').values()
     assert ".urdf" in found.expected
 
 
-def test_more_than_64_joints_are_one_mistake(told):
-    """However many they are, they are not looked at one by one."""
-    assert told(HEAD + JOINT * 65)["joints"].expected == "at most 64"
+def test_more_than_64_joints_are_one_mistake(mistakes_in):
+    """However many they are, they are not examined one by one."""
+    assert mistakes_in(HEAD + JOINT * 65)["joints"].expected == "at most 64"
 
 
-def test_a_shared_part_is_checked_before_any_joint_names_it(told):
-    """Mistakes in parts that nobody uses yet are told at once, each under its own table; sound ones are only noted."""
-    found = told(
+def test_a_shared_part_is_checked_before_any_joint_names_it(mistakes_in):
+    """Mistakes in parts that nobody uses yet are reported at once, each under its own table; sound ones are only noted."""
+    found = mistakes_in(
         HEAD + JOINT + '[gearboxes.slide]\nbacklash = "20 µm"\n[gearboxes.g]\nstiffness = "50 N m"\n'
         '[bearings.b]\nkind = "rolling"\nspan = "5 cm"\nclearence = "1 µm"\n'
         '[sections.s]\nkind = "tube"\nouter = "10 mm"\nwall = "9 mm"\n[encoders.e]\nside = "sideways"\n'

@@ -95,7 +95,7 @@ def _written(path, text):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_mistake_is_told_under_a_key_of_toml(urdf, name):
+def test_a_mistake_is_reported_under_a_key_of_toml(urdf, name):
     """The key in the message is the key in the file."""
     path = urdf(name, f'[joints.{key_step(name)}]\ngearbox = {{ backlash = "1 kg" }}\n')
     (found,) = mistakes(path)

@@ -86,21 +86,21 @@ def test_mistakes_stand_under_the_users_own_keys(file, text, joint, key, said):
 
 
 def test_all_mistakes_at_once(file):
-    """A wrong key, a wrong unit and a wrong top-level key are told in one go."""
+    """A wrong key, a wrong unit and a wrong top-level key are reported at once."""
     with pytest.raises(InputError) as refused:
         read_bearing(file('colour = "red"\n' + PAIR.replace("span", "spam").replace("± 20 µm", "± 20 deg")))
     assert {problem.key for problem in refused.value.problems} == {"colour", "bearing.spam", "bearing.span", "bearing.clearance"}
 
 
 def test_an_unknown_reducer_names_the_nearest(file):
-    """A slip in a maker's name is told with the name that was probably meant."""
+    """A misspelt maker's name is reported with the most similar name."""
     with pytest.raises(InputError, match="RV-40E") as refused:
         read_gearbox(file('gearbox = "RV-41E-121"'))
     assert refused.value.problems[0].key == "gearbox.catalogue"
 
 
 def test_an_arm_without_a_joint_lists_its_joints():
-    """Who names an arm and no joint is told which joints there are."""
+    """An arm without a joint is answered with the names of its joints."""
     with pytest.raises(InputError, match="joint") as refused:
         read_gearbox(EXAMPLES / "z-arm.toml")
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")

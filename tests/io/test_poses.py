@@ -25,7 +25,7 @@ ARM = arm_of(
 
 
 def refused(tmp_path, text):
-    """Give the mistakes of a CSV text."""
+    """Return the mistakes of a CSV text."""
     path = tmp_path / "poses.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -56,7 +56,7 @@ def test_all_mistakes_of_the_rows_come_at_once(tmp_path):
     assert keys == ["line 2, Z axis [mm]", "line 3, A [deg]", "line 3, Z axis [mm]", "line 4", "line 5"]
 
 
-def test_a_pose_beyond_a_limit_is_told_with_line_joint_and_limit(tmp_path):
+def test_a_pose_beyond_a_limit_is_reported_with_line_joint_and_limit(tmp_path):
     """The controller would refuse it too."""
     found = refused(tmp_path, "A [deg],Z axis [mm]\n0,0\n\n91,-1\n")
     assert [problem.key for problem in found] == ["line 4, joint A", "line 4, joint Z axis"]

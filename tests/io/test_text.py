@@ -11,7 +11,7 @@ from lostmotion.io.toml import read_toml
     ("asked", "meant"),
     [("z-amr.toml", "z-arm.toml"), ("z-arm.tml", "z-arm.toml"), ("z-arm.urdf", "z-arm.toml"), ("nope.toml", ""), ("z_arm.csv", "z-arm.csv")],
 )
-def test_names_alike_are_offered_and_endings_alike_are_not(tmp_path, asked, meant):
+def test_similar_names_are_offered_and_similar_endings_are_not(tmp_path, asked, meant):
     """A slip in the name or another ending is offered its neighbour; a name of its own is offered nothing."""
     for name in ("pyproject.toml", "note.md", "z-arm.csv", "z-arm.toml"):
         (tmp_path / name).write_text("")
@@ -37,8 +37,8 @@ def test_names_alike_are_offered_and_endings_alike_are_not(tmp_path, asked, mean
         ("x =", ""),
     ],
 )
-def test_a_value_with_its_unit_but_no_quotes_is_said_to_lack_them(tmp_path, text, bare):
-    """Where reading breaks off at a number and its unit, these are shown in quotes; any other slip is said as TOML's own."""
+def test_a_value_with_its_unit_but_no_quotes_is_reported(tmp_path, text, bare):
+    """Where reading breaks off at a number and its unit, these are shown in quotes; any other mistake is reported in TOML's words."""
     (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
     with pytest.raises(lostmotion.InputError) as caught:
         read_toml(tmp_path / "arm.toml")

@@ -42,7 +42,7 @@ def urdf(tmp_path):
 
 
 def pinocchios(path, arm, q, frame):
-    """Give where Pinocchio puts a frame, and which torques it asks for, at these poses; the arm's payload hangs on the frame."""
+    """Return where Pinocchio puts a frame, and which torques it asks for, at these poses; the arm's payload hangs on the frame."""
     model = pin.buildModelFromUrdf(str(path))
     model.gravity.linear = np.array([0, 0, -arm.gravity])
     index = model.getFrameId(frame)
@@ -112,19 +112,19 @@ def test_an_explicit_sidecar_may_lie_anywhere(urdf, tmp_path):
 
 
 def body(name, mass, centre):
-    """Give a link with a weight, as Pinocchio wants it too."""
+    """Return a link with a weight, as Pinocchio wants it too."""
     inertia = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
     return f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="1 2 3"/><mass value="{mass}"/>{inertia}</inertial></link>'
 
 
 def hinge(name, kind, ends, origin, rest=""):
-    """Give a joint between two links."""
+    """Return a joint between two links."""
     parent, child = ends.split()
     return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin {origin}/>{rest}</joint>'
 
 
 def branched(*, finger="prismatic"):
-    """Give a robot whose wrist carries a camera rigidly and a finger that slides, and whose joints turn, slide, turn without end and are fixed."""
+    """Return a robot whose wrist carries a camera rigidly and a finger that slides, and whose joints turn, slide, turn without end and are fixed."""
     limit = '<limit lower="-0.1" upper="0.5" effort="1" velocity="1"/>'
     parts = [
         body("base", 99, "0 0 0"),
@@ -165,7 +165,7 @@ def test_side_branches_weigh_on_the_link_that_carries_them(urdf):
         assert np.abs(pin.computeGeneralizedGravity(model, data, values)[[a.idx_v, b.idx_v]] - torque).max() < 1e-10
 
 
-def test_three_mistakes_are_told_at_once_with_their_lines(urdf):
+def test_three_mistakes_are_reported_at_once_with_their_lines(urdf):
     """A zero axis, a mass below zero and a link that does not exist come in one message."""
     text = (
         ROBOT.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1)
@@ -209,7 +209,7 @@ def test_three_mistakes_are_told_at_once_with_their_lines(urdf):
         ("revolute", "fixed", "no joint that moves"),
     ],
 )
-def test_a_mistake_in_a_urdf_is_told(urdf, old, new, word):
+def test_a_mistake_in_a_urdf_is_reported(urdf, old, new, word):
     """Trees that are none, numbers that are none, and joints that a serial arm cannot have."""
     text = ROBOT.replace(old, new) if old in ("robot", "revolute") else ROBOT.replace(old, new, 1)
     found = mistakes(urdf(text))
@@ -242,7 +242,7 @@ def test_joints_that_no_serial_arm_has_may_hang_beside_the_chain(urdf):
         ("notes = 3", "notes", ""),
     ],
 )
-def test_a_mistake_in_a_sidecar_is_told_under_its_key(urdf, sidecar, key, near):
+def test_a_mistake_in_a_sidecar_is_reported_under_its_key(urdf, sidecar, key, near):
     """With the name of the sidecar, and the joint's own name."""
     path = urdf(ROBOT, sidecar)
     (found,) = mistakes(path)

@@ -26,7 +26,7 @@ def urdf(tmp_path):
 
 
 def noted(arm, words):
-    """Tell whether a note or a warning of the arm holds these words."""
+    """Return whether a note or a warning of the arm contains these words."""
     return any(words in note for note in (*arm.notes, *arm.doubts))
 
 
@@ -80,7 +80,7 @@ def test_a_joint_that_cannot_move_is_fixed_where_its_limits_say(urdf):
 
 
 @pytest.mark.parametrize("limit", ['<limit effort="1" velocity="1"/>', ""])
-def test_limits_left_out_on_the_chain_are_refused(urdf, limit):
+def test_omitted_limits_on_the_chain_are_refused(urdf, limit):
     """The range decides every figure; both limits default to 0 in URDF."""
     (found,) = mistakes(urdf(robot(*arm()).replace(LIMIT, limit, 1)))
     assert found.key == '/robot/joint[@name="j1"]'
@@ -114,7 +114,7 @@ _FOLLOWING = (
 )
 
 
-def test_zero_outside_a_held_joints_limits_is_said(urdf):
+def test_zero_outside_a_held_joints_limits_is_reported(urdf):
     """A jaw at an impossible place shifts the centre of mass."""
     path = urdf(robot(*arm(), joint("finger", "link3 jaw", "prismatic", '<axis xyz="1 0 0"/><limit lower="0.2" upper="0.3"/>'), link("jaw", 1)))
     assert noted(read(path), "held at zero, outside their limits: finger")

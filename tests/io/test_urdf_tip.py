@@ -14,23 +14,23 @@ from tests.io.urdfs import LIMIT, arm, joint, link, robot
 
 
 def fixed(name, parent, mass=0):
-    """Give a link that is fixed to another."""
+    """Return a link that is fixed to another."""
     return [joint(f"to_{name}", f"{parent} {name}", "fixed", ""), link(name, mass)]
 
 
 def sliding(name, parent, child, rest=""):
-    """Give a joint that slides."""
+    """Return a joint that slides."""
     return [joint(name, f"{parent} {child}", "prismatic", f'<axis xyz="0 1 0"/>{LIMIT}{rest}'), link(child, 0.1)]
 
 
 def turning(name, parent, child, rest=""):
-    """Give a joint that turns."""
+    """Return a joint that turns."""
     return [joint(name, f"{parent} {child}", "revolute", f'<axis xyz="0 1 0"/>{LIMIT}{rest}'), link(child, 0.1)]
 
 
 @pytest.fixture
 def taken(tmp_path):
-    """Give what is noted as the tool of a URDF of these parts, and the arm."""
+    """Return what is noted as the tool of a URDF of these parts, and the arm."""
 
     def of(*parts):
         path = tmp_path / "r.urdf"
@@ -65,7 +65,7 @@ PANDA = [
     ],
 )
 def test_the_name_decides(taken, parts, tool):
-    """A person reads `tcp`, `tool0` and `flange` before counting joints; what was taken is said, and what else it could be."""
+    """A person reads `tcp`, `tool0` and `flange` before counting joints; the choice is stated, and its alternatives."""
     note, found = taken(*arm(), *parts)
     assert note.startswith(f"tool: {tool}, 3 joints (by its name")
     assert not any("guess" in doubt for doubt in found.doubts)
@@ -122,14 +122,14 @@ def test_hands_of_two_arms_are_not_ends_of_arms(tmp_path):
 
 
 def test_a_gripper_alone_is_read(taken):
-    """Where everything is a finger nothing is left out."""
+    """Where everything is a finger nothing is omitted."""
     note, found = taken(link("base"), *turning("finger_1", "base", "finger_link_1"), *turning("finger_2", "finger_link_1", "finger_link_2"))
     assert note.startswith("tool: finger_link_2, 2 joints (a guess")
     assert len(found.moving) == 2
 
 
 def two_arms(left="left", right="right", tool="tcp"):
-    """Give a torso with two arms."""
+    """Return a torso with two arms."""
     return [
         link("torso"),
         *(part for side in (left, right) for part in arm(3, "torso", f"{side}_link", f"{side}_j")[1:]),
@@ -179,8 +179,8 @@ _NAMES = (
 _ODD_LIMITS = ('<limit lower="0.1" upper="0.1"/>', '<limit effort="1"/>', '<limit lower="2" upper="1"/>')
 
 
-def made_up_tree(rng):
-    """Give a random tree: any names, kinds, mistakes and couplings."""
+def synthetic_tree(rng):
+    """Return a random tree: any names, kinds, mistakes and couplings."""
     parts, links = ['<link name="root"/>'], ["root"]
     names = []
     for k in range(rng.randint(1, 12)):
@@ -206,12 +206,12 @@ def _quoted(name):
 
 
 def test_a_hint_that_is_followed_is_never_refused(tmp_path):
-    """Of 400 made-up trees every one is read, or refused without a hint, or read after its hint."""
+    """Of 400 synthetic trees every one is read, or refused without a hint, or read after its hint."""
     rng = random.Random(19)  # noqa: S311 - trees, not secrets
     path, sidecar = tmp_path / "r.urdf", tmp_path / "r.toml"
     followed = 0
     for _ in range(400):
-        path.write_text(made_up_tree(rng), encoding="utf-8")
+        path.write_text(synthetic_tree(rng), encoding="utf-8")
         sidecar.unlink(missing_ok=True)
         try:
             read(path)

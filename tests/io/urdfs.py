@@ -11,25 +11,25 @@ LIMIT = '<limit lower="-1" upper="1.2" effort="1" velocity="1"/>'
 
 
 def link(name, mass=1.0, centre="0.1 0.02 0.03", shape=""):
-    """Give a body, weightless where its mass is zero."""
+    """Return a body, weightless where its mass is zero."""
     inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
     inertial = f'<inertial><origin xyz="{centre}"/><mass value="{mass}"/>{inertia}</inertial>' if mass else ""
     return f'<link name="{name}">{inertial}{shape}</link>'
 
 
 def joint(name, ends, kind="revolute", rest=f'<axis xyz="0 1 0"/>{LIMIT}', origin='xyz="0.3 0 0.1" rpy="0.2 0.1 0"'):
-    """Give a joint between two links, "parent child"."""
+    """Return a joint between two links, "parent child"."""
     parent, child = ends.split()
     return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin {origin}/>{rest}</joint>'
 
 
 def robot(*parts):
-    """Give a URDF of these parts, one a line."""
+    """Return a URDF of these parts, one a line."""
     return '<robot name="r">\n' + "\n".join(parts) + "\n</robot>\n"
 
 
 def arm(count=3, root="base", name="link", joints="j"):
-    """Give the parts of a chain: `root`, then joints j1, j2 ... to links link1, link2 ..., each with a mass of its own."""
+    """Return the parts of a chain: `root`, then joints j1, j2 ... to links link1, link2 ..., each with a mass of its own."""
     out = [link(root, 5.0)]
     for k in range(1, count + 1):
         out += [joint(f"{joints}{k}", f"{root if k == 1 else f'{name}{k - 1}'} {name}{k}"), link(f"{name}{k}", 1 + 0.1 * k)]

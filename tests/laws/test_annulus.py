@@ -124,8 +124,8 @@ def test_a_bonded_bush_is_the_closed_form(body: Annulus):
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_short_waves_of_traction_deform_a_half_plane(body: Annulus):
-    """Short waves of traction move a half-plane by 2 q/(E' wave number), normally and tangentially."""
+def test_a_traction_of_short_wavelength_deforms_a_half_plane(body: Annulus):
+    """A traction of short wavelength moves a half-plane by 2 q/(E' k), k = 2 pi/wavelength, normally and tangentially."""
     n = 400
     own = edge_compliance(body, n)[n]
     half_plane = 2 * body.loaded / (body.plane_modulus * n)

@@ -84,13 +84,13 @@ def test_a_slanted_half_ellipse_on_a_half_plane(slant: float, nu_plane: float):
     # one stress only, along the radius: -2 cos/(pi r); its strain along the force
     strain = 2 * cosine / distance * (cosine**2 - nu_plane * (1 - cosine**2))
     moved = float((strain @ share * down) @ weights) * math.log(depth / 1e-2) / 2
-    # the first hundredth of w, left out, is worth about as much
+    # the first hundredth of w, omitted, contributes about as much
     assert moved == pytest.approx(2 * math.log(2 * depth) + 1 - (1 + nu_plane) * math.cos(slant) ** 2, abs=0.03)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
 def test_the_loaded_arc_hardly_matters(share: float):
-    """At a wavy rim another arc than the quarter wave, with its own local correction, yields the same disc to 2 %: nothing is counted twice.
+    """At a wavy rim another arc than the quarter wavelength, with its own local correction, yields the same disc to 2 %: nothing is counted twice.
 
     Assembled independently from `annulus.flexibility`.
     """

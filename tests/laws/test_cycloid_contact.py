@@ -122,7 +122,7 @@ def test_springs_in_series_add_their_compliances():
     bending = replace(SPRINGS, bending=3e-9)
     for supports in (Supports(2e8, output), Supports(2e8), Supports(math.inf, output)):
         for flanks, contact in ((SPRINGS, 2e8), (bending, 1 / (1 / 2e8 + 3e-9))):
-            # along the line of centres the mean of many crank angles is taken: there the bearing also gives way, a little
+            # along the line of centres the mean of many crank angles is taken: there the bearing also deflects a little
             ours = load_sharing(RV_LIKE, flanks, [70.0], np.linspace(0, 0.157, 40, endpoint=False), 0.0, supports)
             soft = 1 / mesh_stiffness(RV_LIKE, contact) + 1 / (supports.bearing * RV_LIKE.planet_pitch_radius**2) + 1 / supports.output
             rigid_across = 70.0 * soft

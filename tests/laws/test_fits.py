@@ -22,7 +22,7 @@ SIZE = st.floats(0, 100e-6)
 
 
 def test_a_6008_on_k5_calculated_by_hand():
-    """A 6008 (40 x 68 mm, CN) on a ground k5 shaft, loose in its housing, 5 K warmer inside, works with 13 - 0.8 x 12.86 - 3.90 = -1.2 µm."""
+    """A 6008 (40 x 68 mm, CN) on a ground k5 shaft, loose in its housing, inner ring 5 K above the outer:  13 - 0.8 x 12.86 - 3.90 = -1.2 µm."""
     tight = interference((2 * UM, 13 * UM), (-12 * UM, 0.0))
     assert tight == pytest.approx((2 * UM, 25 * UM))
     effective = effective_interference(np.array(tight), 0.040)
@@ -46,7 +46,7 @@ def test_a_turned_seat_keeps_less_than_a_ground_one():
 @given(SIZE, SIZE, SIZE, SIZE, st.floats(0, 1), st.floats(0, 1))
 @settings(deadline=None, max_examples=100)
 def test_interference_and_temperature_reduce_clearance(initial, inner, outer, more, inner_share, outer_share):
-    """More interference or a warmer inner ring never increases the clearance; more initial clearance adds in full."""
+    """More interference or a hotter inner ring never increases the clearance; more initial clearance adds in full."""
 
     def works(i, a, b, t):
         return float(working_clearance(mounted_clearance(i, a, b, inner_share, outer_share), thermal_loss(t, 0.06)))

@@ -64,7 +64,7 @@ def elastic_arm(rng: np.random.Generator, joints: int, *, zones: bool = False) -
 
 
 def beam_element(length: float) -> np.ndarray:
-    """Give the stiffness (12, 12) of a Timoshenko beam along x, nodes as (shift, turn); J. Przemieniecki, Theory of Matrix Structural Analysis."""
+    """Return the stiffness (12, 12) of a Timoshenko beam along x, nodes as (shift, turn); J. Przemieniecki, Theory of Matrix Structural Analysis."""
     e, g, area, torsion = YOUNG, SHEAR, SECTION["area"], SECTION["torsion"]
     out = np.zeros((12, 12))
     for row, value in ((0, e * area / length), (3, g * torsion / length)):
@@ -79,14 +79,14 @@ def beam_element(length: float) -> np.ndarray:
 
 
 def rigid(arm: np.ndarray) -> np.ndarray:
-    """Give what (shift, turn) a point at `arm` from a node has, all on one rigid body."""
+    """Return what (shift, turn) a point at `arm` from a node has, all on one rigid body."""
     out = np.eye(6)
     out[:3, 3:] = -skew(arm)
     return out
 
 
 def joint_flexibility(joint: RevoluteJoint | PrismaticJoint, axis: np.ndarray) -> np.ndarray:
-    """Give (shift, turn) per (force, moment) of a joint unit whose axis points this way: a drive along it, a bearing across it."""
+    """Return (shift, turn) per (force, moment) of a joint unit whose axis points this way: a drive along it, a bearing across it."""
     along, out = np.outer(axis, axis), np.zeros((6, 6))
     across = np.eye(3) - along
     drive, bearing = joint.gearbox, joint.bearing
@@ -103,7 +103,7 @@ def joint_flexibility(joint: RevoluteJoint | PrismaticJoint, axis: np.ndarray) -
 
 
 def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Give the compliance at the tool by one set of equations for all nodes of the structure: beams as elements, joints and mount as springs.
+    """Return the compliance at the tool by one set of equations for all nodes of the structure: beams as elements, joints and mount as springs.
 
     Unknown are the shifts and turns of the base plate, and of each joint's output and each link's tip, and the forces in joints and mount, so
     that what is rigid needs no large number. Base axes throughout.
@@ -212,7 +212,7 @@ def _without_play(joint: RevoluteJoint | PrismaticJoint) -> object:
 
 
 def payload_wrench(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Give moment and force of the payload's weight at the tool point, in the base's axes."""
+    """Return moment and force of the payload's weight at the tool point, in the base's axes."""
     at = frames(arm, q)[-1]
     lever = at[:, :3, :3] @ np.array(arm.payload.centre_of_mass)
     force = np.broadcast_to(arm.payload.mass * arm.gravity_in_base, lever.shape)
@@ -316,7 +316,7 @@ def test_a_wrench_that_is_none_is_refused(wrench: np.ndarray):
 
 
 def potential(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Give the potential energy (pose,) of all weights, N m: mass times gravity times height, nothing else."""
+    """Return the potential energy (pose,) of all weights, N m: mass times gravity times height, nothing else."""
     at, down = frames(arm, q), arm.gravity_in_base
     out = np.zeros(len(q))
 

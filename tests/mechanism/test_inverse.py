@@ -15,7 +15,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @pytest.fixture(scope="module")
 def six():
-    """Give an arm of six joints."""
+    """Return an arm of six joints."""
     return lostmotion.read(EXAMPLES / "ur5e.urdf")
 
 
@@ -58,8 +58,8 @@ def test_the_compiled_chain_ends_at_the_last_frame():
 
 
 @pytest.mark.parametrize("turned", [True, False])
-def test_what_is_said_to_be_reached_is_reached(six, turned):
-    """From starts 0.1 rad off nearly all poses are found again; every pose said to be found is there, within the joints' limits."""
+def test_a_pose_reported_as_reached_is_reached(six, turned):
+    """From starts 0.1 rad off nearly all poses are found again; every pose reported as found is there, within the joints' limits."""
     q = sample_poses(six, 400, "uniform", 4).q
     wanted = frames(six, q)[-1]
     start = q + np.random.default_rng(0).normal(0, 0.1, q.shape)
@@ -72,8 +72,8 @@ def test_what_is_said_to_be_reached_is_reached(six, turned):
     assert (found <= high).all()
 
 
-def test_out_of_reach_is_said(six):
-    """A point two metres away is not reached, and not said to be."""
+def test_out_of_reach_is_reported(six):
+    """A point two metres away is not reached, and reported as such."""
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = 2.0, 0.0, 0.3
     assert not inverse_kinematics(six, wanted, six.limits.mean(axis=1)[None], turned=False)[1].any()

@@ -170,7 +170,7 @@ def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
 
 
 def lifter(**counterweight: object) -> Arm:
-    """Give an arm of three turning joints with a counterweight of 27 kg behind the elbow; the wrist stands on the forearm's tip."""
+    """Return an arm of three turning joints with a counterweight of 27 kg behind the elbow; the wrist stands on the forearm's tip."""
     common = {"limits": (-3, 3), "axis": "-y", "lumped": {"angle": 1e-4}}
     joints = [
         RevoluteJoint(name="shoulder", link={"length": 0.5, "mass": 4.0}, **common),
@@ -220,7 +220,7 @@ def test_errors_on_a_branch_leave_the_exact_composition_alone():
 
 
 def test_the_ways_and_what_hangs_on_a_place_are_known():
-    """The way to the tool leaves out branches, and what a place carries includes them."""
+    """The path to the tool excludes branches, and what a place carries includes them."""
     arm = lifter(counterweight=True)
     way = [arm.places[k] for k in arm.tree.way]
     assert way == [

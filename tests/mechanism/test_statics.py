@@ -31,7 +31,7 @@ def directions_within(rng: np.random.Generator, tilt: float, count: int) -> np.n
 
 @pytest.mark.parametrize("tilt", [0.0, 0.2, 1.0, 2.5, math.pi])
 def test_no_tilt_within_asks_more_and_some_tilt_asks_as_much(tilt: float):
-    """Of 500 directions of gravity within a tilt of the base none asks more of a drive than the worst said, and one comes near it."""
+    """Of 500 directions of gravity within a tilt of the base none requires more torque of a drive than the worst reported, and one comes near it."""
     rng = np.random.default_rng(int(10 * tilt))
     for _ in range(2):
         arm = elastic_arm(rng, 4)  # a process force pulls as well
@@ -43,7 +43,7 @@ def test_no_tilt_within_asks_more_and_some_tilt_asks_as_much(tilt: float):
 
 
 def test_every_worst_case_can_be_stood_on():
-    """The gravity told with each worst torque makes that torque: by each cause alone, by all together, and on a base with that roll and pitch."""
+    """The gravity reported for each worst torque causes it: by each cause alone, by all together, and on a base with that roll and pitch."""
     rng = np.random.default_rng(3)
     for _ in range(5):
         arm = elastic_arm(rng, 5)
@@ -87,7 +87,7 @@ def test_bearings_carry_what_no_tilt_exceeds():
 
 
 def test_causes_add_up_to_the_whole():
-    """Wrenches at every place of an arm under one cause at a time add up to those under all, to rounding; a weightless cause is not told."""
+    """Wrenches at every place of an arm under one cause at a time add up to those under all, to rounding; a weightless cause is not reported."""
     rng = np.random.default_rng(6)
     arm = elastic_arm(rng, 6)
     q = rng.uniform(-1, 1, (9, 6))
@@ -99,7 +99,7 @@ def test_causes_add_up_to_the_whole():
 
 
 def links_alone(arm: Arm) -> Arm:
-    """Give the arm with nothing that errs but its links' bending."""
+    """Return the arm with nothing that errs but its links' bending."""
     exact = Material(young=70e9, poisson=0.33, density=2700.0)
     return arm.model_copy(
         update={

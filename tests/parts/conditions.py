@@ -48,22 +48,22 @@ class Evaluated:
 
     @property
     def name(self) -> str:
-        """Give the term's name."""
+        """Return the term's name."""
         return self.term.name
 
     @property
     def robot(self) -> Draw | None:
-        """Give what is drawn per robot."""
+        """Return what is drawn per robot."""
         return self.term.robot
 
     @property
     def level(self) -> Level:
-        """Give the level of chance, with the side that is known."""
+        """Return the level of chance, with the side that is known."""
         return level_of(self.robot, self.visit)
 
     @property
     def bound(self) -> float:
-        """Give the largest size of the draws."""
+        """Return the largest size of the draws."""
         return math.prod(draw.law.bound for draw in (self.robot, self.visit) if draw is not None)
 
 
@@ -100,21 +100,21 @@ def terms_at(part: ErrorSource, place: Place) -> list[Evaluated]:
 
 
 def gearbox(**fields: object) -> ErrorSource:
-    """Give a reducer on a turning joint."""
+    """Return a reducer on a turning joint."""
     made = RevoluteJoint(name="A", limits=(-1, 1), gearbox=fields).gearbox
     assert made is not None
     return made
 
 
 def screw_drive(**fields: object) -> ErrorSource:
-    """Give a drive on a sliding joint."""
+    """Return a drive on a sliding joint."""
     made = PrismaticJoint(name="A", limits=(0, 1), gearbox=fields).gearbox
     assert made is not None
     return made
 
 
 def encoder(**fields: object) -> ErrorSource:
-    """Give an encoder on a turning joint."""
+    """Return an encoder on a turning joint."""
     made = RevoluteJoint(name="A", limits=(-1, 1), encoder=fields).encoder
     assert made is not None
     return made
@@ -145,12 +145,12 @@ def drawn(found: Iterable[Evaluated], draws: int, seed: int = 0, poses: int = 1)
 
 
 def visit_size(found: Iterable[Evaluated]) -> float:
-    """Give the largest entry of all that differs from visit to visit."""
+    """Return the largest entry of all that differs from visit to visit."""
     return max((float(np.abs(term.screw).max()) for term in found if term.visit is not None), default=0.0)
 
 
 def local_screws(arm: Arm, q: Sequence[float] | Floats, *, approach: float = 0.0) -> list[tuple[PlacedTerm, Floats]]:
-    """Give every term of an arm with its screw (pose, 6) in the frame of its place."""
+    """Return every term of an arm with its screw (pose, 6) in the frame of its place."""
     matrix = screws(arm, np.asarray(q, dtype=float), approach=approach)
     return [(column.of, matrix.local[:, :, k]) for k, column in enumerate(matrix.infos)]
 

@@ -20,7 +20,7 @@ GROUND = {"length": 0.9, "width": 0.2, "gauge": 0.6, "bedding": 5e7, "shear_shar
 
 
 def test_a_matrix_gives_as_the_diagonal_it_holds():
-    """A diagonal compliance is the same mount as its stiffnesses, and its scatter is that share of the give."""
+    """A diagonal compliance is the same mount as its stiffnesses, and its scatter is that share of the deflection."""
     stiff = np.array([1e5, 2e5, 3e5, 1e7, 2e7, 3e7])
     by_axis = Base(angular_stiffness=stiff[:3], linear_stiffness=stiff[3:])
     matrix = Base(compliance={"matrix": np.diag(1 / stiff).tolist(), "scatter": 0.1})
@@ -87,7 +87,7 @@ def test_a_tilt_that_nobody_measured_is_a_part_of_its_own():
 @pytest.mark.parametrize("axis", ["roll", "pitch"])
 @pytest.mark.parametrize("angle", [0.002, 0.01])
 def test_the_load_that_a_tilt_changes_is_small_beside_the_tilt(axis: str, angle: float):
-    """With the tilt set, the arm's give changes by less than 2 % of what the tilt does at the tool: it is left out, and grows as the tilt."""
+    """With the tilt set, the arm's deflection changes by less than 2 % of the tilt's effect at the tool: it is neglected, and grows as the tilt."""
     level, tilted = (screws(arm_on(Base(**{axis: size})), Q).bias[:, 3:] for size in (0.0, angle))
     drawn = screws(arm_on(Base(**{axis: Toleranced(0.0, angle)})), Q)
     (column,) = drawn.columns("robot")

@@ -88,7 +88,7 @@ def test_two_springs_at_a_distance_resist_shift_and_tilt():
 
 
 def test_what_is_free_lies_on_a_circle_in_each_bearing():
-    """Unloaded, each bearing rests somewhere on the circle of radius G/2 that its clearance leaves, in every direction alike."""
+    """Unloaded, each bearing rests somewhere on the circle of radius G/2 that its clearance leaves, uniformly in all directions."""
     errors = drawn(terms_at(PAIR, condition()), 4000)[:, 0]
     for side in (-SPAN / 2, SPAN / 2):
         at_bearing = (errors[:, 3:] + np.cross(errors[:, :3], [0, 0, side]))[:, :2]
@@ -188,7 +188,7 @@ def test_a_crossed_roller_bearing_gives_in_three_ways():
 
 
 def runout_at_tool(**runout: float) -> np.ndarray:
-    """Give where one robot's tool, on the axis of a single joint, is moved over a turn: (angle, 3) in the base's axes."""
+    """Return where one robot's tool, on the axis of a single joint, is moved over a turn: (angle, 3) in the base's axes."""
     arm = Arm(name="spindle", joints=[RevoluteJoint(name="A", limits=(-4, 4), bearing={"kind": "crossed roller", **runout})])
     phase = 0.13
     out = []
@@ -215,7 +215,7 @@ def test_radial_runout_turns_with_the_joint():
 
 
 def test_axial_runout_rises_and_falls_once_a_turn():
-    """An indicator on the axis reads the stated axial runout over a turn, one wave, and nothing across."""
+    """An indicator on the axis reads the stated axial runout over a turn, one harmonic, and nothing across."""
     moved = runout_at_tool(axial_runout=1e-5)
     assert np.ptp(moved[:, 2]) == pytest.approx(1e-5, rel=1e-3)
     assert np.abs(np.fft.rfft(moved[:-1, 2]))[2:].max() < 1e-15

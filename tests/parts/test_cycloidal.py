@@ -53,7 +53,7 @@ SPRINGS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 
 def drawing(**more: Any) -> CycloidalGearbox:
-    """Give a steel gearbox with these fields besides."""
+    """Return a steel gearbox with these fields besides."""
     return CycloidalGearbox.model_validate({**DRAWING, **more}, context={"text": True})
 
 
@@ -71,7 +71,7 @@ def example(name: str) -> CycloidalGearbox:
 
 @pytest.mark.parametrize("name", SPRINGS)
 def test_every_spring_is_given_or_listed_as_rigid_and_softening_it_softens_the_gearbox(name):
-    """Nothing said: in the list, with no wind-up. Stated: not in the list, with a wind-up of its own name. Softer: the whole winds up more."""
+    """Not specified: in the list, with no wind-up. Stated: not in the list, with a wind-up of its own name. Softer: the whole winds up more."""
     plain, (stiff, soft) = drawing(), SPRINGS[name]
     torque = np.array([40.0, 400.0])
     stated, softer = drawing(**stiff), drawing(**{**stiff, **soft})
@@ -122,7 +122,7 @@ def test_a_steel_drive_of_the_rv_kind_winds_up_as_such_drives_do():
 
 
 def test_more_than_five_lobes_share_the_load_of_the_drive_without_rolling_bodies():
-    """As built, at its rated torque."""
+    """Simulated samples, at rated torque."""
     from lostmotion.laws.cycloid.drive import loaded_disc
     from lostmotion.laws.cycloid.tolerances import sample_gaps
 
@@ -181,7 +181,7 @@ def test_terms_fall_as_the_built_gearboxes_do():
 
 
 def _deviation(simulate: Any) -> float:
-    """Give the deviation of half the play and of the wind-up, each by itself, for the terms draw them apart."""
+    """Return the deviation of half the play and of the wind-up, each by itself, for the terms draw them apart."""
     return math.hypot((simulate.play / 2).std(), simulate.wind_up[0].std())
 
 
@@ -298,7 +298,7 @@ def test_impossible_drawings_are_refused_with_their_reason(wrong, said):
     assert "=" in detail["ctx"]["example"]
 
 
-def test_waves_of_two_stages_that_fall_together_add_up():
+def test_harmonics_of_two_stages_at_one_frequency_add_up():
     """253 turns of the input make one of the output: the 11th harmonic of the last crank is the first one of the input."""
     gearbox = example("two-stage-lobes")
     whole = sum(float(harmonic.size[-1]) ** 2 for harmonic in gearbox.behaviour.harmonics)

@@ -32,7 +32,7 @@ OF_CROSSED = {
 
 
 def shift(part, wrench):
-    """Give the design's shift and tilt (6,) under one load."""
+    """Return the design's shift and tilt (6,) under one load."""
     return sum(np.broadcast_to(term.screw, (1, 6))[0] for term in terms_at(part, condition(wrench)) if term.level == "design")
 
 
@@ -112,7 +112,7 @@ def test_preload_makes_angular_contact_stiffer():
 
 
 def test_mounting_takes_clearance_away():
-    """By hand: 14.5 µm less 0.8 x 13 µm x 45/47 of the fit, less 5 K x 12.5e-6 x 77 mm of warmth."""
+    """By hand: 14.5 µm less 0.8 x 13 µm x 45/47 of the fit, less 5 K x 12.5e-6 x 77 mm of thermal expansion."""
     pair = BallPair(**OF_209, clearance="14.5 µm", shaft_interference="13 µm", inner_ring_warmer="5 K")
     assert pair.working.nominal == pytest.approx(14.5 * UM - 0.8 * 13 * UM * 45 / 47 - 5 * 12.5e-6 * 0.077, abs=1e-12)
     assert pair.spreads["mounted"].middle == pytest.approx(14.5 * UM - 0.8 * 13 * UM * 45 / 47, abs=1e-12)
@@ -120,8 +120,8 @@ def test_mounting_takes_clearance_away():
     assert loose.working.nominal == pytest.approx(14.5 * UM)
 
 
-def test_bearings_built_stay_within_the_limits():
-    """Of 20 000 bearings built none leaves the limits, they come near both, and their spread is close to the root of the summed squares."""
+def test_simulated_bearings_stay_within_the_limits():
+    """Of 20 000 simulated bearings none leaves the limits, they approach both, and their spread is close to the root of the summed squares."""
     pair = BallPair(**OF_209, clearance=Toleranced(14.5e-6, 8.5e-6, "uniform"), shaft_interference="18 µm ± 11 µm", inner_ring_warmer="5 K ± 5 K")
     for step, values in pair.sample(20_000, 1).items():
         spread = pair.spreads[step]

@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 
 def elastic_link(s: float) -> ErrorSource:
-    """Give a steel bar, s times as soft and s times as inexactly cut."""
+    """Return a steel bar, s times as soft and s times as inexactly cut."""
     material = {"young": 210e9 / s, "poisson": 0.3, "density": 7850.0, "scatter": 0.1}
     link = Link(length=Toleranced(0.5, s * 1e-4), section={"kind": "rectangle", "width": 0.03, "height": 0.05}, material=material)
     return link.with_joint_axis(np.array([0, 0, 1.0]))
 
 
 def full_gearbox(s: float) -> ErrorSource:
-    """Give a gearbox with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
+    """Return a gearbox with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
     return gearbox(
         ratio=100,
         rated_torque=50.0,
@@ -52,7 +52,7 @@ def full_gearbox(s: float) -> ErrorSource:
 
 
 def full_screw_drive(s: float) -> ErrorSource:
-    """Give a ball screw with every error it can have, all s times as large."""
+    """Return a ball screw with every error it can have, all s times as large."""
     return screw_drive(
         rated_torque=500.0,
         stiffness=1e8 / s,
@@ -64,7 +64,7 @@ def full_screw_drive(s: float) -> ErrorSource:
 
 
 def full_rolling(s: float) -> ErrorSource:
-    """Give a bearing pair with every error it can have, all s times as large."""
+    """Return a bearing pair with every error it can have, all s times as large."""
     return RollingPair(
         clearance=Toleranced(s * 4e-5, s * 2e-5),
         span=0.05,
@@ -76,7 +76,7 @@ def full_rolling(s: float) -> ErrorSource:
 
 
 def full_crossed(s: float) -> ErrorSource:
-    """Give a crossed-roller bearing with every error it can have, all s times as large."""
+    """Return a crossed-roller bearing with every error it can have, all s times as large."""
     return CrossedRoller(
         moment_stiffness=1e5 / s,
         radial_stiffness=1e8 / s,
@@ -87,7 +87,7 @@ def full_crossed(s: float) -> ErrorSource:
 
 
 def full_base(s: float) -> ErrorSource:
-    """Give a base that nobody levelled well, on a mount s times as soft."""
+    """Return a base that nobody levelled well, on a mount s times as soft."""
     return Base(
         roll=Toleranced(0.1, s * 0.01),
         pitch=Toleranced(-0.2, s * 0.01, "uniform"),
@@ -98,7 +98,7 @@ def full_base(s: float) -> ErrorSource:
 
 
 def full_encoder(side: str) -> Callable[[float], ErrorSource]:
-    """Give an encoder with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
+    """Return an encoder with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
     fields = {"resolution": 1e-4, "noise": 1e-5, "eccentricity": 3e-4, "zero": 1e-4}
     return lambda s: encoder(side=side, ratio=50, **{name: s * size for name, size in fields.items()}).model_copy(update={"lead": 0.01})
 
@@ -118,7 +118,7 @@ class DrawnGearbox(ErrorSource):
         )
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Give all of them."""
+        """Return all of them."""
         return [term for source in self.sources for term in source.terms(motion)]
 
 

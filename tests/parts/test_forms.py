@@ -16,7 +16,7 @@ SHIFTS = np.hstack([np.zeros((3, 3)), np.eye(3)])
 
 
 def under(forces):
-    """Give what a place feels under forces (pose, 3)."""
+    """Return what a place feels under forces (pose, 3)."""
     forces = np.atleast_2d(forces)
     return Condition(np.zeros(len(forces)), np.hstack([np.zeros_like(forces), forces]).T, np.zeros((3, len(forces))))
 

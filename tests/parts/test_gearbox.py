@@ -1,4 +1,4 @@
-"""Gearboxes by catalogue values: wind-up, play that the load closes, friction's loop, transmission error."""
+"""Gearboxes by catalogue values: wind-up, play closed by the load, hysteresis, transmission error."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ PLAY = gearbox(backlash=1e-3, friction_torque=2.0)
 
 
 def about_z(torque: float) -> tuple[float, ...]:
-    """Give a load about the joint's axis, with others across it that must not matter."""
+    """Return a load about the joint's axis, with others across it that must not matter."""
     return (40.0, -30.0, torque, 5.0, 6.0, 7.0)
 
 
 @pytest.mark.parametrize("torque", [-412.0, -3.0, 0.0, 3.0, 412.0])
-def test_the_output_gives_way_to_the_load(torque: float):
+def test_the_output_deflects_under_the_load(torque: float):
     """A torque from outside turns the output its own way, by torque over stiffness, and about the joint's axis only."""
     error = design(terms_at(gearbox(stiffness=113 / ARCMIN), condition(about_z(torque))))
     np.testing.assert_allclose(error, [[0, 0, torque / 113 * ARCMIN, 0, 0, 0]], rtol=1e-12)
@@ -112,8 +112,8 @@ def test_transmission_error_is_peak_to_peak_over_a_turn():
     assert np.ptp(np.argmax(errors, axis=1)) > 180
 
 
-def test_waves_of_transmission_error_keep_their_number_per_turn():
-    """A wave with 2 cycles a turn and amplitude a is a sine of that amplitude: its spectrum has one line, at 2, of height a."""
+def test_harmonics_of_transmission_error_have_their_cycles_per_turn():
+    """A harmonic with 2 cycles a turn and amplitude a is a sine of that amplitude: its spectrum has one line, at 2, of height a."""
     angles = np.linspace(0, 2 * np.pi, 64, endpoint=False)
     part = gearbox(transmission_error=[{"amplitude": 3e-5, "cycles": 2.0}, {"amplitude": 1e-5, "cycles": 11.0}])
     lines = np.abs(np.fft.rfft(drawn(terms_at(part, condition(angle=angles)), 20, poses=64)[:, :, 2], axis=1)) / 32
@@ -123,7 +123,7 @@ def test_waves_of_transmission_error_keep_their_number_per_turn():
 
 
 def test_a_screw_repeats_with_its_lead():
-    """On a sliding joint a wave counts cycles per turn of the screw: with 5 mm lead one errs alike 5 mm further on, three thrice as often."""
+    """On a sliding joint a harmonic counts cycles per turn of the screw: with 5 mm lead one repeats after 5 mm, three after a third of it."""
     once, thrice = (screw_drive(transmission_error=[{"amplitude": 1e-5, "cycles": cycles}], lead=5e-3) for cycles in (1, 3))
     for part, period in ((once, 5e-3), (thrice, 5e-3 / 3)):
         places = 0.1 + period * np.array([0, 1, 0.5])
@@ -141,8 +141,8 @@ def test_one_figure_for_a_screw_is_its_error_over_a_turn():
 
 
 @pytest.mark.parametrize("waves", [2e-5, [{"amplitude": 1e-5, "cycles": 2.0}]])
-def test_waves_along_a_slide_need_a_lead(waves: object):
-    """What turns once per what length? A sliding joint refuses waves without a lead, a turning one any lead."""
+def test_harmonics_along_a_slide_need_a_lead(waves: object):
+    """The travel per turn must be known: a sliding joint refuses harmonics without a lead, a turning one any lead."""
     with pytest.raises(ValidationError) as caught:
         screw_drive(transmission_error=waves)
     assert caught.value.errors()[0]["ctx"]["why"] == "transmission_error without a lead on a sliding joint"
@@ -155,7 +155,7 @@ def test_waves_along_a_slide_need_a_lead(waves: object):
         terms_at(gearbox(transmission_error=waves), condition(axis=SLIDE_Z))
 
 
-def test_a_sliding_joint_gives_way_along_its_axis():
+def test_a_sliding_joint_deflects_along_its_axis():
     """A ball screw of 100 N/µm under 50 N yields by half a micrometre along the slide."""
     error = design(terms_at(screw_drive(stiffness=1e8), condition((9, 9, 9, 9, 9, 50.0), axis=SLIDE_Z)))
     np.testing.assert_allclose(error[0], 0.5e-6 * SLIDE_Z, rtol=1e-12)

@@ -19,12 +19,12 @@ PLANETARY = {"kind": "planetary", "sun_teeth": 20, "ring_teeth": 70}
 
 
 def joint(**fields: object) -> RevoluteJoint:
-    """Give a turning joint."""
+    """Return a turning joint."""
     return RevoluteJoint.model_validate({"name": "A", "limits": (-1, 1), **fields})
 
 
 def why(**fields: object) -> dict[str, str]:
-    """Give what is said of a gearbox that cannot be."""
+    """Return the message about an impossible gearbox."""
     with pytest.raises(ValidationError) as caught:
         gearbox(**fields)
     (detail,) = caught.value.errors()
@@ -37,7 +37,7 @@ def numbers(example: str) -> dict[str, int]:
 
 
 def test_a_gearbox_without_a_kind_is_one_by_catalogue():
-    """The kind may be left out, and be stated; another kind is another part."""
+    """The kind may be omitted, and be stated; another kind is another part."""
     assert isinstance(gearbox(ratio=3), CatalogueGearbox)
     assert gearbox(ratio=3) == gearbox(kind="catalogue", ratio=3)
     assert isinstance(gearbox(**PLANETARY), PlanetaryGearbox)
@@ -82,7 +82,7 @@ def test_every_kind_takes_the_printed_figures():
 
 
 def spectrum(part, turns: int) -> dict[int, float]:
-    """Give the amplitude of every wave of a gearbox's output over so many whole turns, by its cycles in all; beyond 2048 less 4096."""
+    """Return the amplitude of every harmonic of a gearbox's output over so many whole turns, by its total cycles; beyond 2048 less 4096."""
     samples = 4096
     angles = np.linspace(0, 2 * np.pi * turns, samples, endpoint=False)
     lines = np.abs(np.fft.rfft(drawn(terms_at(part, condition(angle=angles)), 1, poses=samples)[0, :, 2])) / (samples / 2)
@@ -190,7 +190,7 @@ def test_a_worm_locks_itself_below_its_friction_angle():
 
 
 def test_a_duplex_worm_is_shifted_until_little_play_is_left():
-    """Leads of 6.2 and 6.4 mm at ratio 60: half a millimetre of shift takes 0.9' of a degree from a play of 3', of every gearbox alike."""
+    """Leads of 6.2 and 6.4 mm at ratio 60: half a millimetre of shift takes 0.9' of a degree from a play of 3', of every gearbox."""
     leads = {"left_lead": 6.2e-3, "right_lead": 6.4e-3}
     taken = 2 * np.pi * 0.5e-3 * 0.2e-3 / (60 * 6.3e-3**2)
     stated = Toleranced(3 * ARCMIN, 0.5 * ARCMIN)

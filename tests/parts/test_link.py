@@ -27,7 +27,7 @@ WEIGHTLESS = {**STEEL, "density": 1e-9}
 
 
 def tip_error(*, q: float = 0.0, axis: str = "y", payload: Payload | None = None, names: tuple[str, ...] = (), **link: object) -> np.ndarray:
-    """Give the design error (6,) of the tool at the end of one link on one joint, in the base's axes."""
+    """Return the design error (6,) of the tool at the end of one link on one joint, in the base's axes."""
     fields = {"length": LENGTH, "section": BAR, "material": STEEL, **link}
     arm = Arm(name="arm", joints=[RevoluteJoint(name="A", limits=(-4, 4), axis=axis, link=fields)], payload=payload or Payload())
     found = [(item.term, twist) for item, twist in at_tool(arm, [q])]
@@ -142,7 +142,7 @@ def test_up_or_axis_along_the_link_still_leaves_a_section(direction: str | tuple
     assert np.isfinite(error).all()
 
 
-def test_a_round_link_bends_alike_to_all_sides():
+def test_a_round_link_has_the_same_stiffness_in_all_directions():
     """A rod does not care which way its section lies."""
     rod = {"kind": "rod", "diameter": 0.04}
     load = Payload(mass=5.0, moment=(3.0, 4.0, 5.0))

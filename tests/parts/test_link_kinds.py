@@ -37,7 +37,7 @@ def cone(tip: float, root: float = 0.1) -> dict[str, object]:
 
 
 def tapered(*stations: tuple[float, dict[str, object]]) -> dict[str, object]:
-    """Give a taper through these sections."""
+    """Return a taper through these sections."""
     return {"kind": "tapered", "stations": [{"at": at, "section": section} for at, section in stations]}
 
 
@@ -96,7 +96,7 @@ def test_a_taper_is_the_integral_of_its_sections(kind: str):
 
 
 def test_a_taper_without_taper_is_a_prism():
-    """Stations alike, or steps alike, make the link that one section makes: compliance, sag, mass and centre."""
+    """Equal stations, or equal steps, make the link of one section: compliance, sag, mass and centre."""
     tube = {"kind": "tube", "outer": 0.06, "wall": 0.003}
     stations = {"kind": "tapered", "stations": [{"at": at, "section": tube} for at in (0.0, 0.3, 0.3, LENGTH)]}
     steps = {"kind": "stepped", "steps": [{"length": length, "section": tube} for length in (0.1, 0.5, 0.2)]}
@@ -257,8 +257,8 @@ def test_the_matrix_of_a_link_is_that_link(direction: str | tuple[float, ...]):
 
 
 @pytest.mark.parametrize(("ratio", "off"), [(0.8, 0.035), (0.7, 0.075), (0.5, 0.30)])
-def test_the_own_weight_of_a_matrix_is_a_guess_unless_it_is_told(ratio: float, off: float):
-    """By its matrix alone a cone sags as another beam does, off by what the law states; with its own weight told, as it does itself."""
+def test_the_own_weight_of_a_matrix_is_an_estimate_unless_stated(ratio: float, off: float):
+    """By its matrix alone a cone sags as another beam does, off by what the law states; with its own weight stated, as it does itself."""
     whole = Link(length=LENGTH, material=STEEL, section=cone(0.1 * ratio))
     exact = whole.with_joint_axis(AXIS)
     fields = {"length": LENGTH, "mass": whole.total_mass, "centre_of_mass": tuple(whole.mass_centre)}

@@ -24,7 +24,7 @@ PLAY, FRICTION, REACH = 2e-3, 4.0, 0.5
 
 
 def left_of(play: object = PLAY, dead_band: float | None = None) -> ErrorSource:
-    """Give what an encoder on the output leaves of a gearbox."""
+    """Return what an encoder on the output leaves of a gearbox."""
     gearbox = {"backlash": play, "friction_torque": FRICTION, "stiffness": 1e4, "hysteresis": 1e-4, "transmission_error": 1e-4}
     return RevoluteJoint(name="A", limits=(-1, 1), gearbox=gearbox, encoder={"side": "output", "dead_band": dead_band}).sources["gearbox"]
 

@@ -18,7 +18,7 @@ from tests.parts.conditions import SLIDE_Z, TURN_Z, at_tool, condition, design, 
 
 
 def only(found: list, name: str) -> np.ndarray:
-    """Give the screw of the one term of this name."""
+    """Return the screw of the one term of this name."""
     (term,) = [term for term in found if term.name == name]
     return np.broadcast_to(term.screw, (1, 6))[0] * term.bound
 
@@ -37,7 +37,7 @@ def test_an_encoder_on_the_motor_is_divided_by_the_ratio():
 
 
 def test_a_count_is_anywhere_within_itself():
-    """Within one count the position is uniform: deviation count/sqrt 12, and drawn anew at every visit, as noise is; zero is not."""
+    """Within one count the position is uniform: deviation count/sqrt 12, and drawn at every visit, as noise is; zero is not."""
     found = terms_at(encoder(side="output", resolution=1e-3, zero=1e-4, noise=1e-5), condition())
     assert {term.name: term.level for term in found} == {"resolution": "visit", "noise": "visit", "zero": "robot"}
     count = drawn([term for term in found if term.name == "resolution"], 20_000)[:, 0, 2]
@@ -84,7 +84,7 @@ def test_a_motor_encoder_takes_the_ratio_of_its_gearbox():
 
 
 def sliding(**fields: object) -> PrismaticJoint:
-    """Give a sliding joint with these parts."""
+    """Return a sliding joint with these parts."""
     return PrismaticJoint(name="S", limits=(0, 1), **fields)
 
 
@@ -109,7 +109,7 @@ def test_an_encoder_on_the_motor_of_a_screw_states_lengths_at_the_slide():
     ],
 )
 def test_eccentricity_on_a_screw_comes_back_with_the_motors_turn(drive, own, period):
-    """A motor that turns 4 times per turn of a screw of 10 mm lead errs alike every 2.5 mm; what the encoder states itself goes before the drive."""
+    """A motor that turns 4 times per turn of a screw of 10 mm lead has the same error every 2.5 mm; the encoder's own values precede the drive's."""
     found = terms_at(
         sliding(gearbox=drive, encoder={"eccentricity": 3e-6, **own}).sources["encoder"],
         condition(axis=SLIDE_Z, angle=np.linspace(0, period, 64, endpoint=False)),
@@ -205,7 +205,7 @@ def test_a_lumped_offset_shifts_along_the_named_axes():
 
 
 def test_lumped_errors_are_drawn_per_visit_or_per_robot_as_stated():
-    """A lumped error differs from visit to visit unless it is said to belong to the robot."""
+    """A lumped error differs from visit to visit unless it is stated as a property of the robot."""
     assert {term.level for term in terms_at(Lumped(angle=1e-3, offset=1e-5), condition())} == {"visit"}
     assert {term.level for term in terms_at(Lumped(angle=1e-3, offset=1e-5, varies="robot"), condition())} == {"robot"}
 

@@ -23,7 +23,7 @@ DRAWN = ("robot", "visit", "robot x visit")
 
 
 def draws(infos, count, seed=1):
-    """Draw every term afresh by its laws, streams of one name together: (term, sample)."""
+    """Draw every term from its distributions, streams of one name together: (term, sample)."""
     rng, known = np.random.default_rng(seed), {}
 
     def of(level, stream):
@@ -39,7 +39,7 @@ def draws(infos, count, seed=1):
 
 
 def test_cumulants_are_the_samples(arm):
-    """Products, shared waves and shared amounts included: second to fourth moments of the error along any direction agree with samples."""
+    """Products, shared harmonics and shared sizes included: second to fourth moments of the error along any direction agree with samples."""
     matrix = screws(arm, sample_poses(arm, 8).q[:3])
     drawn, samples = Drawn(matrix), draws(matrix.infos, 400_000)
     known, found = drawn.cumulants, of_screws(matrix, drawn)
@@ -71,7 +71,7 @@ def test_only_an_amount_with_its_play_has_third_cumulants(arm):
         assert value == pytest.approx(6.0, abs=1e-8)
 
 
-def test_terms_of_one_wave_are_uncorrelated_but_not_independent(arm):
+def test_terms_of_one_harmonic_are_uncorrelated_but_not_independent(arm):
     """Sine and cosine of one phase have a joint fourth cumulant of -1/2, six times over; terms of one draw alone are correlated."""
     matrix = screws(arm, sample_poses(arm, 8).q[:1])
     known = cumulants([info.draws for info in matrix.infos])
@@ -189,7 +189,7 @@ def test_a_joint_that_errs_by_play_and_friction_alone_has_every_figure():
         exact = np.r_[lengths.mean(), np.quantile(lengths, found.levels)]
         assert np.r_[found.mean[p], found.quantiles[p]] == pytest.approx(exact, rel=5e-3)
         assert found.deviation[p] == pytest.approx(lengths.std(), rel=5e-3)
-        # The joint errs alike wherever it stands.
+        # The joint's error does not depend on its angle.
         assert np.array([whole.mean.value, *(one.value for one in whole.quantiles)]) == pytest.approx(exact, rel=5e-3)
         assert whole.deviation.value == pytest.approx(lengths.std(), rel=5e-3)
 
@@ -210,7 +210,7 @@ DOMINANT = {
 
 
 def screws_of(terms, bias):
-    """Give one pose at which these draws displace the tool point."""
+    """Return one pose at which these draws displace the tool point."""
     infos, columns = [Draws(None, None)], [np.array(bias, float)]
     for shift, robot, visit in terms:
         streams = [None if stream is None else Stream(*stream) for stream in (robot, visit)]

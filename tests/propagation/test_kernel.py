@@ -23,7 +23,7 @@ ROBOTS, VISITS = 150, 40  # more robots than one tile has lanes
 
 @pytest.fixture(scope="module")
 def block(arm):
-    """Give the kernel's statistics and the same errors formed one by one."""
+    """Return the kernel's statistics and the same errors formed one by one."""
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q)
     robot, visit = (x.ravel() for x in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij"))

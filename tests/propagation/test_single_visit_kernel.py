@@ -23,7 +23,7 @@ LUMPED = {"angle": "3 arcmin", "offset": "30 µm"}
 
 @pytest.fixture(scope="module", params=["robot", "visit", "every part"])
 def some_arm(request, arm):
-    """Give an arm whose errors are drawn per robot, per visit, or in every way there is."""
+    """Return an arm whose errors are drawn per robot, per visit, or in every way there is."""
     if request.param == "every part":
         return arm
     return arm_of(3, **BARE, lumped={**LUMPED, "varies": request.param})

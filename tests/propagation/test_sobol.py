@@ -22,7 +22,7 @@ def problem_of(infos):
 
 
 def draws_of(infos, names, uniforms):
-    """Give what each term is multiplied by (sample, term), from uniforms (sample, stream): each law's inverse, products of two levels."""
+    """Return what each term is multiplied by (sample, term), from uniforms (sample, stream): each law's inverse, products of two levels."""
     out = np.ones((len(uniforms), len(infos)))
     for k, info in enumerate(infos):
         for stream in (info.robot, info.visit):

@@ -12,8 +12,8 @@ from tests.conftest import arm_of
 SETS = 8
 
 
-def made_up(seed, of_robots, of_cells, of_poses):
-    """Give a study of a quantity whose true value is 1: robots, poses and cells that differ; more robots keep the first ones."""
+def synthetic(seed, of_robots, of_cells, of_poses):
+    """Return a study of a quantity whose true value is 1: robots, poses and cells that differ; more robots keep the first ones."""
     robots_there_are = np.random.default_rng([seed, 1]).normal(0, of_robots, 50_000)
 
     def sample(poses, robots):
@@ -34,10 +34,10 @@ def watch(values):
 @pytest.mark.slow
 @pytest.mark.parametrize(("pilot", "until", "scatter"), [(50, "1 %", (0.3, 0.0, 0.0)), (40, "2 %", (0.3, 0.5, 0.2))])
 def test_the_rule_covers(pilot, until, scatter):
-    """1 000 made-up studies that say when to stop: they reach what was asked for, and 92-98 % of their last intervals hold the truth."""
+    """1 000 synthetic studies with a requested precision: they reach it, and 92-98 % of their last intervals hold the truth."""
     held = reached = 0
     for seed in range(1000):
-        values, stopping = settle(made_up(seed, *scatter), watch, 64, pilot, Tolerance.of(until), most_poses=65_536, most_robots=50_000)
+        values, stopping = settle(synthetic(seed, *scatter), watch, 64, pilot, Tolerance.of(until), most_poses=65_536, most_robots=50_000)
         figure = stopping.stages[-1].figures["mean"]
         held += abs(values.mean() - 1) <= figure.half
         reached += stopping.reached
@@ -50,7 +50,7 @@ def test_two_stages_are_mostly_enough():
     """Of 100 studies at least 80 stop after the second stage, and none takes more than four."""
     stages = []
     for seed in range(100):
-        _, stopping = settle(made_up(seed, 0.3, 0, 0), watch, 64, 50, Tolerance.of(0.02), most_poses=64, most_robots=50_000)
+        _, stopping = settle(synthetic(seed, 0.3, 0, 0), watch, 64, 50, Tolerance.of(0.02), most_poses=64, most_robots=50_000)
         stages.append(len(stopping.stages))
     assert stages.count(2) >= 80
     assert max(stages) <= STAGES
@@ -69,9 +69,9 @@ def test_a_modest_stage_comes_before_a_large_one():
     assert 3 <= len(samples) <= STAGES
     assert 2 < samples[1] / samples[0] <= 8.1
     half = stopping.stages[-1].figures["mean"].relative
-    assert half > 0.008  # not several times surer than asked for
+    assert half > 0.008  # not several times more precise than requested
     # What is far off gets there all the same: the stages after it take what they take.
-    _, far = settle(made_up(1, 0.3, 0.5, 0.2), watch, 64, 20, Tolerance.of("0.5 %"), most_poses=65_536, most_robots=50_000)
+    _, far = settle(synthetic(1, 0.3, 0.5, 0.2), watch, 64, 20, Tolerance.of("0.5 %"), most_poses=65_536, most_robots=50_000)
     assert far.reached
 
 
@@ -84,18 +84,18 @@ def test_a_growth_of_up_to_sixty_four_is_taken_at_once_and_a_larger_one_by_eight
     assert _capped(Stage(64, 30, {}), 64, 30 * 1000) == (64, 30 * 1000)  # poses as they are, and robots enough
 
 
-def test_what_was_not_reached_is_said_with_its_reason():
+def test_what_was_not_reached_is_reported_with_its_reason():
     """Too few robots allowed, or poses that are fixed: not reached, for want of that; the most that was allowed was used."""
-    _, short = settle(made_up(1, 0.3, 0, 0), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)
+    _, short = settle(synthetic(1, 0.3, 0, 0), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)
     assert (short.reached, short.limited_by, short.stages[-1].robots) == (False, "robots", 400)
-    _, fixed = settle(made_up(1, 0.01, 0, 0.3), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)
+    _, fixed = settle(synthetic(1, 0.01, 0, 0.3), watch, 64, 50, Tolerance.of(0.01), most_poses=64, most_robots=400)
     assert (fixed.reached, fixed.limited_by) == (False, "poses")
     assert fixed.missed == ("mean",)
 
 
 def test_a_pilot_that_is_sure_enough_is_all():
     """No second stage where the first one will do, nor where nothing errs."""
-    _, easy = settle(made_up(1, 0.01, 0, 0), watch, 64, 100, Tolerance.of(0.05), most_poses=64)
+    _, easy = settle(synthetic(1, 0.01, 0, 0), watch, 64, 100, Tolerance.of(0.05), most_poses=64)
     assert len(easy.stages) == 1
     assert easy.reached
     ideal = settle(lambda *_: 0, lambda _: {"mean": Watched(0.0, 0.0, 0.0)}, 64, 10, Tolerance.of("3 digits"), most_poses=64)[1]
@@ -145,7 +145,7 @@ def test_a_study_takes_more_poses_where_their_choice_limits_it():
 
 
 def test_a_study_says_that_it_did_not_reach():
-    """Few robots allowed: not reached, with the widest half-width and its figure; the figures themselves are told all the same."""
+    """Few robots allowed: not reached, with the widest half-width and its figure; the figures themselves are reported all the same."""
     found = lostmotion.study(arm_of(2), np.zeros((1, 2)), 100, 3, until="0.5 %", most_robots=120, threads=1)
     assert "Did not reach ±0.5 %: half-width" in found.sheet.verdict
     assert "after the most robots allowed, 120" in found.sheet.verdict
@@ -155,7 +155,7 @@ def test_a_study_says_that_it_did_not_reach():
         lostmotion.study(arm_of(2), 8, 100, 3, until="1 %", method="analytic")
 
 
-def test_what_so_few_robots_cannot_tell_is_said_in_words():
+def test_figures_that_need_more_robots_are_replaced_by_words():
     """Of 24 robots no 95 % has an upper end: the stage says "not known", in no unit, and not a number that is none."""
     found = lostmotion.study(arm_of(2), np.zeros((1, 2)), 24, 3, until="50 %", most_robots=24, threads=1)
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows

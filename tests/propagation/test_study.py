@@ -25,7 +25,7 @@ ARCMIN = np.pi / 10800
 
 
 def small(size: float) -> lostmotion.Arm:
-    """Give an arm whose only errors are lumped joint angles of a stated size."""
+    """Return an arm whose only errors are lumped joint angles of a stated size."""
     lumped = {"angle": size * ARCMIN, "law": "uniform", "offset": size * 1e-5}
     return arm_of(gearbox=None, bearing=None, encoder=None, mounting=None, lumped=lumped, link={"length": 0.4})
 
@@ -44,7 +44,7 @@ def test_the_first_order_sum_equals_exact_composition_and_the_rest_falls_with_th
 
 
 def test_parts_of_every_kind_compose_as_the_first_order_sum_says(arm):
-    """With every kind of part at work, halving all errors quarters what first order leaves out."""
+    """With every kind of part at work, halving all errors quarters what first order neglects."""
     matrix = screws(arm, sample_poses(arm, 8).q)
     rows = np.arange(8)
     whole = exact.check(matrix, 0, rows, 1, 20, 5)
@@ -158,7 +158,7 @@ def test_arriving_always_from_one_side_repeats_better_than_from_either():
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():
-    """Over 400 made-up studies the 95 % interval of a pooled mean and of a robots' quantile holds the truth in about 95 %."""
+    """Over 400 synthetic studies the 95 % interval of a pooled mean and of a robots' quantile holds the truth in about 95 %."""
     rng = np.random.default_rng(3)
     mean_held = quantile_held = 0
     for _ in range(400):

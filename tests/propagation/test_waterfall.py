@@ -17,13 +17,13 @@ POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
 
 
 def dropped(matrix, stage, geometry):
-    """Give the pose matrix of a stage."""
+    """Return the pose matrix of a stage."""
     return matrix.scaled(left(matrix.infos, stage, geometry))
 
 
 @pytest.fixture(scope="module")
 def found(arm):
-    """Give the waterfall of the arm with every kind of error, over poses of which it takes all."""
+    """Return the waterfall of the arm with every kind of error, over poses of which it takes all."""
     return waterfall(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED)
 
 
@@ -64,7 +64,7 @@ def test_no_remedy_changes_repeatability(arm, monkeypatch):
         np.testing.assert_allclose(montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2], before, rtol=1e-9)
 
 
-def test_calibration_finds_constant_errors_and_neither_waves_nor_what_follows_the_load(arm):
+def test_calibration_finds_constant_errors_and_neither_harmonics_nor_what_follows_the_load(arm):
     """An error that depends on angle or load is not geometry, even where the study's poses happen to leave it constant."""
     geometry = geometry_of(arm)
     kinds = {name.removeprefix("joints.A.") for name in geometry if name.startswith("joints.A.")}
@@ -105,7 +105,7 @@ def test_both_agrees_with_the_route_without_sampling(arm):
 
 
 def test_a_thinned_study_keeps_its_sets(arm):
-    """The beginning of each independent sequence, so that intervals still tell what the choice of poses leaves; equal steps of given poses."""
+    """The beginning of each independent sequence, so that intervals still include the choice of poses; equal steps of given poses."""
     poses = sample_poses(arm, 512)
     few = thinned(poses, 64)
     assert (len(few), few.replicates) == (64, 8)

@@ -46,7 +46,7 @@ COUNTS = ("--poses", "64", "--robots", "20", "--visits", "3", "--block", "4")
 
 @pytest.fixture
 def arm(tmp_path):
-    """Give the path of a small arm that sweeps four designs."""
+    """Return the path of a small arm that sweeps four designs."""
     path = tmp_path / "tiny.toml"
     path.write_text(ARM + SWEEP, encoding="utf-8")
     return path
@@ -58,5 +58,5 @@ def lostmotion(*words, cwd):
 
 
 def tree(folder):
-    """Give what every file of a folder holds, by its place."""
+    """Return what every file of a folder holds, by its place."""
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob("*")) if path.is_file()}

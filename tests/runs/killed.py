@@ -47,7 +47,7 @@ def main() -> None:
             sys.exit(f"a child failed with {status}")
         elif len(left) >= kills:
             break
-        else:  # done too early: begin afresh, elsewhere
+        else:  # done too early: start again in another folder
             folder.rename(folder.with_name(f"{folder.name}.done{attempt}"))
     sys.stdout.write(f"{len(left)} killed, leaving {left}\n")
 

@@ -32,7 +32,7 @@ def test_what_is_no_address_is_refused_at_once():
 
 
 @pytest.mark.parametrize("address", ["zzz://x:1", "tcp://no.such.host.invalid:8786"])
-def test_an_address_of_nothing_is_told_at_once(address):
+def test_an_address_without_a_scheduler_is_reported_at_once(address):
     """A scheme or a host that cannot be: one message."""
     with pytest.raises(InputError, match="dask") as caught, cluster(address):
         pass

@@ -1,4 +1,4 @@
-"""Extremes of a run, made once more from their draws."""
+"""Extremes of a run, reproduced from their draws."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def run(tmp_path_factory):
     return lostmotion.sweep(folder / "tiny.toml", poses=64, robots=20, visits=3, block=8, out=folder / "run", workers=2)
 
 
-def test_an_extreme_is_made_once_more(run):
+def test_an_extreme_is_reproduced(run):
     """From its pose and draws the error has the stored length: to the bit by its block, within 1e-12 by the sum over terms, whose parts add up."""
     found = lostmotion.replay(run.store.folder, worst=5)
     assert len(found) == 5

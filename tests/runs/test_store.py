@@ -36,7 +36,7 @@ COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 4}
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """Give a run of one design that is done, and its order."""
+    """Return a run of one design that is done, and its order."""
     folder = tmp_path_factory.mktemp("small")
     path = folder / "tiny.toml"
     path.write_text(ARM, encoding="utf-8")
@@ -48,7 +48,7 @@ def small(tmp_path_factory):
 
 @pytest.fixture
 def copy(small, tmp_path):
-    """Give a copy of that run to spoil."""
+    """Return a copy of that run to spoil."""
     subprocess.run(["cp", "-r", small.folder, tmp_path / "run"], check=True)
     return tmp_path / "run"
 
@@ -275,7 +275,7 @@ def spoiled(copy, change):
     ],
 )
 def test_nonsense_with_a_valid_checksum_is_not_read(small, copy, change):
-    """Robots out of range, counts below zero and lengths that are no numbers are no figures of a run: one message, and the run computes them anew."""
+    """Robots out of range, counts below zero and lengths that are no numbers are no figures of a run: one message, and they are computed again."""
     store = spoiled(copy, change)
     with pytest.raises(LostmotionError, match="block 0 of design 0"):
         store.read(0, 0)
@@ -286,7 +286,7 @@ def test_nonsense_with_a_valid_checksum_is_not_read(small, copy, change):
 
 
 def test_a_replay_that_does_not_reproduce_fails(copy):
-    """A figure that could be, under a valid checksum, and is not what its pose and draws make: said in the headline, with exit code 1."""
+    """A plausible figure, under a valid checksum, that differs from that of its pose and draws is reported in the headline, with exit code 1."""
     spoiled(copy, lambda record: record.poses.__setitem__((0, COLUMNS.index("largest")), 0.5))
     done = lostmotion("replay", copy, cwd=copy.parent)
     assert done.returncode == 1, done.stderr
@@ -368,7 +368,7 @@ def test_a_file_that_is_another_ones_folder_is_one_message(small):
 
 @pytest.mark.parametrize("poses", [7, 10, 63, 65])
 def test_a_grid_of_a_count_that_no_grid_has_is_refused(small, copy, poses):
-    """Two joints make squares; another count in a damaged order is one message, from Python and with exit code 2, before a block is looked at."""
+    """Two joints make squares; another count in a damaged order is one message, from Python and with exit code 2, before a block is read."""
     said = {**json.loads(small.order.text()), "law": "grid", "sets": 1, "poses": poses}
     (copy / "run.json").write_text(json.dumps(said))
     with pytest.raises(LostmotionError, match=f"a grid of {poses} poses, and an arm with 2 moving joints has none"):
@@ -377,7 +377,7 @@ def test_a_grid_of_a_count_that_no_grid_has_is_refused(small, copy, poses):
         poses_between(small.order.read(0), "grid", poses, 1, 0, poses)
 
 
-def test_the_command_tells_a_damaged_grid_in_one_message(small, copy):
+def test_the_command_reports_a_damaged_grid_in_one_message(small, copy):
     """As above, from the command line."""
     said = {**json.loads(small.order.text()), "law": "grid", "sets": 1, "poses": 10}
     (copy / "run.json").write_text(json.dumps(said))

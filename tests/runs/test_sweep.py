@@ -103,7 +103,7 @@ def test_a_urdf_is_swept_by_the_keys_of_its_sidecar(tmp_path):
     assert found.outcomes[1].mean.value > found.outcomes[0].mean.value
 
 
-def test_every_mistake_is_told_at_once(tmp_path):
+def test_every_mistake_is_reported_at_once(tmp_path):
     """Keys that lead nowhere, unknown keys, other units and wrong ranges come in one message, with what was probably meant."""
     with pytest.raises(lostmotion.InputError) as caught:
         asked(
@@ -168,7 +168,7 @@ def test_tables_that_cannot_be_are_refused(tmp_path, table):
     assert all('"gearboxes.' in problem.example for problem in caught.value.problems if "arcmin" in problem.example)
 
 
-def test_combinations_that_do_not_fit_are_told(tmp_path):
+def test_combinations_that_do_not_fit_are_reported(tmp_path):
     """Values that each pass by themselves and not together are refused before anything runs, with the combination."""
     with pytest.raises(lostmotion.InputError, match=r"joints.B.limits.0 = '20 deg', joints.B.limits.1 = '15 deg'"):
         asked(tmp_path, '[sweep]\n"joints.B.limits.0" = ["-1 deg", "20 deg"]\n"joints.B.limits.1" = ["15 deg", "30 deg"]')
@@ -198,7 +198,7 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
 
 
 def test_more_play_is_less_repeatable(swept):
-    """Twice the play doubles RP at either payload, and the drawn comparison with the first design is surer than the two intervals."""
+    """Twice the play doubles RP at either payload, and the drawn comparison with the first design is more precise than the two intervals."""
     rp = swept.arrays()["rp_mean"].sel(end="value")
     assert rp.dims == ("gearboxes.small.backlash", "payload.mass")
     ratio = (rp[1] / rp[0]).to_numpy()
@@ -210,7 +210,7 @@ def test_more_play_is_less_repeatable(swept):
 
 
 def test_arrays_have_one_axis_for_each_key(swept):
-    """Amounts become numbers in the unit they are stated in, anything else stays text."""
+    """Quantities become numbers in the unit they are stated in, anything else stays text."""
     found = swept.arrays()
     assert dict(found.sizes) == {"gearboxes.small.backlash": 2, "payload.mass": 2, "end": 3}
     assert found["payload.mass"].to_numpy().tolist() == [1.0, 3.0]
@@ -263,7 +263,7 @@ def test_any_number_of_keys_is_shown(tmp_path, table, shape):
 
 
 def test_ranges_are_stated_in_units_that_read_back(tmp_path):
-    """What a range lays out reads as evenly spaced amounts."""
+    """What a range lays out reads as evenly spaced quantities."""
     (axis,) = asked(tmp_path, '[sweep]\n"gearboxes.small.backlash" = { from = "0.1 arcmin", to = "0.7 arcmin", steps = 7 }')
     values = [read_quantity(value, "rad").nominal for value in axis.values]
     np.testing.assert_allclose(np.diff(values), math.radians(0.1 / 60), rtol=1e-9)
@@ -322,8 +322,8 @@ def test_an_arm_in_memory_is_not_swept(tmp_path):
     assert lostmotion.sweep(str(path), poses=8, robots=4, visits=2, out=tmp_path / "run").outcomes
 
 
-def test_designs_have_short_names_that_tell_them_apart(tmp_path):
-    """Names leave out what is the same in all designs and what is long; result.json has every key and value in full."""
+def test_designs_have_short_distinct_names(tmp_path):
+    """Names omit what is the same in all designs and what is long; result.json has every key and value in full."""
     path = tmp_path / "tiny.toml"
     long = [f"{{ length = '{length} mm ± 50 µm', stiffness = '1 N' }}" for length in (300, 400)]
     axes = (
@@ -378,8 +378,8 @@ def test_designs_are_compared_at_the_users_own_poses(tmp_path):
     assert not (tmp_path / "other").exists()
 
 
-def test_labels_are_short_and_tell_values_apart():
-    """Amounts of a range are labelled with four digits; those that four digits would not tell apart, and short ones, as they are stated."""
+def test_labels_are_short_and_distinct():
+    """Quantities of a range are labelled with four digits; those that four digits would not separate, and short ones, as they are stated."""
     assert Axis(key="k", values=("1.33333333333 kg", "2 kg")).labels == ("1.333 kg", "2 kg")
     assert Axis(key="k", values=("1.00000000001 kg", "1 kg")).labels == ("1.00000000001 kg", "1 kg")
     assert Axis(key="k", values=("12345.6 N", "1 N")).labels == ("12345.6 N", "1 N")
@@ -413,7 +413,7 @@ def test_the_sheet_names_the_largest_contributors_and_remedies(swept):
     assert "constant" in note
 
 
-def test_a_map_marks_what_cannot_be_told_from_the_smallest(swept):
+def test_a_map_marks_what_is_not_distinguishable_from_the_smallest(swept):
     """Overlapping intervals are marked and explained; separate intervals are not."""
     order = swept.store.order
     near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]

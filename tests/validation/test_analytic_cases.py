@@ -42,14 +42,14 @@ def test_four_normal_draws_add_to_3_92():
 
 
 def test_four_rectangular_draws_add_to_3_88():
-    """JCGM 101:2008, 9.2.3: four rectangular ones of unit deviation, 95 % within 3.88; fourth cumulants tell it from the normal 3.92."""
+    """JCGM 101:2008, 9.2.3: four rectangular ones of unit deviation, 95 % within 3.88; fourth cumulants distinguish it from the normal 3.92."""
     value, uncertainty = on_a_line(Uniform())
     assert value == pytest.approx(3.88, abs=0.01)
     assert abs(value - 3.8795) <= uncertainty
 
 
 def ur5e():
-    """Give the paper's benchmark: every joint 3.27' at three sigma, cut there, and +-30 um along each axis of every joint."""
+    """Return the paper's benchmark: every joint 3.27' at three sigma, cut there, and +-30 um along each axis of every joint."""
     joints = []
     for k in range(6):
         tip = {"xyz": (A[k], 0.0, D[k]), "rpy": (math.radians(ALPHA[k]), 0.0, 0.0)}

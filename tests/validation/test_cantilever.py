@@ -23,7 +23,7 @@ SECOND = stats.beta(2.5, 4, 1.3e-7, 4e-8)
 
 
 def deflection(young, force, length, second):
-    """Give how far the tip moves, by the beam law without its share of shear."""
+    """Return how far the tip moves, by the beam law without its share of shear."""
     section = SectionValues(area=1e-3, i_y=second, i_z=second, torsion=2 * second, shear_y=1.0, shear_z=1.0)
     return tip_compliance(length, young, STIFF_IN_SHEAR, section)[4, 4] * force
 

@@ -56,7 +56,7 @@ def test_contacts_and_bodies_turn_as_far_as_finite_elements(case: str):
 def test_each_body_on_its_own():
     """What the finite elements leave over the contacts: 0.2012' for the disc (rigid ring), 0.0607' more for the ring, at 100 N m.
 
-    The disc's annulus gives 1.7 % more; the ring's agrees to 1 %, about as well as the difference of four numbers good to 0.3 % can tell.
+    The disc's annulus gives 1.7 % more; the ring's agrees to 1 %, about as well as the difference of four numbers accurate to 0.3 % allows.
     """
     stiff, soft = (load_sharing(STAGE, Flanks(WIDTH, modulus), [100.0]) for modulus in (PLANE, PLANE / 2))
     disc = 0.3953 - float(stiff.rotation[0, 0, 0]) / ARCMIN

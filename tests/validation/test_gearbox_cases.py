@@ -10,7 +10,7 @@ from tests.parts.conditions import ARCMIN, local_screws
 
 
 def error_under(tmp_path, reducer: str, torque: float) -> float:
-    """Give the angle (rad) by which a joint with this reducer stands off under a torque on the tool, what differs from visit to visit left out."""
+    """Return the angle (rad) by which a joint with this reducer deviates under a torque on the tool, without scatter between visits."""
     (tmp_path / "arm.toml").write_text(
         f'name = "x"\ngravity = "0 m/s^2"\npayload = {{ moment = ["0 N m", "0 N m", "{torque!r} N m"] }}\n'
         f'[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-90 deg", "90 deg"]\ngearbox = "{reducer}"\n',

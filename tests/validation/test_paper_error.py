@@ -109,7 +109,7 @@ def test_the_error_is_first_order_at_the_papers_sizes(poses):
 
 
 def test_from_zero_to_maximum_is_half_a_maximum_of_bias():
-    """Mean max/2, deviation max/6 less the cut, nothing outside 0..max; in the engine's terms and in the draws alike."""
+    """Mean max/2, deviation max/6 less the cut, nothing outside 0..max; in the engine's terms and in the draws."""
     largest = method.JOINT_ARCMIN * method.ARCMIN
     drawn = method.angle_errors(np.random.default_rng(1), 200_000, largest)
     assert drawn.min() >= 0

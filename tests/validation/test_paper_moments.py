@@ -41,7 +41,7 @@ MASS = st.floats(0, 20)
 
 
 def z_arm(w: Weights, **base: float) -> Arm:
-    """Give the arm from node A on, turning about -y, so that angles are measured upwards from the horizontal."""
+    """Return the arm from node A on, turning about -y, so that angles are measured upwards from the horizontal."""
     joints = [
         RevoluteJoint(name="A", limits=(-7, 7), axis="-y", link={"length": LENGTHS[0], "mass": w.m2}),
         RevoluteJoint(name="B", limits=(-7, 7), axis="-y", mass=w.m_b, link={"length": LENGTHS[1], "mass": w.m3}),
@@ -52,7 +52,7 @@ def z_arm(w: Weights, **base: float) -> Arm:
 
 
 def projections(phi: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Give the link projections h (along X) and z (along Z) for link directions from the horizontal."""
+    """Return the link projections h (along X) and z (along Z) for link directions from the horizontal."""
     return np.array(LENGTHS) * np.cos(phi), np.array(LENGTHS) * np.sin(phi)
 
 
@@ -69,7 +69,7 @@ def moment(p: np.ndarray, w: Weights) -> float:
 
 
 def printed_x(h: np.ndarray, w: Weights) -> float:
-    """Mx of eq. (2) as printed: D counted twice, B left out, link 2 at the wrong lever."""
+    """Mx of eq. (2) as printed: D counted twice, B omitted, link 2 at the wrong lever."""
     h2, h3, h4 = h
     sums = (w.payload + w.m_d) * (h4 + h3 + h2) + w.m4 * (h4 / 2 + h3 + h2) + w.m_c * (h3 + h2)
     return float(STANDARD_GRAVITY * (sums + w.m3 * (h3 / 2 + h2) + w.m_d * (h2 + h3 + h4) + w.m2 * (h2 + h3 + h4 / 2)))

@@ -66,12 +66,12 @@ def se3(place_or_pose: Frame | np.ndarray) -> pin.SE3:
 
 
 def point_mass(mass: float, centre: np.ndarray | tuple[float, ...]) -> pin.Inertia:
-    """Give an inertia without extent: statics do not see the rest."""
+    """Return an inertia without extent: statics do not see the rest."""
     return pin.Inertia(mass, np.array(centre, dtype=float), np.zeros((3, 3)))
 
 
 def weight_at(joint: RevoluteJoint | PrismaticJoint | FixedJoint) -> float:
-    """Give what stands at a joint's seat (kg): the joint as stated, or else its gearbox alone."""
+    """Return what stands at a joint's seat (kg): the joint as stated, or else its gearbox alone."""
     if joint.mass is not None:
         return joint.mass
     gearbox = None if isinstance(joint, FixedJoint) else joint.gearbox
@@ -114,7 +114,7 @@ def as_pinocchio(arm: Arm) -> pin.Model:
 
 
 def frames_by_pinocchio(model: pin.Model, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
-    """Give Pinocchio's poses (place, 4, 4)."""
+    """Return Pinocchio's poses (place, 4, 4)."""
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     return np.array([data.oMf[model.getFrameId(name)].homogeneous for name in names])
@@ -140,7 +140,7 @@ def test_gearboxes_weigh_at_their_joints_as_pinocchios_bodies_do(seed: int):
 
 
 def geared(joint: RevoluteJoint | PrismaticJoint, mass: float) -> object:
-    """Give a gearbox of this mass as a joint of this kind has it."""
+    """Return a gearbox of this mass as a joint of this kind has it."""
     return type(joint).model_validate({"name": "x", "limits": (-1, 1), "gearbox": {"mass": mass}}).gearbox
 
 

@@ -36,12 +36,12 @@ def ur5(d: tuple[float, ...] = D, tool: tuple[float, float, float] = (0, 0, 0.03
 
 
 def joint_angles(grid: np.ndarray) -> np.ndarray:
-    """Give the commanded joint angles (1000, 6), rad."""
+    """Return the commanded joint angles (1000, 6), rad."""
     return np.radians(np.column_stack([grid[f"joint_{k}"] for k in range(1, 7)]))
 
 
 def misses(grid: np.ndarray, arm: Arm) -> np.ndarray:
-    """Give how the commanded positions lie beside where the arm's kinematics put the tool (1000, 3), mm."""
+    """Return how the commanded positions lie beside where the arm's kinematics put the tool (1000, 3), mm."""
     commanded = np.column_stack([grid[f"{axis}_t"] for axis in "xyz"])
     return commanded - frames(arm, joint_angles(grid))[-1, :, :3, 3] * 1000
 

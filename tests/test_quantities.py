@@ -1,4 +1,4 @@
-"""Amounts through the front door: text with a unit or a number in SI, the same for every verb, and one message where they are neither."""
+"""Quantities as arguments: text with a unit or a number in SI, the same for every function, and one message where they are neither."""
 
 import math
 from pathlib import Path
@@ -55,21 +55,21 @@ def test_a_refused_angle_states_its_limits_in_degrees():
 
 
 @pytest.mark.parametrize("value", [(0.3, "20 cm", 0.1), np.array([0.3, 0.2, 0.1]), "300 mm, 0.2 m, 100 mm", "300 x 200 x 100 mm", "300×200×100 mm"])
-def test_three_amounts_are_a_sequence_or_one_text(value):
+def test_three_quantities_are_a_sequence_or_one_text(value):
     """Of text, the unit may stand once at the end."""
     assert three("box", value, Three(LENGTH, "1 x 1 x 1 m")) == pytest.approx((0.3, 0.2, 0.1))
 
 
 @pytest.mark.parametrize("value", [(1, 2), 5, "1 m, 2 m", "", "1, 2, 3", {"x": 1}, "1 m, 2 kg, 3 m", (1, "nan", 3), "x" * 10_000, (1, None, 3)])
-def test_what_is_no_three_amounts_is_refused(value):
+def test_other_than_three_quantities_is_refused(value):
     """One message that names the argument."""
     with pytest.raises(lostmotion.InputError) as caught:
         three("box", value, Three(LENGTH, "1 x 1 x 1 m"))
     assert {problem.key for problem in caught.value.problems} == {"box"}
 
 
-def test_all_mistakes_are_told_at_once():
-    """Each under its own name; what nobody asked for is left out."""
+def test_all_mistakes_in_quantities_are_reported_at_once():
+    """Each under its own name; what nobody asked for is omitted."""
     known = {"cell": LENGTH, "at": Three(LENGTH, "1 x 1 x 1 m"), "target": LENGTH}
     with pytest.raises(lostmotion.InputError) as caught:
         read_quantities({"cell": "5", "at": "1 m", "target": None, "seed": "x"}, known)
@@ -78,7 +78,7 @@ def test_all_mistakes_are_told_at_once():
 
 
 def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
-    """What reaches the study is SI, whichever way it was said."""
+    """The study receives SI, however a quantity was stated."""
     from lostmotion.analyses.workspace_map import map as room
     from lostmotion.analyses.workspace_map import result
 
@@ -122,7 +122,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("verb", "asked", "name"), WRONG)
-def test_every_verb_names_the_argument_that_is_wrong(arm, verb, asked, name):
+def test_every_function_names_the_argument_that_is_wrong(arm, verb, asked, name):
     """The message names the argument, and has an example that passes."""
     with pytest.raises(lostmotion.InputError) as caught:
         verb(arm, **asked)
@@ -138,7 +138,7 @@ def test_a_gearbox_takes_its_torque_either_way():
         lostmotion.gear(Z_ARM, "A", torque="20 N")
 
 
-def test_ends_of_a_zone_and_joint_values_are_amounts(arm):
+def test_ends_of_a_zone_and_joint_values_are_quantities(arm):
     """Text, numbers in SI, and the command line's own words name the same zone and the same pose."""
     zone = {"x": (0.2, 0.5), "z": (-0.1, 0.3)}
     for each in (zone, {"x": ("200 mm", 0.5), "z": ["-10 cm", "300 mm"]}, "x 0.2..0.5 m, z -100..300 mm"):
@@ -149,8 +149,8 @@ def test_ends_of_a_zone_and_joint_values_are_amounts(arm):
     assert pose_of("at", 3, {"arm": arm}) == pose_of("at", "3", {"arm": arm}) == 3
 
 
-def test_a_study_says_who_is_to_blame_at_a_pose_in_words(arm):
-    """Text, amounts and numbers of the same pose and the same zone cost the same."""
+def test_a_study_names_the_largest_contributor_at_a_pose_in_words(arm):
+    """Text, quantities and numbers of the same pose and the same zone cost the same."""
     study = lostmotion.study(arm, 8, 4, 2)
     words = ("O=30deg A=0deg B=0deg C=0.2rad roll=0deg", ["30 deg", 0, 0, 0.2, 0], np.array([math.radians(30), 0, 0, 0.2, 0]))
     shares = [[cost.share for cost in study.costs(at=each)] for each in words]
@@ -224,6 +224,6 @@ def test_a_count_that_is_no_whole_number_is_refused(arm, name, given):
 
 
 def test_a_yield_needs_a_target(arm):
-    """Nothing to keep is no target: the message names it."""
+    """A target of nothing is refused by its name."""
     with pytest.raises(lostmotion.InputError, match="target"):
         lostmotion.production_yield(arm, None)

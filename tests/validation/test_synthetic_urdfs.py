@@ -1,4 +1,4 @@
-"""Made-up URDF trees, read here and by Pinocchio: the same tool frame and the same static torques, whatever hangs beside the chain."""
+"""Synthetic URDF trees, read here and by Pinocchio: the same tool frame and the same static torques, whatever hangs beside the chain."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ KINDS = ("revolute", "revolute", "revolute", "revolute", "continuous", "prismati
 FROM, TO = -1.3, 0.9
 
 
-def made_up(rng: np.random.Generator) -> tuple[str, list[str], dict[str, float]]:
-    """Give a tree of a chain and side branches, its links, and the values of the joints that cannot move."""
+def synthetic(rng: np.random.Generator) -> tuple[str, list[str], dict[str, float]]:
+    """Return a tree of a chain and side branches, its links, and the values of the joints that cannot move."""
     links, locked = ["root"], {}
     parts = [link("root", 3.0)]
     for k in range(int(rng.integers(4, 14))):
@@ -34,10 +34,10 @@ def made_up(rng: np.random.Generator) -> tuple[str, list[str], dict[str, float]]
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_made_up_tree_stands_and_holds_as_pinocchios_does(tmp_path, seed):
+def test_a_synthetic_tree_has_the_frames_and_torques_of_pinocchio(tmp_path, seed):
     """To any of its links, from the root and from any link before; joints beside the chain stand at zero, those that cannot move at their limit."""
     rng = np.random.default_rng(seed)
-    text, links, locked = made_up(rng)
+    text, links, locked = synthetic(rng)
     path = tmp_path / "r.urdf"
     path.write_text(text, encoding="utf-8")
     compared = 0
