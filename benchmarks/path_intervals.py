@@ -3,7 +3,7 @@
 Tests are synthetic: 20 planes of a path, 10 and 30 cycles, errors across the path normal. Planes err each for itself, like their neighbours, or all
 together; as much everywhere, up to 2.5 times as much in one place, or 2.5 times as much in a single plane or half of them; the path's averages lie 1
 to 3 off, rising along it, 3 off everywhere, or 1 off and 3 in a single plane or half of them. A nominal 90 % is to hold 90 % of the tests, within
-sampling: with 1 000 of them two standard errors are 2 %. Errors with one component instead of two describe AT_a, b, c and RT_a, b, c. RT_p does not ask how
+sampling: with 1 000 of them two standard errors are 2 %. Errors with one component describe AT_a, b, c and RT_a, b, c. RT_p does not ask how
 far the path is off, and is asked once.
 
     python benchmarks/path_intervals.py [--tests 1000] [--cycles 10 30] [--parts 2] [--workers 2]

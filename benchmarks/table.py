@@ -7,7 +7,7 @@ Every joint angle errs by a normal law of sigma 3.27'/3, every joint's centre by
     python benchmarks/table.py [--rounds 5] [--sweep]
 
 Contestants alternate on one thread, the best of all rounds counts, by the processor's time, which other work beside disturbs least. The slow ones
-take fewer poses or draws: what counts is time per sample. A contestant that is not installed is omitted with a note. The column "mean" is each contestant's mean
+take fewer poses or draws: what counts is time per sample. One that is not installed is omitted. The column "mean" is each contestant's mean
 error over lostmotion's at the same poses: ours cuts the normal law at three sigma, as a tolerance is, which makes its mean 1 % smaller. What goes
 without samples counts as if it took as many as the others.
 
