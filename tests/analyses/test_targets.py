@@ -46,7 +46,7 @@ def all_factors(matrix, item, factor):
 
 @pytest.mark.parametrize("name", [*ARMS, pytest.param("arm-from-drawings.toml", marks=pytest.mark.slow)])
 def test_every_term_belongs_to_one_item(name):
-    """The items partition the terms, and terms that share a draw belong to one item."""
+    """The items partition the terms, and terms that share a draw belong to one item, but for the last motion, which a whole joint shares."""
     arm = read(EXAMPLES / name)
     matrix = screws(arm, sample_poses(arm, 8).q)
     found = items(arm, matrix.infos)
@@ -56,7 +56,7 @@ def test_every_term_belongs_to_one_item(name):
         for column in item.columns:
             info = matrix.infos[column]
             for stream in (info.robot, info.visit):
-                if stream is not None:
+                if stream is not None and not stream.name.endswith(".last motion"):
                     assert of_stream.setdefault(stream.name, item.name) == item.name
     assert all(len(item.columns) > 1 for item in shared_items(found))
 
