@@ -1,9 +1,9 @@
 """Allocation of a target to all items: the mean square error as a quadratic form in the items' factors, and factors of equal effect.
 
 With bias b = sum f_k b_k and independent draws of variance f_k^2 v_k, the mean square over the poses is f' A f, A = <b_j . b_k> + diag <v_k>; items
-that share a draw, such as backlash and hysteresis of one joint, have its product as well. The contribution of item k is f_k (A f)_k: contributions add up to the mean square, and a negative one cancels others. Equal contributions minimise
-f' A f / 2 - sum log f_k, which is convex (S. Maillard, T. Roncalli, J. Teiletche, J. Portfolio Management 36 (2010) 60, for contributions to a
-variance).
+that share a draw, such as backlash and hysteresis of one joint, have its product as well. The contribution of item k is f_k (A f)_k: contributions
+add up to the mean square, and a negative one cancels others. Equal contributions minimise f' A f / 2 - sum log f_k, which is convex (S. Maillard,
+T. Roncalli, J. Teiletche, J. Portfolio Management 36 (2010) 60, for contributions to a variance).
 """
 
 from __future__ import annotations
