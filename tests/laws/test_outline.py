@@ -85,9 +85,9 @@ def test_a_link_may_have_an_outline():
     by_corners = Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05)}).with_joint_axis(np.array([0, 1.0, 0])).tip_compliance
     bar = Link(**fields, section={"kind": "rectangle", "width": 0.02, "height": 0.05}).with_joint_axis(np.array([0, 1.0, 0])).tip_compliance
     np.testing.assert_allclose(by_corners[:3, :3], bar[:3, :3], rtol=1e-3, atol=1e-12)
-    with pytest.raises(ValueError, match="no section: Self-intersection"):
+    with pytest.raises(ValueError, match="an invalid outline: Self-intersection"):
         Link(**fields, section={"kind": "outline", "points": ((0, 0), (0.1, 0.1), (0.1, 0), (0, 0.1))})
-    with pytest.raises(ValueError, match="no section: Hole lies outside"):
+    with pytest.raises(ValueError, match="an invalid outline: Hole lies outside"):
         Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05), "holes": [((1, 1), (2, 1), (1, 2))]})
 
 
