@@ -68,6 +68,22 @@ def test_every_command_says_so(half, ask):
     assert "states" in [section.key for section in sheet.sections]
 
 
+def test_a_target_is_met_by_what_is_described_alone(half):
+    """The error of a half-described arm is a lower bound and its yield an upper one: in the headline and in the figures that are shown first."""
+    sheet = lostmotion.target(half, error="20 mm", poses=32, robots=20, visits=2).sheet
+    assert "the target of 20 mm is met by what is described." in sheet.verdict
+    assert "The yield is at most 100 %" in sheet.verdict
+    numbers = {card.title: card.number for card in sheet.cards}
+    assert numbers["as stated"].startswith("≥ ")
+    assert {numbers[title].partition("t most ")[0] for title in numbers if title.startswith("yield")} == {"a"}
+
+
+def test_a_half_described_arm_is_at_least_this_compliant(half):
+    """The compliance on the cards is a lower bound, as in the headline."""
+    numbers = {card.title: card.number for card in lostmotion.statics(half).sheet.cards}
+    assert numbers["largest compliance"].startswith("≥ ")
+
+
 @pytest.mark.parametrize("file", ["z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf", "paper/z-arm-lumped.toml"])
 def test_the_table_has_a_line_for_every_moving_joint(file):
     """Each joint once, each cell a state; the assumed values are all there, under the part that holds them."""

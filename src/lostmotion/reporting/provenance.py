@@ -84,6 +84,11 @@ def repeats_bounded(repeats: object, known: States) -> str:
     return _at_most(repeats, known) if in_repeats(known) else str(repeats)
 
 
+def share_within_bounded(share: object, known: States) -> str:
+    """Return the share of robots within a target as an upper bound where some joints are taken as perfect, since their errors are missing from it."""
+    return f"at most {share}" if known.ideal_joints else str(share)
+
+
 def _at_most(text: object, known: States) -> str:
     """Return a figure as an upper bound; where kinds of error are not described for every joint it bounds only what is described."""
     return f"at most {text}" + (" (as far as errors are described)" if known.ideal_kinds else "")

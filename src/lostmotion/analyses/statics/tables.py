@@ -12,7 +12,7 @@ from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.mechanism.elastostatics import springs_of
 from lostmotion.mechanism.load_causes import CAUSES
-from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -52,7 +52,7 @@ def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
         name=survey.arm.name,
         subject="statics and compliance",
         verdict=_verdict(survey, known),
-        cards=tuple(_cards(survey)),
+        cards=bounded_cards(_cards(survey), known, ("largest compliance", "deflection by the payload")),
         sections=(*sections, *provenance_sections(known)),
         counts=counted + ("" if survey.tilt is None else f", base tilt up to {_degrees(survey.tilt)}"),
         warnings=arm_warnings(survey.arm, survey.poses),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -37,7 +37,7 @@ def selection_sheet(result: PartSelection, notes: tuple[str, ...] = ()) -> Sheet
         name=result.arm.name,
         subject="parts selected for a target on the tool",
         verdict=" ".join([_verdict(result, known), *caveats(known)]),
-        cards=tuple(_cards(result)),
+        cards=bounded_cards(_cards(result), known, ("95 % error", "as stated")),
         sections=(*(section for section in _sections(result, counted, small) if section.rows), *provenance_sections(known)),
         counts=f"search at {result.search_poses} poses; full study: {counted}",
         warnings=arm_warnings(result.sized),

@@ -12,7 +12,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -45,7 +45,7 @@ def sizing_sheet(result: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
         name=result.arm.name,
         subject="sections of its links",
         verdict=_verdict(result, known),
-        cards=tuple(_cards(result)),
+        cards=bounded_cards(_cards(result), known, ("r.m.s. tool error",)),
         sections=(_sections(result), _bending(result, counted), _loads(result), _trade_off(result), _validation(result), *provenance_sections(known)),
         counts=counted + ("" if result.tilt is None else f", base tilt up to {math.degrees(result.tilt):.3g}°"),
         warnings=arm_warnings(result.sized),

@@ -12,7 +12,15 @@ from lostmotion.analyses.targets.tables.sizes import size_at, stated_size, times
 from lostmotion.analyses.targets.tables.yield_ import allocated, allocated_section, yield_facts, yield_figure, yield_section
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
-from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections, repeats_bounded
+from lostmotion.reporting.provenance import (
+    at_least,
+    bounded_cards,
+    caveats,
+    provenance_facts,
+    provenance_sections,
+    repeats_bounded,
+    share_within_bounded,
+)
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -58,7 +66,7 @@ def targets_sheet(result: Targets) -> Sheet:
         name=result.arm.name,
         subject="allowances of its parts for a target",
         verdict=_verdict(result, known),
-        cards=tuple(_cards(result)),
+        cards=bounded_cards(_cards(result, known), known, ("as stated",)),
         sections=(*sections, *provenance_sections(known)),
         counts=counted,
         warnings=arm_warnings(result.arm),
@@ -106,7 +114,8 @@ def _verdict(result: Targets, known: States) -> str:
         if result.kind == "error"
         else f"{100 * result.share:g} % of robots repeat within {repeats_bounded(current, known)}"
     )
-    text += f": the target of {_target(result)} is {'met' if is_met(result) else 'not met'}."
+    by_what = " by what is described" if known.ideal_joints and is_met(result) else ""
+    text += f": the target of {_target(result)} is {'met' if is_met(result) else 'not met'}{by_what}."
     if result.equal_factor is not None:
         factor = float(np.nanmax(result.equal_factor.factors))
         text += f" All errors {'may grow' if factor > 1 else 'must shrink'} by one factor, to {factor:.3g} of their present size."
@@ -124,10 +133,10 @@ def _verdict(result: Targets, known: States) -> str:
             last = shared[-1]
             text += f" One cause in all parts of a kind is enough: {last.item.name} ({stated_size(last.item)} to {_allowed(last)})."
     first = yield_figure(result.yields[0])
-    text += f" The yield is {first} ({first.interval})."
+    text += f" The yield is {share_within_bounded(first, known)} ({first.interval})."
     if result.equal_effect is not None:
         allocated_yield = yield_figure(result.equal_effect.yields[0])
-        text += f" With the sizes of equal effect it is {allocated_yield} ({allocated_yield.interval})."
+        text += f" With the sizes of equal effect it is {share_within_bounded(allocated_yield, known)} ({allocated_yield.interval})."
     return " ".join([text, *caveats(known)])
 
 
@@ -137,7 +146,7 @@ def _allowed(each: Allowance) -> Figure:
     return Figure(figure.value, figure.unit)
 
 
-def _cards(result: Targets) -> list[Card]:
+def _cards(result: Targets, known: States) -> list[Card]:
     current = figure_of(result.current)
     out = [
         Card("target", str(_target(result)), _quantity(result)),
@@ -158,10 +167,10 @@ def _cards(result: Targets) -> list[Card]:
         )
     if result.equal_effect is not None:
         figure = yield_figure(result.equal_effect.yields[0])
-        out.append(Card("yield, sizes of equal effect", str(figure), f"interval {figure.interval}"))
+        out.append(Card("yield, sizes of equal effect", share_within_bounded(figure, known), f"interval {figure.interval}"))
     for each, title in zip(result.yields, ("yield", "yield, every pose"), strict=True):
         figure = yield_figure(each)
-        out.append(Card(title, str(figure), f"interval {figure.interval}"))
+        out.append(Card(title, share_within_bounded(figure, known), f"interval {figure.interval}"))
     return out
 
 
