@@ -195,8 +195,7 @@ class GearboxRow(_Printed):
     def _doubted(self, name: str, typical: Mapping[str, Any]) -> bool:
         """Return whether a field's value is only assumed: a typical one, or one from memory."""
         own = {"mass": self.mass_source, "inertia": self.inertia_source}.get(name)
-        mark = _MARK.search(own or self.source)
-        return name in typical or bool(mark and mark["confidence"])
+        return name in typical or mark_of(own or self.source).startswith("M")
 
     def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
         """Return a line on the fields of this row that the user did not state: limits, typical values, missing errors, source."""

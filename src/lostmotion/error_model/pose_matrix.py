@@ -207,7 +207,7 @@ def _share(arriving: Floats, *, known: bool) -> Floats:
 def _column(of: PlacedTerm, side: str | None, joints: Sequence[str]) -> Column:
     """Return the column of a term, or of one half of a sided term, whose last motion is one stream for all parts of the joint."""
     term = of.term
-    owner = f"joints.{joints[of.joint]}" if side is not None and of.joint is not None else of.owner
+    owner = f"joints.{joints[of.joint]}" if term.sided and of.joint is not None else of.owner
     return Column(_stream(of.owner, term.robot), None if side == "known" else _stream(owner, term.visit), of)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, of_tolerance
+from lostmotion.laws.distributions import Cosine, Normal, Sine, of_tolerance
 from lostmotion.parts.forms import Harmonic, HeldPlay, Seat, Spring
-from lostmotion.parts.term import Draw, Parameter, Term
+from lostmotion.parts.term import LAST_MOTION, Draw, Parameter, Term
 from lostmotion.spatial import across
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 # A harmonic of unknown phase: its sine is drawn with the cosine of the phase, its cosine with the sine.
 PHASES: Final[dict[Literal["sine", "cosine"], Law]] = {"sine": Cosine(), "cosine": Sine()}
-# The sign of the joint's last motion: one draw per joint and visit, shared by all that depends on direction.
-LAST_MOTION: Final = Draw("last motion", TwoSided())
 # The kind of error that any reducer makes over a turn.
 TRANSMISSION_ERROR: Final = "transmission error"
 
@@ -80,22 +78,18 @@ def circle(name: str, stream: str, way: Floats, axis: Floats) -> list[End]:
     ]
 
 
-def free_terms(  # noqa: PLR0913 - what a play is made of
-    cause: str, seat: Seat, ends: Sequence[End], half: float, spread: float, robot: Draw, sized: Parameter, *, sided: bool = False
-) -> list[Term]:
+def free_terms(cause: str, seat: Seat, ends: Sequence[End], half: float, spread: float, robot: Draw, sized: Parameter) -> list[Term]:
     """Return the terms of a play as far as the load leaves it free: `half` its half width, `spread` how much that differs per draw `robot`."""
     out = []
     for end in ends:
         form, effect = HeldPlay(seat, "free", end.direction), end.effect or end.name
-        out.append(Term(end.name, cause, form, half, None, end.draw, sided, sized, effect=effect))
+        out.append(Term(end.name, cause, form, half, None, end.draw, sized, effect=effect))
         if spread:
-            out.append(Term(f"free {end.name} amount", cause, form, spread, robot, end.draw, sided, sized, effect=effect))
+            out.append(Term(f"free {end.name} amount", cause, form, spread, robot, end.draw, sized, effect=effect))
     return out
 
 
-def play_terms(  # noqa: PLR0913 - what a play is made of
-    name: str, stated: Toleranced, seat: Seat, ends: Sequence[End], amount: str, sized: Parameter, *, sided: bool = False, cause: str = ""
-) -> list[Term]:
+def play_terms(name: str, stated: Toleranced, seat: Seat, ends: Sequence[End], amount: str, sized: Parameter, *, cause: str = "") -> list[Term]:
     """Return the terms of a play of scattered size: held by the load, and free between its ends.
 
     amount   the stream of how much play a robot has: a play of size h (1 + k x) is one term of scale h and one of scale h k, drawn with x
@@ -106,7 +100,7 @@ def play_terms(  # noqa: PLR0913 - what a play is made of
     out = [Term(f"{name} side held by load", cause, held, half, parameter=sized)]
     if spread:
         out.append(Term(f"{name} amount", cause, held, spread, robot, parameter=sized))
-    return [*out, *free_terms(cause, seat, ends, half, spread, robot, sized, sided=sided)]
+    return [*out, *free_terms(cause, seat, ends, half, spread, robot, sized)]
 
 
 def backlash_terms(motion: Motion, stated: Toleranced, friction: float) -> list[Term]:
@@ -114,9 +108,9 @@ def backlash_terms(motion: Motion, stated: Toleranced, friction: float) -> list[
     if not stated.nominal:
         return []
     seat, ends = Seat(motion.twist[None], friction), [End("backlash", motion.twist, LAST_MOTION)]
-    return play_terms("backlash", stated, seat, ends, "amount", parameter("play", stated.nominal, motion.unit), sided=True)
+    return play_terms("backlash", stated, seat, ends, "amount", parameter("play", stated.nominal, motion.unit))
 
 
 def loop_term(form: Form, half: float, sized: Parameter) -> Term:
     """Return the term of friction's loop, of half its width: `half` x the form. Its side is that of the last motion."""
-    return Term("hysteresis", "hysteresis", form, half, visit=LAST_MOTION, sided=True, parameter=sized)
+    return Term("hysteresis", "hysteresis", form, half, visit=LAST_MOTION, parameter=sized)

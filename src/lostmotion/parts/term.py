@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
+
+from lostmotion.laws.distributions import TwoSided
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
@@ -153,6 +155,10 @@ class Draw:
     law: Law
 
 
+# The sign of the joint's last motion: one draw per joint and visit, shared by all its parts that depend on direction.
+LAST_MOTION: Final = Draw("last motion", TwoSided())
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """The size that a designer chooses: its key, its value in SI, its unit, and the number of zones of a stiffness.
@@ -174,8 +180,6 @@ class Term:
     cause      the kind of error that a budget adds up: "backlash", "wind-up", "clearance"; never with a number, a row or a phase in it
     robot      drawn once per robot built; `visit` drawn every time a pose is reached; both: a product, such as the amount of play times its side;
                neither: a design term, which follows from the pose
-    sided      the visit draw is the sign of the joint's last motion: one stream for all parts of the joint, known where the approach is known
-               (`error_model.pose_matrix`)
     parameter  the size that a designer chooses; the error is proportional to its value to the power `exponent`, -1 for a stiffness
     effect     the error of which this term is one part: the two phases of a harmonic, a play and its scatter; default: the term's own name
     """
@@ -186,10 +190,14 @@ class Term:
     scale: float = 1.0
     robot: Draw | None = None
     visit: Draw | None = None
-    sided: bool = False
     parameter: Parameter | None = None
     exponent: int = 1
     effect: str = ""
+
+    @property
+    def sided(self) -> bool:
+        """Return whether the visit draw is the sign of the joint's last motion, which is known where the approach is known."""
+        return self.visit == LAST_MOTION
 
     @property
     def level(self) -> Level:

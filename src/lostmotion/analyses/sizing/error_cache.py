@@ -13,7 +13,7 @@ import numpy as np
 
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, frames
-from lostmotion.parts.standard_terms import LAST_MOTION
+from lostmotion.parts.term import LAST_MOTION
 from lostmotion.propagation.error_magnitude import rays_of, share_below
 
 if TYPE_CHECKING:
