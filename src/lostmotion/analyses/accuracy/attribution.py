@@ -62,7 +62,7 @@ class Attributed:
             raise refuse_argument("at, zone", "both", "one of them, or none for all poses", at=0)
         if at is not None:
             q, name = one_pose(self.poses.q, pose_of("at", at, {"arm": self.arm}))
-            from lostmotion.analyses.accuracy.tables.error import joint_values
+            from lostmotion.reporting.joint_values import joint_values
 
             return q, f"{name}, {joint_values(self.arm, q[0])}"
         if zone is not None:

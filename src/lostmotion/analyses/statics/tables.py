@@ -12,6 +12,7 @@ from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.mechanism.elastostatics import springs_of
 from lostmotion.mechanism.load_causes import CAUSES
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
 from lostmotion.reporting.warnings import arm_warnings
@@ -108,10 +109,7 @@ def _degrees(angle: float) -> str:
 
 def _pose(survey: Survey, index: int) -> str:
     """Return a pose's number and joint values as text."""
-    parts = []
-    for joint, value in zip(survey.arm.moving, survey.poses.q[index], strict=True):
-        parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
-    return f"pose {index}: {', '.join(parts)}"
+    return f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}"
 
 
 def _matrix(survey: Survey) -> dict[str, Any]:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
-from lostmotion.analyses.accuracy.tables.error import joint_values, limit_rows
+from lostmotion.analyses.accuracy.tables.error import limit_rows
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import (
     assumed_value_sentences,
     at_least,

@@ -15,12 +15,12 @@ from lostmotion.error_model.intervals import (
     standard_deviation,
 )
 from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.spatial import Floats
 
 # Of the errors without limits, how many are named.
 _MOST_NAMES: Final = 3
@@ -137,14 +137,6 @@ def iso_section(answer: Answer, where: str = "") -> Section:
 def described_pose(answer: Answer, index: int) -> str:
     """Name a pose by its number and joint values."""
     return f"pose {index}: {joint_values(answer.arm, answer.poses.q[index])}"
-
-
-def joint_values(arm: Arm, q: Floats) -> str:
-    """Write joint values in degrees and millimetres."""
-    parts = []
-    for joint, value in zip(arm.moving, q, strict=True):
-        parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
-    return ", ".join(parts)
 
 
 def as_length(estimate: Estimate, samples: str) -> Figure:

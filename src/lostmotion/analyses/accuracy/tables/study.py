@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
-from lostmotion.analyses.accuracy.tables.error import error_section, iso_section, joint_values
+from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
 from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in, zone_sections, zone_stopping
@@ -15,6 +15,7 @@ from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import NEXT
 from lostmotion.propagation.exact import share_left_out
 from lostmotion.reporting.first_order import checked, judged
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import (
     assumed_value_sentences,
     at_least,

@@ -13,6 +13,7 @@ from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER, estimate_figure, load_label, scatter_figure
 from lostmotion.reporting.first_order import judged
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import Figure, Row, Section, length
 
 if TYPE_CHECKING:
@@ -73,10 +74,7 @@ def _place(value: float) -> Figure:
 def _poses(found: PredictedRobots) -> Section:
     rows = []
     for k, name in enumerate(NAMES):
-        joints = ", ".join(
-            f"{joint.name} {math.degrees(value) + 0.0:.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm"
-            for joint, value in zip(found.arm.moving, found.cube.q[k], strict=True)
-        )
+        joints = joint_values(found.arm, found.cube.q[k] + 0.0)  # without negative zero
         signs = "".join("+" if sign > 0 else "-" for sign in found.approach[k])
         rows.append(Row(name, tuple(_place(x) for x in found.cube.poses[k, :3, 3]), f"{joints}; direction of arrival {signs}"))
     note = (

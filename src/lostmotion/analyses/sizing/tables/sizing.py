@@ -11,6 +11,7 @@ from lostmotion.analyses.sizing.sizing import PAPER
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
@@ -74,12 +75,9 @@ def _arcmin(value: float, samples: str = "") -> Figure:
 
 def pose_name(result: Sizing, index: int) -> str:
     """Return the joint values of a pose and its origin as text."""
-    parts = []
-    for joint, value in zip(result.arm.moving, result.q[index], strict=True):
-        parts.append(f"{joint.name} {math.degrees(value):.1f}°" if joint.type == "revolute" else f"{joint.name} {value * 1e3:.1f} mm")
     ends = np.cumsum([len(result.poses), result.given, result.corners])
     kind = ("sampled", "given", "corner", "local search")[int(np.searchsorted(ends, index, side="right"))]
-    return f"{', '.join(parts)} ({kind})"
+    return f"{joint_values(result.arm, result.q[index])} ({kind})"
 
 
 def _masses(result: Sizing) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.propagation.exact import share_left_out
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.first_order import failed, failure, judged, unsure
+from lostmotion.reporting.joint_values import joint_value
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
     assumed_value_sentences,
@@ -214,11 +215,7 @@ def _extremes(order: Order, outcomes: Sequence[Outcome], counted: str) -> Sectio
 
 
 def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 - an array
-    values = [
-        f"{name} {math.degrees(value):.1f}°" if kind == "revolute" else f"{name} {value * 1e3:.1f} mm"
-        for (name, kind), value in zip(joints, q, strict=True)
-    ]
-    return ", ".join(values)
+    return ", ".join(joint_value(name, kind, value) for (name, kind), value in zip(joints, q, strict=True))
 
 
 def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
