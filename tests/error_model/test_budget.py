@@ -291,3 +291,12 @@ def test_an_rms_error_has_the_interval_that_its_poses_leave(arm):
     given = budget(arm, sample_poses(arm, 64).q).rms_interval()
     assert np.isnan(given.low)
     assert np.isnan(given.high)
+
+
+def test_without_a_stated_last_motion_backlash_is_an_error_of_the_visit():
+    """A joint that no load holds in its play: approached from one side it is off by half the play by design, from either side at random."""
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": {"backlash": "2 arcmin"}, "link": {"length": "1 m"}}
+    arm, q = lostmotion.Arm.model_validate({"name": "unloaded", "joints": [joint]}), np.array([[0.2]])
+    assert budget(arm, q).levels == pytest.approx((0, 0, 1))
+    assert budget(arm, q, approach=-1.0).levels == pytest.approx((1, 0, 0))
+    assert budget(arm, q).rms == pytest.approx(budget(arm, q, approach=-1.0).rms)

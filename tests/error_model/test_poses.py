@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lostmotion import Arm, InputError, sample_poses
+from lostmotion.error_model.pose_selection import among
 
 
 def slides(count: int) -> Arm:
@@ -24,3 +25,23 @@ def test_a_grid_over_many_joints_would_be_too_large():
     """Two steps in each of 24 joints are 17 million poses: refused, though only five were asked for."""
     with pytest.raises(InputError, match=r"2 steps in each of 24 joints"):
         sample_poses(slides(24), 5, "grid")
+
+
+def test_a_sobol_set_covers_a_joint_evenly_and_uniform_poses_are_independent():
+    """Of 128 equal stretches of a joint a Sobol set visits each once; 128 independent poses miss about 37 % of them, which is 1/e."""
+    visited = {
+        law: [len(set((each * 128).astype(int))) for each in sample_poses(slides(1), 1024, law).q.reshape(8, 128)] for law in ("sobol", "uniform")
+    }
+    assert visited["sobol"] == [128] * 8
+    assert np.mean(visited["uniform"]) == pytest.approx(128 * (1 - 1 / np.e), abs=3)
+
+
+def test_a_zone_that_two_or_three_poses_reach_has_as_many_sets():
+    """Where fewer poses of a sequence reach a zone than there are sets, each of them is a set of its own, and none is dropped."""
+    poses = sample_poses(slides(3), 64)
+    for count in (2, 3, 8):
+        mask = np.arange(64) % 7 == 0
+        mask[np.flatnonzero(mask)[count:]] = False
+        found = among(poses, poses.q, mask).poses
+        np.testing.assert_array_equal(found.q, poses.q[mask])
+        assert found.replicates == count

@@ -33,6 +33,15 @@ FINE = {
     "r": (15, 19, 23, 28, 34, 41, 43, 51, 54, 63, 65, 68, 77, 80, 84),
     "s": (19, 23, 28, 35, 43, 53, 59, 71, 79, 92, 100, 108, 122, 130, 140),
 }
+# ISO 286-1, tables 2 and 3, of zones that lie on both sides of zero: the lower deviation of shafts, the upper one of holes, µm, in the same ranges.
+BOTH_SIDES = {
+    "j5": (-2, -2, -3, -4, -5, -7, -9, -11, -13),
+    "j6": (-2, -2, -3, -4, -5, -7, -9, -11, -13),
+    "j7": (-4, -5, -6, -8, -10, -12, -15, -18, -21),
+    "J6": (5, 5, 6, 8, 10, 13, 16, 18, 22),
+    "J7": (6, 8, 10, 12, 14, 18, 22, 26, 30),
+    "J8": (10, 12, 15, 20, 24, 28, 34, 41, 47),
+}
 # ISO 286-2: diameter in mm, zone, upper and lower deviation in µm.
 PUBLISHED = [
     (50, "H7", 25, 0), (50, "k6", 18, 2), (50, "g6", -9, -25), (25, "p6", 35, 22), (50, "K7", 7, -18), (50, "N7", -8, -33), (50, "P7", -17, -42),
@@ -65,6 +74,15 @@ def test_fundamental_deviations_are_those_of_the_table(letter):
         low_limit, high_limit = limit_deviations(f"{letter}6", high * 1e-3)
         found = high_limit if letter in "fg" else low_limit
         assert found * 1e6 == pytest.approx(value)
+
+
+@pytest.mark.parametrize("zone", BOTH_SIDES)
+def test_zones_on_both_sides_of_zero_are_those_of_the_table(zone):
+    """Zones j and J in every range: the printed deviation, the other one a grade away on the other side of zero."""
+    for high, value, width in zip(RANGES[1:], BOTH_SIDES[zone], GRADES[int(zone[-1])], strict=True):
+        ends = (value - width, value) if zone[0] == "J" else (value, value + width)
+        assert [each * 1e6 for each in limit_deviations(zone, high * 1e-3)] == pytest.approx(ends)
+        assert ends[0] < 0 < ends[1]
 
 
 @pytest.mark.parametrize(("diameter", "zone", "upper", "lower"), PUBLISHED)

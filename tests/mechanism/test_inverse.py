@@ -8,6 +8,7 @@ import pytest
 import lostmotion
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.inverse import REACHED, inverse_kinematics, pose_difference, tool_and_jacobian
+from lostmotion.mechanism.inverse_kernel import tool_and_levers
 from lostmotion.mechanism.serial import frames
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -90,3 +91,16 @@ def test_a_joint_on_its_limit_lets_the_others_go_on(way):
     q, reached = inverse_kinematics(arm, wanted, np.array([[way * 0.3, 0.0, 0.0, 0.0]]), turned=False, steps=12)
     assert reached.all()
     assert q[0, 0] + q[0, 3] == pytest.approx(way * 0.5, abs=1e-9)
+
+
+def test_the_compiled_chain_reads_and_writes_its_own_arrays_only():
+    """Run by the interpreter, which refuses an index that the compiled loops would not notice, the chain ends where the compiled one does."""
+    step = np.tile(np.eye(4), (3, 1, 1))
+    step[:, 0, 3] = 0.4
+    turning, sliding, q = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([[0.5, 0.1]])
+    interpreted, compiled = ((np.empty((1, 4, 4)), np.empty((1, 6, 2))) for _ in range(2))
+    tool_and_levers.py_func(q, step, turning, sliding, *interpreted)
+    tool_and_levers(q, step, turning, sliding, *compiled)
+    for one, other in zip(interpreted, compiled, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(interpreted[0][0, :3, 3], [0.4 + 0.9 * np.cos(0.5), 0.9 * np.sin(0.5), 0.0], atol=1e-15)

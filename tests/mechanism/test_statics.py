@@ -192,3 +192,19 @@ def test_a_rigid_arm_is_surveyed_too():
     assert found.parts == ()
     assert found.payload_deflection is None
     assert found.joint_loads[0].any_tilt.value != 0
+
+
+def test_a_links_tolerances_do_not_bend_it():
+    """A link of inexact length and stiffness has the deflection of the exact one, by cause and share: only loads bend it."""
+
+    def beam(length: str, scatter: str) -> Arm:
+        material = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3", "scatter": scatter}
+        link = {"length": length, "section": {"kind": "tube", "outer": "80 mm", "wall": "4 mm"}, "material": material}
+        joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-1, 1), "link": link}
+        return Arm.model_validate({"name": "beam", "joints": [joint], "payload": {"mass": "3 kg"}})
+
+    arms, q = (beam("400 mm", "0 %"), beam("400 mm ± 5 mm", "10 %")), np.array([[0.0], [0.4]])
+    bias = lostmotion.screws(arms[0], q).bias[:, 3:]
+    exact, inexact = (bending(arm, q, bias, float(np.vdot(bias, bias)) / len(q))[0] for arm in arms)
+    assert sum(part[2] for part in exact.by_cause.values()) == pytest.approx(1)
+    assert inexact == exact

@@ -220,3 +220,16 @@ def test_unknown_counts_are_refused(arm):
         run(arm, poses, 5, 0, 1)
     with pytest.raises(ValueError, match="threads"):
         run(arm, poses, 5, 2, 1, threads=0)
+
+
+def test_where_only_visits_differ_visits_of_few_robots_replace_robots():
+    """An arm that errs by encoder noise alone: the interval of its 95th percentile from 20 robots at 50 visits is below twice that of 1 000."""
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "encoder": {"noise": "1 arcmin"}, "link": {"length": "1 m"}}
+    noisy = Arm.model_validate({"name": "noisy", "joints": [joint]})
+    poses = Poses(np.linspace(-1, 1, 16)[:, None], "given")
+    column = kernel.FIRST_QUANTILE + 3  # of the 95th percentile
+    widths = []
+    for robots, visits in ((20, 50), (1000, 1)):
+        found = run(noisy, poses, robots, visits, 3).per_pose
+        widths.append(np.mean(found[:, column + 2] - found[:, column + 1]))
+    assert 1 < widths[0] / widths[1] < 2

@@ -162,3 +162,21 @@ def test_figures_that_need_more_robots_are_replaced_by_words():
     said = {row.label: str(row.figures[0]) for row in rows}
     assert said["AP, 95th percentile of robots"] == "not known"
     assert not any("nan" in text for text in said.values())
+
+
+@pytest.mark.parametrize(("pilot", "margin"), [(100, 0.85), (20, 0.6)])
+def test_the_last_stage_takes_a_larger_margin_only_where_an_earlier_one_was_cut_short(pilot, margin):
+    """Robots grow by the square of the half-width over the requested one, with a margin: 85 %, or 60 % after a pilot of few robots cut the growth."""
+    halves = {1: 1.0, 2: 0.5, 3: 0.12, 4: 0.01}  # a scatter that seems to grow as more robots are seen
+    runs = []
+    _, stopping = settle(
+        lambda _, robots: runs.append(robots) or len(runs),
+        lambda run: {"mean": Watched(1.0, halves[run], 0.0)},
+        64,
+        pilot,
+        Tolerance.of("10 %"),
+        most_poses=64,
+        most_robots=10**9,
+    )
+    assert stopping.reached
+    assert runs[3] / runs[2] == pytest.approx((1.2 / margin) ** 2, rel=1e-3)
