@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lostmotion import Arm, InputError, sample_poses
+from lostmotion import Arm, InputError
 from lostmotion.error_model.pose_selection import among
+from lostmotion.error_model.poses import sample_poses
 
 
 def slides(count: int) -> Arm:
@@ -25,6 +26,15 @@ def test_a_grid_over_many_joints_would_be_too_large():
     """Two steps in each of 24 joints are 17 million poses: refused, though only five were asked for."""
     with pytest.raises(InputError, match=r"2 steps in each of 24 joints"):
         sample_poses(slides(24), 5, "grid")
+
+
+@pytest.mark.parametrize("count", [-5, 0, 10_000_001])
+@pytest.mark.parametrize("law", ["sobol", "uniform", "normal", "grid"])
+def test_no_poses_and_more_than_ten_million_are_refused(law, count):
+    """A study visits at least one pose; one alone is enough to ask for."""
+    with pytest.raises(InputError, match="10000000"):
+        sample_poses(slides(1), count, law)
+    assert len(sample_poses(slides(1), 1, law)) == (1 if law == "grid" else 8)
 
 
 def test_a_sobol_set_covers_a_joint_evenly_and_uniform_poses_are_independent():

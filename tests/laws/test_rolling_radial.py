@@ -13,11 +13,13 @@ from scipy.special import ellipe, ellipk
 from lostmotion.laws.rolling.radial import (
     BALL_EXPONENT,
     ROLLER_EXPONENT,
+    ball_pressure,
     ball_stiffness,
     element_angles,
     point_pressure,
     point_stiffness,
     radial_shift,
+    roller_pressure,
     roller_stiffness,
 )
 from tests.laws.closed_forms import element_loads
@@ -174,3 +176,16 @@ def test_pressure_of_an_elliptic_contact_is_that_of_its_ellipse(ratio):
     load = 2 / 3 * peak * math.pi * longer * shorter
     found = point_pressure(load, 2 * (along + across), (across - along) / (across + along), modulus)
     assert float(found) == pytest.approx(peak, rel=1e-8)
+
+
+@pytest.mark.parametrize(("ratio", "factor"), [(0.1, 16.4), (0.12, 15.9), (0.14, 15.4), (0.16, 14.9), (0.18, 14.4), (0.2, 14.0), (0.22, 13.5)])
+def test_balls_at_the_static_rating_of_iso_76_are_pressed_with_4200_mpa(ratio, factor):
+    """The standard's factor f0 by ball over pitch diameter: its rating f0 Z D^2, in N and mm, loads the most heavily loaded ball with 5 f0 D^2."""
+    ball = 8e-3
+    assert float(ball_pressure(5 * factor * 8**2, ball, ball / ratio)) == pytest.approx(4200e6, rel=5e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.08, 0.2])
+def test_rollers_at_the_static_rating_of_iso_76_are_pressed_with_4000_mpa(ratio):
+    """The standard's rating 44 (1 - D/dm) Z L D, in N and mm, loads the most heavily loaded roller with five times its share."""
+    assert float(roller_pressure(5 * 44 * (1 - ratio) * 12 * 10, 12e-3, 10e-3, 10e-3 / ratio)) == pytest.approx(4000e6, rel=5e-3)
