@@ -4,9 +4,10 @@
     python tests/compare_figures.py record AFTER
     python tests/compare_figures.py compare BEFORE AFTER
 
-`record` runs each question with a fixed seed and keeps its result.json. `compare` prints each figure that moved by more than its kind
-allows, with its place, both values and the relative change, and exits with 1 where there is one. Figures are matched by section, row and
-column, not by their labels, so a change of words alone is no difference.
+`record` runs each question with a fixed seed and keeps its result.json and its arrays. `compare` prints each figure that moved by more than its
+kind allows, with its place, both values and the relative change. Sections are matched by their keys, rows and columns by their labels. Rows with
+changed labels are matched in their order where they lie between the same neighbours, are as many and have the same units; each such pair of labels
+is listed. Every other row is listed as gone or new. The exit code is 1 where a figure moved or a row is gone or new.
 """
 
 from __future__ import annotations
@@ -15,22 +16,34 @@ import argparse
 import json
 import math
 import os
+import re
 import subprocess
 import sys
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+import xarray
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 ROOT: Final = Path(__file__).parents[1]
 EXAMPLES: Final = ROOT / "examples"
 ARMS: Final = ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "paper/z-arm-lumped.toml")
-# What a figure may move by: sums in another order; differences of such sums (RP); figures without sampling, to the error that their method states.
-MONTE_CARLO, REPEATABILITY, WITHOUT_SAMPLING = 1e-10, 1e-8, 1e-3
-# Below this share of the largest figure of its row a figure is the rounding of another.
+# Relative limits: sums in another order; differences of such sums (RP); figures without sampling over all poses, their mean, and at single poses.
+MONTE_CARLO, REPEATABILITY = 1e-10, 1e-8
+WITHOUT_SAMPLING, MEAN_WITHOUT_SAMPLING, AT_A_POSE = 1e-3, 5e-4, 7e-3
+# The share of poses and cells that must keep to the limit at single poses.
+_POSES: Final = 0.99
+# Below this part of the largest figure of its table in the same unit a figure is the rounding of another. Shares of a mean square may move by this
+# part of the whole.
 _ROUNDING: Final = 1e-12
+_SHARES: Final = ("levels", "budget", "causes", "budget_levels", "causes_levels")
+# Older versions called percentiles '95 % below'.
+_PERCENTILE: Final = re.compile(r"([\d.]+) %( of robots)? below")
 
 
 def commands() -> Iterator[tuple[str, list[str]]]:
@@ -83,21 +96,99 @@ class Move:
     after: float | str | None
     change: float
 
-
-def figures(result: dict[str, Any]) -> Iterator[tuple[str, str, float | str | None, float]]:
-    """Yield place, label, value and scale of every figure and interval end; the scale is the largest of its row in the same unit."""
-    for section in result["sections"]:
-        for r, row in enumerate(section["rows"]):
-            ends = [(f, part, value) for f, figure in enumerate(row["figures"]) for part, value in _parts(figure)]
-            largest: dict[str, float] = {}
-            for f, _, value in ends:
-                unit = row["figures"][f]["unit"]
-                largest[unit] = max(largest.get(unit, 0.0), abs(value) if isinstance(value, float) and math.isfinite(value) else 0.0)
-            for f, part, value in ends:
-                yield f"{section['key']}[{r}][{f}].{part}", row["label"], value, largest[row["figures"][f]["unit"]]
+    def __str__(self) -> str:
+        """Return the move in one line."""
+        return f"{self.place}: {self.before} -> {self.after} ({self.change:.1e})"
 
 
-def _parts(figure: dict[str, Any]) -> list[tuple[str, float | str | None]]:
+@dataclass
+class Comparison:
+    """What differs between two results: figures that moved, labels that changed, and rows and columns that only one of them has."""
+
+    moves: list[Move] = field(default_factory=list)
+    renamed: set[str] = field(default_factory=set)
+    gone: list[str] = field(default_factory=list)
+    new: list[str] = field(default_factory=list)
+
+
+def matched(before: list[str], after: list[str], same_units: Callable[[int, int], bool]) -> list[tuple[int, int]]:
+    """Return pairs of positions of the same label and occurrence, then those of changed labels between the same neighbours.
+
+    The latter only where both sides have as many labels there, with the same units in their order.
+    """
+    where = {name: j for j, name in enumerate(_numbered(after))}
+    pairs = [(i, where[name]) for i, name in enumerate(_numbered(before)) if name in where]
+    olds, news = {i for i, _ in pairs}, {j for _, j in pairs}
+    for i, j in [(-1, -1), *pairs]:
+        old, new = _run(i + 1, len(before), olds), _run(j + 1, len(after), news)
+        ends = (old.stop, new.stop)
+        if len(old) == len(new) and (ends == (len(before), len(after)) or ends in pairs) and all(map(same_units, old, new)):
+            pairs = [*pairs, *zip(old, new, strict=True)]
+    return sorted(pairs)
+
+
+def _numbered(labels: list[str]) -> list[tuple[str, int]]:
+    """Return each label in the words of today, with the number of earlier rows of the same label."""
+    seen: Counter[str] = Counter()
+    out = []
+    for label in labels:
+        name = _PERCENTILE.sub(r"\1th percentile\2", label)
+        out.append((name, seen[name]))
+        seen[name] += 1
+    return out
+
+
+def _run(start: int, end: int, taken: set[int]) -> range:
+    return range(start, next((k for k in range(start, end) if k in taken), end))
+
+
+def limits(question: str, section: str, row: str, column: str, unit: str) -> tuple[float, float]:
+    """Return by which part of itself a figure may move, and by how much in its unit."""
+    if section in _SHARES and unit == "%" and "halving" not in column:
+        return 0.0, 100.0 * _ROUNDING
+    if question.startswith(("analytic", "map")) and section != "halving":
+        return MEAN_WITHOUT_SAMPLING if row == "mean" else AT_A_POSE if " pose" in row else WITHOUT_SAMPLING, 0.0
+    return REPEATABILITY if "RP" in row or section.startswith("rp") else MONTE_CARLO, 0.0
+
+
+def comparison(question: str, before: dict[str, Any], after: dict[str, Any]) -> Comparison:
+    """Return what differs between two results of a question, the largest moves first."""
+    out = Comparison()
+    old, new = ({section["key"]: section["rows"] for section in result["sections"]} for result in (before, after))
+    for key in dict.fromkeys([*old, *new]):
+        largest: dict[str, float] = {}
+        for figure in [figure for row in old.get(key, []) for figure in row["figures"]]:
+            size = max(abs(value) if isinstance(value, float) and math.isfinite(value) else 0.0 for _, value in _ends(figure))
+            largest[figure["unit"]] = max(largest.get(figure["unit"], 0.0), size)
+        for row, other in _pairs(out, key, old.get(key, []), new.get(key, []), "label"):
+            for one, two in _pairs(out, f"{key}: {other['label']}", row["figures"], other["figures"], "name"):
+                relative, absolute = limits(question, key, other["label"], two["name"], two["unit"])
+                absolute = max(absolute, _ROUNDING * largest[one["unit"]])
+                for (end, x), (_, y) in zip(_ends(one), _ends(two), strict=True):
+                    place = f"{key}: {other['label']}: {two['name']}.{end}"
+                    if not (isinstance(x, float) and isinstance(y, float)):
+                        out.moves += [Move(place, x, y, math.nan)] if x != y else []
+                    elif x != y and not abs(x - y) <= max(relative * max(abs(x), abs(y)), absolute):
+                        out.moves.append(Move(place, x, y, abs(x - y) / max(abs(x), abs(y))))
+    out.moves.sort(key=lambda move: -move.change if math.isfinite(move.change) else -math.inf)
+    return out
+
+
+def _pairs(out: Comparison, place: str, before: list[Any], after: list[Any], name: str) -> list[tuple[Any, Any]]:
+    """Return the rows or columns that belong together, and list the others in `out`."""
+    olds, news = ([item[name] for item in items] for items in (before, after))
+    pairs = matched(olds, news, lambda i, j: _units(before[i]) == _units(after[j]))
+    out.renamed |= {f"{place.partition(':')[0]}: {olds[i]} -> {news[j]}" for i, j in pairs if olds[i] != news[j]}
+    out.gone += [f"{place}: {label}" for i, label in enumerate(olds) if i not in {i for i, _ in pairs}]
+    out.new += [f"{place}: {label}" for j, label in enumerate(news) if j not in {j for _, j in pairs}]
+    return [(before[i], after[j]) for i, j in pairs]
+
+
+def _units(item: dict[str, Any]) -> list[str]:
+    return [figure["unit"] for figure in item.get("figures", [item])]
+
+
+def _ends(figure: dict[str, Any]) -> list[tuple[str, float | str | None]]:
     low, high = figure["interval"] or (None, None)
     return [
         (name, float(value) if isinstance(value, int | float) else value)
@@ -105,21 +196,25 @@ def _parts(figure: dict[str, Any]) -> list[tuple[str, float | str | None]]:
     ]
 
 
-def moves(before: dict[str, Any], after: dict[str, Any], allowed: float) -> list[Move]:
-    """Return the figures that moved by more than `allowed`, relative, the largest change first; RP may move as differences of sums do."""
-    old = {place: (label, value, scale) for place, label, value, scale in figures(before)}
-    new = {place: (label, value, scale) for place, label, value, scale in figures(after)}
+def array_moves(question: str, before: Path, after: Path) -> list[Move]:
+    """Return the arrays that moved: by single entries, or without sampling by more than a hundredth of the poses or cells."""
     out = []
-    for place in dict.fromkeys([*old, *new]):
-        label, a, scale = old.get(place, ("", None, 0.0))
-        named, b, _ = new.get(place, (label, None, 0.0))
-        if isinstance(a, float) and isinstance(b, float):
-            change = 0.0 if a == b or max(abs(a), abs(b)) <= _ROUNDING * scale else abs(a - b) / max(abs(a), abs(b))
-            if change > max(allowed, REPEATABILITY if label.startswith("RP") else 0.0):
-                out.append(Move(f"{place} ({named or label})", a, b, change))
-        elif a != b:
-            out.append(Move(f"{place} ({named or label})", a, b, math.nan))
-    return sorted(out, key=lambda move: -move.change if math.isfinite(move.change) else -math.inf)
+    with xarray.open_dataset(before) as old, xarray.open_dataset(after) as new:
+        for name in [str(name) for name in old.variables if name in new.variables]:
+            x, y = (np.asarray(each[name].values) for each in (old, new))
+            if x.shape != y.shape:
+                out.append(Move(f"array {name}", str(x.shape), str(y.shape), math.nan))
+            elif x.size and x.dtype.kind in "biuf":
+                x, y = x.astype(float), y.astype(float)
+                size = np.maximum(np.abs(x), np.abs(y))
+                same = (x == y) | (np.isnan(x) & np.isnan(y)) | (size <= _ROUNDING * np.nanmax(size, initial=0.0))
+                change = np.nan_to_num(np.where(same, 0.0, np.abs(x - y) / np.where(same, 1.0, size)), nan=np.inf)
+                sampled = not question.startswith(("analytic", "map"))
+                level, allowed = (1.0, REPEATABILITY if "RP" in name else MONTE_CARLO) if sampled else (_POSES, AT_A_POSE)
+                at = np.unravel_index(np.argsort(change, axis=None)[math.ceil(level * change.size) - 1], change.shape)
+                if change[at] > allowed:
+                    out.append(Move(f"array {name}{[int(k) for k in at]}", float(x[at]), float(y[at]), float(change[at])))
+    return out
 
 
 def main(words: list[str] | None = None) -> int:
@@ -134,21 +229,32 @@ def main(words: list[str] | None = None) -> int:
     two.add_argument("after", type=Path)
     asked = parser.parse_args(words)
     if asked.verb == "record":
-        refused = record(asked.folder, asked.package.resolve())
-        print("\n".join(refused))  # noqa: T201 - the answer of a script
-        return 1 if refused else 0
-    found = 0
-    for path in sorted(asked.before.glob("*.json")):
-        other = asked.after / path.name
+        lines = record(asked.folder, asked.package.resolve())
+        found = len(lines)
+    else:
+        lines, found = _compared(asked.before, asked.after)
+    print("\n".join(lines))  # noqa: T201 - the answer of a script
+    return 1 if found else 0
+
+
+def _compared(before: Path, after: Path) -> tuple[list[str], int]:
+    """Return the lines that `compare` prints, and the number of differences."""
+    lines, found, renamed = [], 0, Counter[str]()
+    for path in sorted(before.glob("*.json")):
+        other = after / path.name
         if not other.exists():
-            print(f"{path.stem}: not recorded after")  # noqa: T201 - the answer of a script
+            lines.append(f"{path.stem}: not recorded after")
             found += 1
             continue
-        before, after = (json.loads(each.read_text(encoding="utf-8")) for each in (path, other))
-        for move in moves(before, after, WITHOUT_SAMPLING if path.stem.startswith(("analytic", "map")) else MONTE_CARLO):
-            print(f"{path.stem}: {move.place}: {move.before} -> {move.after} ({move.change:.1e})")  # noqa: T201 - the answer of a script
-            found += 1
-    return 1 if found else 0
+        differs = comparison(path.stem, *(json.loads(each.read_text(encoding="utf-8")) for each in (path, other)))
+        arrays = [folder / f"{path.stem}.out" / "arrays.nc" for folder in (before, after)]
+        differs.moves += array_moves(path.stem, *arrays) if all(each.exists() for each in arrays) else []
+        lines += [f"{path.stem}: {move}" for move in differs.moves]
+        for what, rows in (("gone", differs.gone), ("new", differs.new)):
+            lines += [f"{path.stem}: {len(rows)} {what}: {'; '.join(rows)}"] if rows else []
+        found += len(differs.moves) + len(differs.gone) + len(differs.new)
+        renamed.update(differs.renamed)
+    return [*lines, *(f"renamed in {count} of the questions: {pair}" for pair, count in sorted(renamed.items()))], found
 
 
 if __name__ == "__main__":
