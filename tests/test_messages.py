@@ -46,6 +46,14 @@ lostmotion run
 """,
         ),
         (
+            ("sweep", "--arm", ARM),
+            """lostmotion: 1 mistake
+lostmotion sweep
+  found     '--arm'
+  expected  an option that lostmotion sweep --help lists
+""",
+        ),
+        (
             ("run",),
             """lostmotion: 1 mistake
 ARM
@@ -92,7 +100,7 @@ command
 """,
         ),
     ],
-    ids=["values", "option", "file", "no value", "switch", "spaces", "command"],
+    ids=["values", "option", "argument", "file", "no value", "switch", "spaces", "command"],
 )
 def test_words_that_no_option_takes_are_reported_like_any_mistake(tmp_path, words, said):
     """All at once, each with what was found, what is expected and an example; exit code 2 and nothing else printed."""

@@ -182,6 +182,19 @@ def test_a_mistake_in_the_frame_of_the_file_is_reported(mistakes_in, text, key, 
     assert word in found[key].expected
 
 
+def test_a_mistake_in_a_part_of_a_joint_of_unknown_type_is_reported(mistakes_in):
+    """The type of the joint and the backlash of the gearbox that it alone names are two mistakes, found in one reading."""
+    found = mistakes_in(HEAD + '[gearboxes.g]\nbacklash = "1 potato"\n' + JOINT.replace("revolute", "revolut") + 'gearbox = "g"\n')
+    assert set(found) == {"gearboxes.g.backlash", "joints.A.type"}
+
+
+def test_limits_that_do_not_rise_are_shown_as_the_file_states_them(mistakes_in):
+    """Degrees stay degrees in the message."""
+    found = mistakes_in(HEAD + '[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["90 deg", "-30 deg"]\n')
+    assert "90 deg" in found["joints.A.limits"].found
+    assert found["joints.A.limits"].expected == "a lower limit below the upper one"
+
+
 def test_a_mistake_in_a_shared_part_is_reported_once(mistakes_in):
     """Two joints that share a gearbox share its mistake, reported under the gearbox."""
     found = mistakes_in(HEAD + '[gearboxes.g]\nratio = "12 mm"\n' + JOINT + 'gearbox = "g"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "g"\n')
@@ -231,6 +244,14 @@ def test_a_sidecar_read_as_an_arm_is_reported_once(mistakes_in, text):
     found = mistakes_in(text)
     assert list(found) == ["joints"]
     assert found["joints"].example.endswith("arm.urdf")
+
+
+@pytest.mark.parametrize(("table", "command"), [("sizing", "size"), ("sweep", "sweep")])
+def test_a_request_read_as_an_arm_names_the_command_that_reads_it(mistakes_in, table, command):
+    """A file with a request alone is one mistake, not a list of everything that an arm lacks."""
+    found = mistakes_in(f'[{table}]\ntarget = "1 mm"\n')
+    assert list(found) == [table]
+    assert found[table].example.startswith(f"lostmotion {command} ARM.toml --by ")
 
 
 def test_a_urdf_under_a_wrong_ending_is_reported(mistakes_in):

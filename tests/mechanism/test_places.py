@@ -13,6 +13,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.inverse import inverse_kinematics, pose_difference, tool_and_jacobian
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
@@ -22,6 +23,13 @@ from lostmotion.spatial import exp, pose_of
 
 ENDS = (".seat", "", ".tip")
 GRAVITY = 9.80665
+
+
+def test_a_part_of_a_joint_is_named_in_tables_by_joint_and_kind():
+    """Tables drop the "joints." of the arm file, once, and leave parts of the base as they are."""
+    assert short_name("joints.A.gearbox") == "A.gearbox"
+    assert short_name("joints.joints.B.link") == "joints.B.link"
+    assert short_name("base tilt") == "base tilt"
 
 
 def vector(rng: np.random.Generator, size: float = 0.4) -> tuple[float, ...]:

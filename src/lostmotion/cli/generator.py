@@ -176,7 +176,8 @@ class _Command(TyperCommand):
 
 
 def _problems(command: Any, ctx: typer.Context, typed: list[str], error: Exception) -> Iterator[Problem]:  # noqa: ANN401 - Click's own class
-    known = {name: each for each in (*command.question.options, *SHARED) for name in (_option(each.name), *each.argument.aliases)}
+    own = {name for each in command.params for name in each.opts}
+    known = {name: each for each in (*command.question.options, *SHARED) for name in (_option(each.name), *each.argument.aliases) if name in own}
     option = str(getattr(error, "option_name", ""))
     if not option:
         _, left, _ = command.make_parser(ctx).parse_args(args=typed)

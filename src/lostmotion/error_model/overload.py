@@ -43,7 +43,7 @@ def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
     q = poses.q if poses is not None and poses.law == "given" else sample_poses(arm, _POSES).q
     held = np.max([np.abs(joint_torques(arm, q[k : k + _CHUNK])).max(axis=0) for k in range(0, len(q), _CHUNK)], axis=0)
     return tuple(
-        Overload(joint.name, "N m" if joint.type == "revolute" else "N", float(most), float(limit), len(q))
+        Overload(joint.name, joint.load_unit, float(most), float(limit), len(q))
         for joint, most, limit in zip(arm.moving, held, rated, strict=True)
         if most > limit * (1 + _ROUNDING)  # false where no rated torque is stated
     )

@@ -35,6 +35,7 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
 # Where drawings of gearboxes name materials, in themselves and in their first stage.
 MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material")
 _FIRST: Final = "first_stage"
+_TYPES: Final = ("revolute", "prismatic", "fixed")
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
 SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'
@@ -79,7 +80,9 @@ def _fill_in_shared_parts(draft: Draft) -> None:
             for step in steps[:-1]:
                 holder = holder.get(step, {})
             if isinstance(holder, dict) and steps[-1] in holder and not draft.full:
-                used.add(draft.fill_in(table, stock, holder, ("joints", index, *steps)))
+                name = draft.fill_in(table, stock, holder, ("joints", index, *steps))
+                # The model does not check the parts of a joint whose type it does not know.
+                used |= {name} if joint.get("type") in _TYPES else set()
         idle = [name for name in stock if name not in used]
         unused += [f"{table}.{step_of(name)}" for name in idle]
         for name in idle[:MOST_MISTAKES]:

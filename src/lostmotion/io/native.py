@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import shown
-from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
+from lostmotion.io.arm_builder import SHARED_EXAMPLES, SWEEP, build_arm
 from lostmotion.io.dh import DH_EXAMPLES, place_by_rows
 from lostmotion.io.draft import Draft, plain
 from lostmotion.io.limits import listed
@@ -24,6 +24,8 @@ _ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {
     Arm: SHARED_EXAMPLES,
     **dict.fromkeys((RevoluteJoint, PrismaticJoint, FixedJoint), DH_EXAMPLES),
 }
+# Tables of requests that a file of their own may hold, and the command that reads it.
+_REQUESTS: Final = {"sizing": "size", SWEEP: "sweep"}
 # Stands where no joints can be read, so that the rest of the file is still checked.
 _STAND_IN = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"]}
 
@@ -49,6 +51,7 @@ def arm_of(file: str, tree: dict[str, Any]) -> Arm:
 
 def _check_joints(draft: Draft) -> None:
     """Name joints in keys as the user does, and note what the model could not say as well."""
+    _refuse_request(draft)
     joints = draft.tree.get("joints")
     if _is_sidecar(draft.tree):
         expected = "an arm with a list of joints; a table of joints by name, or a tip, is the sidecar of a URDF, which is read by naming the .urdf"
@@ -61,6 +64,14 @@ def _check_joints(draft: Draft) -> None:
         draft.refuse(("joints",), f"{len(joints)} joints", f"at most {MOST_JOINTS}", _JOINT_EXAMPLE)
         draft.tree["joints"] = [dict(_STAND_IN)]
     _check_names(draft)
+
+
+def _refuse_request(draft: Draft) -> None:
+    """Refuse the request of another command that is given in place of an arm."""
+    for key, command in _REQUESTS.items():
+        if key in draft.tree and "joints" not in draft.tree:
+            expected = f"an arm with a list of joints; a file with [{key}] alone is read by `lostmotion {command} ARM.toml --by FILE`"
+            refuse(draft.file, key, f"a [{key}] without an arm", expected, f"lostmotion {command} ARM.toml --by {Path(draft.file).name}")
 
 
 def _is_sidecar(tree: dict[str, Any]) -> bool:

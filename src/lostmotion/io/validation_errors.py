@@ -118,12 +118,11 @@ def _describe_value(spot: _Spot, _: Also) -> _Described:
 
 
 def _describe_rule(spot: _Spot, _: Also) -> _Described:
-    """Pass on what a part's own rule says: it carries its words with it."""
+    """Describe a breach of a part's own rule, whose error carries the words; without a reason, what the file states is the reason."""
     shape = spot.context["example"]
     example = shape if "=" in shape else _assignment(spot.path, shape)
-    return _Described(
-        (*spot.path, *spot.context.get("path", ())), spot.context["why"], spot.context["expected"], example, spot.context.get("near", "")
-    )
+    found = spot.context.get("why", shown(spot.given))
+    return _Described((*spot.path, *spot.context.get("path", ())), found, spot.context["expected"], example, spot.context.get("near", ""))
 
 
 def _describe_missing(spot: _Spot, _: Also) -> _Described:
@@ -169,7 +168,7 @@ _DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Described]]] = {
     "string_too_short": _describe_count,
     "string_too_long": _describe_count,
     # raised by the parts themselves
-    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox"), _describe_rule),
+    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox", "rising"), _describe_rule),
 }
 
 

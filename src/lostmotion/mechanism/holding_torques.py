@@ -45,8 +45,7 @@ def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
     out = []
     for k, joint in enumerate(arm.moving):
         at, tilted_at = int(np.abs(nominal[:, k]).argmax()), int(tilted[:, k].argmax())
-        unit = "N m" if joint.type == "revolute" else "N"
-        out.append(HoldingTorque(joint.name, unit, float(nominal[at, k]), at, float(tilted[tilted_at, k]), tilted_at))
+        out.append(HoldingTorque(joint.name, joint.load_unit, float(nominal[at, k]), at, float(tilted[tilted_at, k]), tilted_at))
     return nominal, out
 
 
@@ -118,7 +117,7 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
         out.append(
             JointLoad(
                 joint.name,
-                "N m" if joint.type == "revolute" else "N",
+                joint.load_unit,
                 _drive_load(causes, q, k, int(np.abs(nominal[:, k]).argmax()), arm.gravity_in_base),
                 None if within is None or tilt is None else _worst_within(arm, causes, q, k, int(within[:, k].argmax()), tilt),
                 _worst_within(arm, causes, q, k, int(any_tilt[:, k].argmax()), math.pi),

@@ -10,6 +10,11 @@ if TYPE_CHECKING:
     from lostmotion.parts.term import Motion, Term
 
 
+def short_name(name: str) -> str:
+    """Return the name of a part or term as tables and plots show it, without the "joints." of the arm file: "A.gearbox" for "joints.A.gearbox"."""
+    return name.removeprefix("joints.")
+
+
 @dataclass(frozen=True, slots=True)
 class PlacedPart:
     """A part that errs, and where it sits.

@@ -46,9 +46,9 @@ def _unrated(moving: Moving) -> tuple[str, ...]:
 
 def _assumed_frictions(moving: Moving, assumed: Mapping[tuple[str, str], Friction]) -> tuple[str, ...]:
     grouped: dict[tuple[str, str, str], dict[str, str]] = {}
-    turning = [joint.name for joint in moving if joint.type == "revolute"]
+    units = {joint.name: joint.load_unit for joint in moving}
     for (joint, part), friction in assumed.items():
-        unit = "N m" if part.startswith("gearbox") and joint in turning else "N"
+        unit = units[joint] if part.startswith("gearbox") else "N"
         grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
     return tuple(
         f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose, at any tilt' if reason == OF_HELD else ''} "

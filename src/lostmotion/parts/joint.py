@@ -47,8 +47,8 @@ def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
 
 def _rising(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] >= limits[1]:
-        why = f"limits from {limits[0]:g} to {limits[1]:g} (rad or m)"
-        raise _refuse(why, "a lower limit below the upper one", 'limits = ["-90 deg", "90 deg"]')
+        context = {"expected": "a lower limit below the upper one", "example": 'limits = ["-90 deg", "90 deg"]'}
+        raise PydanticCustomError("rising", "limits from {low} to {high} (rad or m)", {"low": limits[0], "high": limits[1], **context})
     return limits
 
 
@@ -205,6 +205,11 @@ class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
     type: Literal["revolute"] = "revolute"
     limits: TurningLimits
 
+    @property
+    def load_unit(self) -> str:
+        """Return the unit of the load of the drive: of its torque."""
+        return "N m"
+
     @field_validator("gearbox", "encoder")
     @classmethod
     def _has_no_lead(cls, part: TurningGearbox | Encoder[AngleAmount] | None) -> TurningGearbox | Encoder[AngleAmount] | None:
@@ -223,6 +228,11 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
 
     type: Literal["prismatic"] = "prismatic"
     limits: SlidingLimits
+
+    @property
+    def load_unit(self) -> str:
+        """Return the unit of the load of the drive: of its force."""
+        return "N"
 
     @field_validator("bearing")
     @classmethod

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.error_model.provenance import KINDS, assumed_in_part
 from lostmotion.error_model.upper_limits import in_error, in_repeats
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, several
 
 if TYPE_CHECKING:
@@ -187,7 +188,7 @@ def _assumed_section(assumed: Sequence[AssumedValue], note: str = _SHARED) -> tu
     """Return the assumed values, those of one part with one reason in a line."""
     together: dict[tuple[str, str, str], list[str]] = {}
     for each in assumed:
-        together.setdefault((each.owner.removeprefix("joints."), each.reason, each.source), []).append(each.key)
+        together.setdefault((short_name(each.owner), each.reason, each.source), []).append(each.key)
     rows = tuple(
         Row(owner, (Figure(math.nan, "1", words=reason),), ", ".join(keys) + (f"; {source}" if source else ""))
         for (owner, reason, source), keys in together.items()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.runs.design_names import design_name
 
@@ -79,7 +80,7 @@ def _terms(found: Replay) -> list[Section]:
     for key, (title, levels) in _LEVELS.items():
         rows = []
         for term in (term for term in shown if term.level in levels):
-            name = term.name.removeprefix("joints.")
+            name = short_name(term.name)
             rows.append(Row(name, (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(_share(term.along, found), "%"))))
             moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
         if rows:

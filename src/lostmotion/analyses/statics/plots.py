@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.load_causes import CAUSES
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.plot import BLUE, INK, LEGEND, OF_CAUSE, ORANGE, Plot, framed, label, named, projected, styled
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ def shares(survey: Survey) -> go.Figure:
     import plotly.graph_objects as go
 
     order = np.argsort(-survey.shares, kind="stable")[:_PARTS_SHOWN]
-    names = [label(survey.parts[k].removeprefix("joints.")) for k in order]
+    names = [label(short_name(survey.parts[k])) for k in order]
     bars = [
         go.Bar(
             x=100 * values[order],

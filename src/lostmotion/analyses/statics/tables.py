@@ -12,6 +12,7 @@ from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.mechanism.elastostatics import springs_of
 from lostmotion.mechanism.load_causes import CAUSES
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
@@ -136,7 +137,7 @@ def _verdict(survey: Survey, known: States) -> str:
         tilt = "at any tilt of the base" if survey.tilt is None else f"with the base tilted by up to {_degrees(survey.tilt)}"
         sentences.append(f"Joint {largest.joint} has the largest holding torque: {Figure(abs(largest.required.value), 'N m')} {tilt}.")
     if survey.parts:
-        part = survey.parts[int(survey.softest_shares.argmax())].removeprefix("joints.")
+        part = short_name(survey.parts[int(survey.softest_shares.argmax())])
         sentences.append(
             f"The largest compliance is {at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), known)}; "
             f"{part} contributes {100 * survey.softest_shares.max():.0f} % at that pose, mean over directions."
@@ -313,7 +314,7 @@ def _shares(survey: Survey, counted: str) -> Section:
     here = f"pose {survey.softest_pose}"
     rows = tuple(
         Row(
-            survey.parts[k].removeprefix("joints."),
+            short_name(survey.parts[k]),
             (Figure(100 * float(survey.shares[k]), "%", samples=counted), Figure(100 * float(survey.softest_shares[k]), "%", samples=here)),
         )
         for k in order

@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.analyses.targets.tables.items import ordered
 from lostmotion.analyses.targets.tables.sizes import size_at, stated_size
 from lostmotion.analyses.targets.tables.yield_ import CRITERION_LABELS
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def dumbbells(allowed: Sequence[Allowance], title: str) -> go.Figure:
     import plotly.graph_objects as go
 
     rows = list(range(len(allowed)))
-    names = [label(each.item.name.removeprefix("joints.")) for each in allowed]
+    names = [label(short_name(each.item.name)) for each in allowed]
     values = [each.factor.value for each in allowed]
     texts = [f"{stated_size(each.item)} → {size_at(each.item, each.factor)}" for each in allowed]
     ends = [(_finite(each.factor.low, each.factor.value), _finite(each.factor.high, each.factor.value)) for each in allowed]
@@ -108,7 +109,7 @@ def allocation_plot(result: Targets) -> go.Figure:
     uniform = float(np.nanmax(factor.factors))
     line = {"color": ORANGE, "width": 1.5, "dash": "dot"}
     figure.add_trace(go.Scatter(x=[uniform] * 2, y=[-0.5, len(rows) - 0.5], mode="lines", name=f"equal factor {uniform:.3g}", line=line))
-    names = [label(result.items[k].name.removeprefix("joints.")) + (" (not limiting)" if other.not_limiting[k] else "") for k in shown]
+    names = [label(short_name(result.items[k].name)) + (" (not limiting)" if other.not_limiting[k] else "") for k in shown]
     return _formatted(figure, names, [*values, uniform])
 
 

@@ -11,6 +11,7 @@ from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QU
 from lostmotion.analyses.workspace_map.radial import radial_section
 from lostmotion.analyses.workspace_map.surfaces import level_surface
 from lostmotion.analyses.workspace_map.tables.map_labels import configuration_label, percentile_label, size_label
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, named
 from lostmotion.reporting.sheet import length
 
@@ -151,7 +152,7 @@ def budget_by_zone(found: WorkspaceMap) -> go.Figure:
     import plotly.graph_objects as go
 
     first = found.budgets[0].costs[:_PARTS_SHOWN]
-    names = [label(cost.part.removeprefix("joints.")) for cost in first]
+    names = [label(short_name(cost.part)) for cost in first]
     bars = []
     for each, colour in zip(found.budgets, (ORANGE, GREEN, BLUE) if len(found.budgets) > 1 else (BLUE,), strict=False):
         shares = {cost.part: 100 * cost.share for cost in each.costs}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.budget import costs
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, Plot, framed, label, named
 from lostmotion.reporting.sheet import length
 
@@ -65,7 +66,7 @@ def budget(answer: Answer) -> go.Figure:
     by_size = sorted(found, key=lambda cost: -abs(cost.share))
     shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
     rest = by_size[_PARTS_SHOWN:]
-    names = [label(cost.part.removeprefix("joints.")) for cost in shown]
+    names = [label(short_name(cost.part)) for cost in shown]
     shares = [100 * cost.share for cost in shown]
     hover = [
         f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"
@@ -109,7 +110,7 @@ def by_level(found: Sequence[Cost], title: str) -> go.Figure:
 
     shown = [cost for cost in found if abs(cost.share) >= _LEAST_SHOWN][:_PARTS_SHOWN]
     rest = [cost for cost in found if cost not in shown]
-    names = [label(cost.part.removeprefix("joints.")) for cost in shown]
+    names = [label(short_name(cost.part)) for cost in shown]
     shares = np.array([cost.levels for cost in shown]).reshape(-1, 3)
     if rest:
         names.append(f"{len(rest)} other{'s' if len(rest) > 1 else ''}")

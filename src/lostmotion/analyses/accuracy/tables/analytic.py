@@ -14,6 +14,7 @@ from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampli
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
@@ -125,7 +126,7 @@ def _verdict(found_in: dict[str, Figure], largest: Cost | None, blame: Budget, k
         sentences.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
     if largest is not None:
         share = Figure(100 * largest.share, "%")
-        sentences.insert(1, f"Largest contributor: {largest.part.removeprefix('joints.')} with {share} of the mean-square error.")
+        sentences.insert(1, f"Largest contributor: {short_name(largest.part)} with {share} of the mean-square error.")
     return " ".join([*sentences, *upper_limit_sentences(known), *assumed_value_sentences(known)])
 
 
@@ -142,7 +143,7 @@ def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) 
     found += [(f"95 % of positions within, {zone}", figure) for zone, figure in found_in.items() if zone]
     out = [Card(title, str(figure), f"interval {figure.between}" if figure.between else "") for title, figure in found]
     if largest is not None:
-        out.append(Card("largest contributor, share of mean square", str(Figure(100 * largest.share, "%")), largest.part.removeprefix("joints.")))
+        out.append(Card("largest contributor, share of mean square", str(Figure(100 * largest.share, "%")), short_name(largest.part)))
     return out
 
 

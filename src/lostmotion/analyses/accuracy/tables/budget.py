@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.budget import costs
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.sheet import Figure, Row, Section, digits, length, several
 
@@ -51,7 +52,7 @@ def budget_section(answer: Answer) -> Section:
         gain = halving.gains[cost.part]
         rows.append(
             Row(
-                cost.part.removeprefix("joints."),
+                short_name(cost.part),
                 (
                     Figure(cost.alone * 1e6, "µm", samples=exact),
                     Figure(100 * cost.share, "%", samples=exact),
@@ -110,7 +111,7 @@ def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
     counted = f"{halving.samples} paired samples"
     rows = []
     for erring, gains, everywhere in ((found.parts, halving.gains, ""), (found.causes, halving.causes, ", at every joint")):
-        kept = [(gains[cost.part], cost.part.removeprefix("joints.") + everywhere) for cost in erring if cost.alone > 0]
+        kept = [(gains[cost.part], short_name(cost.part) + everywhere) for cost in erring if cost.alone > 0]
         for gain, name in sorted(kept, key=lambda each: -each[0].value):
             rows.append(Row(name, (_gain(gain, counted),), "cancels part of the others" if gain.high < 0 else ""))
     note = f"parts, then kinds of error; the 95th percentile here is {digits(halving.before * 1e3)} mm on {counted}"
@@ -119,11 +120,7 @@ def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
 
 def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:
     exact = f"exact sum over terms, {several(of.poses, 'pose')}"
-    rows = [
-        Row(cost.part.removeprefix("joints."), (Figure(cost.alone * 1e6, "µm", samples=exact), *_shares(cost, exact)))
-        for cost in found
-        if cost.alone > 0
-    ]
+    rows = [Row(short_name(cost.part), (Figure(cost.alone * 1e6, "µm", samples=exact), *_shares(cost, exact))) for cost in found if cost.alone > 0]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
     rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))

@@ -14,6 +14,7 @@ from lostmotion.error_model.intervals import (
     root_mean_square,
     standard_deviation,
 )
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, several
@@ -79,7 +80,7 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
         bound = "upper bound: sum of the magnitudes of all errors at their limits"
         upper = Row("worst case, worst pose", (length(worst, samples=counted),), bound, "worst_case")
         return Row("root-sum-square, worst pose", (rss,), squares, "root_sum_square"), upper
-    endless = [of.name.removeprefix("joints.") for of in arm.terms if math.isinf(of.term.bound)]
+    endless = [short_name(of.name) for of in arm.terms if math.isinf(of.term.bound)]
     names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
     return (
         Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations", "root_sum_square"),

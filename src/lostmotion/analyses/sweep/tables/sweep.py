@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.error_model.provenance import states
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_left_out
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.first_order import failed, failure, judged, unsure
@@ -161,7 +162,7 @@ def _masses(order: Order, chosen: Sequence[Outcome]) -> Section:
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
     """Return the shares of the largest contributors over the listed designs, a column for each."""
     exact = f"exact sum over terms, {several(order.poses, 'pose')}"
-    shares = [{cost.part.removeprefix("joints."): cost.share for cost in each.costs} for each in chosen]
+    shares = [{short_name(cost.part): cost.share for cost in each.costs} for each in chosen]
     names = sorted({name for each in shares for name in each}, key=lambda name: (-sum(each.get(name, 0.0) for each in shares), name))
     shown = [name for name in names if any(each.get(name, 0.0) > 0 for each in shares)][:_MOST_PARTS]
     rows = []

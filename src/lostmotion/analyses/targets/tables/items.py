@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.targets.tables.sizes import exactly, size_at, stated_size, times, usual_limit
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.sheet import Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def _usual(result: Targets) -> list[Section]:
 
 def _where(item: Item) -> str:
     """Return the joint of an item, or the base."""
-    return item.owner.removeprefix("joints.").rpartition(".")[0] or "base"
+    return short_name(item.owner).rpartition(".")[0] or "base"
 
 
 def _allocations(result: Targets) -> list[Section]:

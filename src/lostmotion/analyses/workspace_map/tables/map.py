@@ -25,6 +25,7 @@ from lostmotion.analyses.workspace_map.tables.map_labels import (
 from lostmotion.analyses.workspace_map.tables.placement import placement_facts, placement_section, placement_sentence
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
@@ -208,7 +209,7 @@ def _budget(found: WorkspaceMap) -> Section | None:
     rows = [Row("r.m.s. error", tuple(length(each.rms, samples=text) for each, text in zip(found.budgets, samples, strict=True)), "of the zone")]
     for cost in first.costs:
         figures = tuple(Figure(100 * of.get(cost.part, 0.0), "%", samples=text) for of, text in zip(shares, samples, strict=True))
-        rows.append(Row(cost.part.removeprefix("joints."), figures))
+        rows.append(Row(short_name(cost.part), figures))
     note = f"shares of the mean-square error, exact sums over terms at the poses of the figures ({configuration_label(found)}), the largest first"
     return Section("budget", "Error budget by zone", tuple(each.zone for each in found.budgets), tuple(rows), note)
 
