@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.special import betainc
+from scipy.stats import binomtest
 
 from lostmotion import sample_poses
 from lostmotion.error_model import error_bins, intervals
@@ -281,3 +282,10 @@ def test_no_share_exceeds_the_whole(count):
     assert 0 < low < high <= 1
     assert high == pytest.approx(1, abs=1e-12)
     assert share_interval(0, count) == pytest.approx((0, 1 - low), abs=1e-12)
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 5), (1, 1), (8, 10), (995, 1000)])
+def test_the_interval_of_a_share_is_wilsons(hits, count):
+    """The share of robots that meet a limit has the interval of E. Wilson's score test, as SciPy computes it."""
+    exact = binomtest(hits, count).proportion_ci(method="wilson")
+    assert share_interval(hits, count) == pytest.approx((exact.low, exact.high), abs=1e-12)

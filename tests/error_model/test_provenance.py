@@ -122,3 +122,12 @@ def test_a_joint_may_say_that_a_whole_part_is_assumed():
     assert found.joints[0].states["backlash"] == found.joints[0].states["lumped"] == "assumed"
     assert found.joints[0].states["stiffness"] == "ideal"
     assert [(each.key, each.source) for each in found.assumed] == [("gearbox", "guess"), ("lumped", "guess"), ("friction_torque", "")]
+
+
+def test_a_typical_material_makes_the_stiffness_of_a_drawn_gearbox_assumed_and_nothing_else():
+    """Its clearances and runouts are those of the drawing, stated, also beside a default friction; a bearing with defaults alone is stated too."""
+    arm = read(EXAMPLES / "arm-from-drawings.toml")
+    drawn = arm.model_copy(update={"joints": tuple(each.model_copy(update={"assumed": ()}) for each in arm.joints)})
+    shoulder = states(drawn).joints[1].states
+    kinds = ("backlash", "stiffness", "hysteresis", "transmission error", "bearing")
+    assert [shoulder[kind] for kind in kinds] == ["stated", "assumed", "stated", "stated", "stated"]

@@ -117,6 +117,14 @@ def test_a_radial_load_follows_the_plane_law():
         assert abs(found[0, 2]) < 1e-3 * one
 
 
+@pytest.mark.parametrize("clearance", [15 * UM, -5 * UM])
+def test_a_load_on_either_row_of_a_pair_alone_shifts_it_as_much(clearance):
+    """Two equal rows: a load on the row ahead has the mirror image of the shifts that the same load on the row behind has."""
+    table, load, none = shift_table(DEEP, clearance, 20e3), np.array([2e3, 8e3]), np.zeros(2)
+    behind, ahead = table.shifts(load, none, none), table.shifts(none, load, none)
+    np.testing.assert_allclose(ahead[:, [1, 0]], behind[:, [0, 1]], rtol=0, atol=1e-6 * np.abs(behind).max())
+
+
 def test_edges_are_the_play():
     """Without deformation a radial load shifts a row by half its clearance, a thrust the shaft to the end of its axial play, √(A G - G²/4)."""
     clearance, apart = 20 * UM, 0.04 * 12.7e-3

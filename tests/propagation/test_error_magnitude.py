@@ -108,6 +108,21 @@ def test_the_share_below_a_quantile_is_its_level():
     assert ends == pytest.approx(np.tile([0.0, 1.0], (30, 1)), abs=1e-6)
 
 
+def test_the_density_of_a_corrected_magnitude_is_the_slope_of_its_share():
+    """A correction for skewness and kurtosis weighs each ray by a polynomial of its radius: so are share and density, whatever its coefficients."""
+    rng = np.random.default_rng(4)
+    roots, bias = rng.standard_normal((6, 3, 3)), rng.standard_normal((6, 3))
+    normal = magnitude.rays_of(roots @ roots.transpose(0, 2, 1), bias)
+    limits, step = np.linalg.norm(bias, axis=1)[:, None] + [0.1, 1.0, 3.0], 1e-3  # beyond the bias, where every ray crosses the limit once
+    for power in range(5):
+        weights = np.zeros_like(normal.weights)
+        weights[:, power] = 1 / magnitude.RAYS
+        rays = normal._replace(weights=weights)
+        densities = magnitude.share_below(rays, limits)[1]
+        slopes = (magnitude.share_below(rays, limits + step)[0] - magnitude.share_below(rays, limits - step)[0]) / (2 * step)
+        assert densities == pytest.approx(slopes, rel=0.02, abs=2e-3 * densities.max()), power
+
+
 def test_an_error_without_scatter_is_its_bias():
     """No draw moves the tool: every figure is |b|, exact; without bias zero."""
     found = magnitude.by_rays(np.zeros((2, 3, 4)), np.array([[3.0, 0, 4], [0, 0, 0]]), cumulants([[(k, FLAT)] for k in range(4)]))
