@@ -62,7 +62,7 @@ def test_a_cube_is_reached_all_over():
     assert cube.corners[:, 2].min() >= -1e-9
     wanted = np.tile(np.eye(4), (300, 1, 1))
     wanted[:, :3, 3] = cube.centre + cube.side * np.random.default_rng(1).uniform(-0.5, 0.5, (300, 3))
-    assert inverse_kinematics(arm, wanted, np.tile(cube.q[0], (300, 1)), turned=False)[1].mean() > 0.99
+    assert inverse_kinematics(arm, wanted, np.tile(cube.q[0], (300, 1)), with_orientation=False)[1].mean() > 0.99
 
 
 @pytest.mark.slow

@@ -140,7 +140,7 @@ def test_distributions_are_read_from_a_file(tmp_path):
         ('link = { length = "400 mm", tip = { xyz = ["1 mm", "0 mm", "0 mm"] } }\n', "joints.A.link", "one of the two"),
         ('link = { length_tolerance = "50 µm" }\n', "joints.A.link", "a length or a tip"),
         ("link = 3\n", "joints.A.link", "a table"),
-        ('after = "A.tip"\n', "joints.A.after", "of a joint that comes before"),
+        ('after = "A.tip"\n', "joints.A.after", "of an earlier joint"),
         ("after = 3\n", "joints.A.after", "text"),
     ],
 )

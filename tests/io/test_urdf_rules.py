@@ -27,7 +27,7 @@ def urdf(tmp_path):
 
 def noted(arm, words):
     """Return whether a note or a warning of the arm contains these words."""
-    return any(words in note for note in (*arm.notes, *arm.doubts))
+    return any(words in note for note in (*arm.notes, *arm.warnings))
 
 
 @pytest.mark.parametrize(
@@ -229,10 +229,10 @@ def test_a_weightless_arm_is_warned_of_first(urdf):
     """Older packages describe shapes only: all that gravity does is missing."""
     bare = [part for part in arm() if part.startswith("<joint")] + [link(name, 0) for name in ("base", "link1", "link2", "link3")]
     path = urdf(robot(*bare))
-    assert "no link of this arm has a mass" in read(path).doubts[0]
+    assert "no link of this arm has a mass" in read(path).warnings[0]
     path.with_suffix(".toml").write_text('[joints.j1]\nlink = { mass = "2 kg" }\n', encoding="utf-8")
     assert not noted(read(path), "no link of this arm has a mass")
-    assert "nothing that moves with j2, j3 alone has a mass" in read(path).doubts[0]
+    assert "nothing that moves with j2, j3 alone has a mass" in read(path).warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -248,14 +248,14 @@ def test_a_weightless_arm_is_warned_of_first(urdf):
 def test_masses_that_look_like_placeholders_are_warned_of(urdf, parts, note):
     """They are read: the kinematics may be right all the same."""
     joints = [part for part in arm() if part.startswith("<joint")]
-    assert note in read(urdf(robot(*joints, *parts))).doubts[0]
+    assert note in read(urdf(robot(*joints, *parts))).warnings[0]
 
 
 @pytest.mark.parametrize(("origin", "length"), [("300 0 100", "949 m"), ("3000 0 1000", "9490 m"), ("0.003 0 0.001", "0.00949 m")])
 def test_lengths_in_millimetres_are_warned_of(urdf, origin, length):
     """Exporters write millimetres; no arm is 15 m long, none 5 cm."""
     found = read(urdf(robot(*arm()).replace('"0.3 0 0.1"', f'"{origin}"')))
-    assert f"add up to {length}: are they in metres" in found.doubts[0]
+    assert f"add up to {length}: are they in metres" in found.warnings[0]
 
 
 def test_a_range_over_two_turns_is_warned_of(urdf):
@@ -263,7 +263,7 @@ def test_a_range_over_two_turns_is_warned_of(urdf):
     found = read(urdf(robot(*arm()).replace('lower="-1" upper="1.2"', 'lower="-6.2832" upper="6.2832"', 1)))
     assert not noted(found, "more than twice around")
     found = read(urdf(robot(*arm()).replace('lower="-1" upper="1.2"', 'lower="-1e6" upper="1e6"', 1)))
-    assert "j1 may turn more than twice around" in found.doubts[0]
+    assert "j1 may turn more than twice around" in found.warnings[0]
 
 
 def test_long_names_beside_the_chain_are_nobodys_concern(urdf):
@@ -340,7 +340,7 @@ def test_a_doubt_is_a_warning_of_every_command(urdf):
     parts = [part for part in arm() if part.startswith("<joint")] + [link(name, 0) for name in ("base", "link1", "link2", "link3")]
     path = urdf(robot(*parts), '[joints.j1]\nlumped = { angle = "1 arcmin" }\n')
     found = read(path)
-    assert found.model_copy(update={"gravity": 3.7}).doubts == found.doubts
+    assert found.model_copy(update={"gravity": 3.7}).warnings == found.warnings
     sheets = [study(found, 8, 10, 2, 1).sheet, study(found, 8, method="analytic").sheet]
     for sheet in sheets:
         assert any("no link of this arm has a mass" in warning for warning in sheet.warnings)

@@ -68,7 +68,7 @@ def test_the_name_decides(taken, parts, tool):
     """A person reads `tcp`, `tool0` and `flange` before counting joints; the choice is stated, and its alternatives."""
     note, found = taken(*arm(), *parts)
     assert note.startswith(f"tool: {tool}, 3 joints (by its name")
-    assert not any("guess" in doubt for doubt in found.doubts)
+    assert not any("guess" in warning for warning in found.warnings)
     assert 'tip = "..." changes it' in note
     assert len(found.moving) == 3
 
@@ -97,7 +97,7 @@ def test_without_a_name_the_structure_decides_with_a_warning(taken, parts, tool,
     """Jaws, balancers, heads and wheels are no arm; of what is left the longest chain is, and a pure frame at its end before a body."""
     note, found = taken(*arm(), *parts)
     assert note.startswith(f"tool: {tool}, {joints} joints (a guess by the structure")
-    assert found.doubts[-1].startswith(f"the tool is a guess: link '{tool}'")
+    assert found.warnings[-1].startswith(f"the tool is a guess: link '{tool}'")
     assert len(found.moving) == joints
 
 

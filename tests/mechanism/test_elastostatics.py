@@ -257,7 +257,7 @@ def test_a_straight_beam_gives_as_the_book_says():
     found = lostmotion.compliance(arm, np.zeros((1, 1)))
     shear = length / (SECTION["shear_y"] * SHEAR * SECTION["area"]), length / (SECTION["shear_z"] * SHEAR * SECTION["area"])
     bending = length**3 / (YOUNG * SECTION["i_z"]), length**3 / (YOUNG * SECTION["i_y"])
-    free, held = ellipsoid(found), ellipsoid(found, rotation_held=True)
+    free, held = ellipsoid(found), ellipsoid(found, rotation_fixed=True)
     stretch = length / (YOUNG * SECTION["area"])
     # The section's width, y of the beam, lies along the joint's axis.
     np.testing.assert_allclose(free.values[0], [bending[1] / 3 + shear[1], bending[0] / 3 + shear[0], stretch], rtol=1e-9)

@@ -64,7 +64,7 @@ def test_a_pose_reported_as_reached_is_reached(six, turned):
     q = sample_poses(six, 400, "uniform", 4).q
     wanted = frames(six, q)[-1]
     start = q + np.random.default_rng(0).normal(0, 0.1, q.shape)
-    found, reached = inverse_kinematics(six, wanted, start, turned=turned)
+    found, reached = inverse_kinematics(six, wanted, start, with_orientation=turned)
     assert reached.mean() > 0.99
     miss = pose_difference(frames(six, found)[-1], wanted)[:, slice(0 if turned else 3, 6)]
     assert np.abs(miss[reached]).max() < REACHED
@@ -77,7 +77,7 @@ def test_out_of_reach_is_reported(six):
     """A point two metres away is not reached, and reported as such."""
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = 2.0, 0.0, 0.3
-    assert not inverse_kinematics(six, wanted, six.limits.mean(axis=1)[None], turned=False)[1].any()
+    assert not inverse_kinematics(six, wanted, six.limits.mean(axis=1)[None], with_orientation=False)[1].any()
 
 
 @pytest.mark.parametrize("way", [-1, 1])
@@ -88,7 +88,7 @@ def test_a_joint_on_its_limit_lets_the_others_go_on(way):
     arm = lostmotion.Arm.model_validate({"name": "slides", "joints": joints})
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = way * 0.5, 0.1, 0.2
-    q, reached = inverse_kinematics(arm, wanted, np.array([[way * 0.3, 0.0, 0.0, 0.0]]), turned=False, steps=12)
+    q, reached = inverse_kinematics(arm, wanted, np.array([[way * 0.3, 0.0, 0.0, 0.0]]), with_orientation=False, steps=12)
     assert reached.all()
     assert q[0, 0] + q[0, 3] == pytest.approx(way * 0.5, abs=1e-9)
 

@@ -141,7 +141,7 @@ def test_the_carry_matrix_transposed_gives_the_wrench_of_a_load_on_the_tool(seed
     load = np.concatenate([turned @ moment, turned @ force], axis=1)
     for k in range(len(arm.places)):
         np.testing.assert_allclose(np.einsum("pji,pj->pi", carry(arm.tree, at, k), load), felt[k], atol=3e-15 * 100)
-        assert (k in arm.tree.way) == bool(carry(arm.tree, at, k).any())
+        assert (k in arm.tree.tool_path) == bool(carry(arm.tree, at, k).any())
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -156,7 +156,7 @@ def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(se
         here = at[k, 0]
         there, again = (here @ exp(sign * small) @ np.linalg.inv(here) @ at[-1, 0] for sign in (1, -1))
         moved = pose_difference(again, there) / 2
-        expected = moved if k in arm.tree.way else np.zeros(6)
+        expected = moved if k in arm.tree.tool_path else np.zeros(6)
         np.testing.assert_allclose(carry(arm.tree, at, k)[0] @ small, expected, atol=1e-13)
 
 
@@ -171,10 +171,10 @@ def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
     np.testing.assert_allclose(tool, at[-1], atol=1e-13)
     for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
         np.testing.assert_allclose(levers[:, :, k], carry(arm.tree, at, place) @ joint.twist, atol=1e-13)
-        assert levers[:, :, k].any() == (k in arm.tree.drives)
-    beside = [k for k in range(len(arm.moving)) if k not in arm.tree.drives]
+        assert levers[:, :, k].any() == (k in arm.tree.tool_joints)
+    beside = [k for k in range(len(arm.moving)) if k not in arm.tree.tool_joints]
     start = np.clip(q + 0.1 * rng.uniform(-1, 1, q.shape), *arm.limits.T)
-    np.testing.assert_array_equal(inverse_kinematics(arm, tool, start, turned=False)[0][:, beside], start[:, beside])
+    np.testing.assert_array_equal(inverse_kinematics(arm, tool, start, with_orientation=False)[0][:, beside], start[:, beside])
 
 
 def lifter(**counterweight: object) -> Arm:
@@ -230,7 +230,7 @@ def test_errors_on_a_branch_leave_the_exact_composition_alone():
 def test_the_ways_and_what_hangs_on_a_place_are_known():
     """The path to the tool excludes branches, and what a place carries includes them."""
     arm = lifter(counterweight=True)
-    way = [arm.places[k] for k in arm.tree.way]
+    way = [arm.places[k] for k in arm.tree.tool_path]
     assert way == [
         "base",
         *(f"{name}{end}" for name in ("shoulder", "elbow", "wrist") for end in ENDS),
@@ -242,7 +242,7 @@ def test_the_ways_and_what_hangs_on_a_place_are_known():
 
 
 def test_an_arm_that_names_a_place_it_does_not_have_is_refused():
-    """A joint stands on a place that comes before it, under a name that means one place alone."""
+    """A joint is attached to an earlier place, whose name must be unique."""
     joint = {"type": "revolute", "limits": (-1, 1)}
     cases = {
         "tipp": [{"name": "A", **joint}, {"name": "B", "after": "A.tipp", **joint}],
@@ -251,14 +251,14 @@ def test_an_arm_that_names_a_place_it_does_not_have_is_refused():
         "of two meanings": [{"name": "A", **joint}, {"name": "A.tip", **joint}, {"name": "C", "after": "A.tip", **joint}],
     }
     for name, joints in cases.items():
-        with pytest.raises(ValidationError, match="not one place that comes before"):
+        with pytest.raises(ValidationError, match="not exactly one earlier place"):
             Arm(name=name, joints=joints)
     plinth, moving = {"name": "plinth", "type": "fixed"}, {"name": "A", **joint}
     still = [([moving], "base"), ([moving], "A.seat"), ([plinth, {**moving, "after": "base"}], "plinth.tip")]
     for joints, after in still:
         with pytest.raises(ValidationError, match="no joint moves"):
             Arm(name="still", joints=joints, tool={"after": after})
-    assert math.isclose(Arm(name="last", joints=[{"name": "A", **joint}], tool={"after": "A"}).tree.way[-1], 4)
+    assert math.isclose(Arm(name="last", joints=[{"name": "A", **joint}], tool={"after": "A"}).tree.tool_path[-1], 4)
 
 
 def test_a_branch_without_errors_is_not_missing_from_a_prediction():

@@ -191,7 +191,7 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
     names = [joint.name for joint in arm.moving]
     infos = tuple(_column(of, side, names) for of, side in halves)
     scale = np.array([of.term.scale for of, _ in halves])
-    return PoseMatrix(infos, tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, arm.tree.way)
+    return PoseMatrix(infos, tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, arm.tree.tool_path)
 
 
 def _sides(arriving: Floats) -> tuple[str, ...]:

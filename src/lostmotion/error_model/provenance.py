@@ -121,7 +121,7 @@ def states(arm: Arm) -> States:
     typical material), else "stated". A value of zero that was stated on purpose is stated. A default never describes a kind; where one is used
     beside stated values it is listed among the assumed ones. Joints on a branch do not count: their errors do not move the tool.
     """
-    on_way = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.way]
+    on_way = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.tool_path]
     found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in on_way]
     return States(
         joints=tuple(each for joint, each in found if joint.type != "fixed"),

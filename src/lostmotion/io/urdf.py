@@ -20,7 +20,7 @@ from lostmotion.io.sidecar import add_sidecar, find_sidecar
 from lostmotion.io.text import read_old_text
 from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
-from lostmotion.io.urdf_checks import with_doubts
+from lostmotion.io.urdf_checks import with_warnings
 from lostmotion.io.urdf_tree import read_tree
 from lostmotion.mechanism.arm import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
 from lostmotion.parts.link import Frame
@@ -62,7 +62,7 @@ def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
     draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
     add_sidecar(draft, content, tree.joints)
     arm = build_arm(draft)
-    return with_doubts(arm, tree, chain)
+    return with_warnings(arm, tree, chain)
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:

@@ -20,14 +20,14 @@ _MOST_OTHERS: Final = 4
 
 @dataclass(frozen=True)
 class Chain:
-    """The joints from base to tool, those before the base, notes on them, and doubts that are warned of."""
+    """The joints from base to tool, those before the base, notes on them, and warnings."""
 
     base: str
     tip: str
     joints: list[UrdfJoint]
     before: list[UrdfJoint]
     notes: list[str] = field(default_factory=list)
-    doubts: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
 
 def find_chain(tree: UrdfTree, content: dict[str, Any], sidecar: str, sidecar_name: str) -> Chain:
@@ -52,13 +52,13 @@ def find_chain(tree: UrdfTree, content: dict[str, Any], sidecar: str, sidecar_na
     base = _base(tree, content, sidecar)
     tip = content.pop("tip", None)
     notes: list[str] = []
-    doubts: list[str] = []
+    warnings: list[str] = []
     if tip is None:
         choice = _chosen(tree, base, sidecar_name)
         tip = choice.link
         notes.append(_taken(choice))
         if not choice.by_name:
-            doubts.append(f"the tool is a guess: link '{tip}' ends the longest chain, and no link has a tool's name; tip in {sidecar_name} sets it")
+            warnings.append(f"the tool is a guess: link '{tip}' ends the longest chain, and no link has a tool's name; tip in {sidecar_name} sets it")
     elif not isinstance(tip, str) or tip not in tree.links or tree.path_to(tip, base) is None:
         near = nearest(str(tip), [link for link in tree.links if _reads(tree, base, link)])
         expected = f"the name of a link of {tree.file}" + (f" behind the base '{base}'" if base not in tree.roots else "")
@@ -73,7 +73,7 @@ def find_chain(tree: UrdfTree, content: dict[str, Any], sidecar: str, sidecar_na
         notes.append(f"the chain starts at link '{base}'" + (f"; {listed(held)} before it held at zero" if held else ""))
     notes += [f"joint '{joint.name}' ({joint.type}) carries the whole arm: it is held at zero" for joint in joints if joint.type in _FREE]
     notes += [f"joint '{joint.name}' cannot move, for its lower limit is its upper one: it is fixed there" for joint in joints if joint.locked]
-    return Chain(base, tip, joints, before, notes, doubts)
+    return Chain(base, tip, joints, before, notes, warnings)
 
 
 def _base(tree: UrdfTree, content: dict[str, Any], sidecar: str) -> str:

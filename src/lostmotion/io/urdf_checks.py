@@ -1,6 +1,6 @@
 """What makes a URDF's numbers doubtful: no masses, the same ones everywhere, lengths in millimetres, ranges that nobody measured.
 
-Such files are read, for kinematics may be right all the same; the doubt is shown as a warning.
+Such files are read, for kinematics may be right all the same; a warning is shown.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ _SEVERAL: Final = 3
 _TWO_TURNS: Final = 4 * math.pi * 1.01
 
 
-def with_doubts(arm: Arm, tree: UrdfTree, chain: Chain) -> Arm:
+def with_warnings(arm: Arm, tree: UrdfTree, chain: Chain) -> Arm:
     """Return the arm with a warning for everything in its URDF that looks like a placeholder, and for a tool that is a guess."""
-    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm), *chain.doubts]
-    return arm.with_doubts(cut(text, LONGEST_NOTE) for text in found) if found else arm
+    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm), *chain.warnings]
+    return arm.with_warnings(cut(text, LONGEST_NOTE) for text in found) if found else arm
 
 
 def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:

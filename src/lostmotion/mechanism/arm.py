@@ -1,4 +1,4 @@
-"""The description of an arm: joints, links, base, tool and payload, and the places that they make."""
+"""Description of an arm: joints, links, base, tool and payload, and the places that they define."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pydantic import Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
-from lostmotion.mechanism.holding import holdings
+from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
-from lostmotion.mechanism.places import is_moved, misplaced, tree_of
+from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 STANDARD_GRAVITY = 9.80665
-# Least mass that an arm counts as carrying where friction is assumed, kg.
-_LEAST_HELD: Final = 0.1
+# Mass (kg) at the arm's reach that every joint is assumed to hold at least, where friction is not stated.
+_LEAST_MASS: Final = 0.1
 LONGEST_NAME: Final = 80
 LONGEST_NOTE: Final = 300
 MOST_NOTES: Final = 200
@@ -39,10 +39,17 @@ MOST_JOINTS: Final = 64
 
 
 class Arm(Part):
-    """A serial arm of any number of revolute, prismatic and fixed joints, from its base to its tool; branches may hang on it.
+    """A serial arm from base to tool, with any number of revolute, prismatic and fixed joints; branches may be attached to it.
 
     Places are listed in the order of the joints: "base", then for each joint NAME its seat "NAME.seat" (before the motion), "NAME" (after it) and
-    "NAME.tip" (the far end of its link), and last "tool". q has one value per moving joint, rad or m, in order.
+    "NAME.tip" (the far end of its link), and last "tool". q has one value per moving joint, in rad or m, in the order of the joints.
+
+    joints   in order from the base
+    base     place and tilt of the foot, with its errors
+    tool     tool frame and mass of the tool
+    payload  mass held by the tool, and the process force and moment
+    gravity  magnitude of the acceleration of free fall, m/s^2
+    notes    text that is repeated with every result
     """
 
     name: Annotated[Line, Field(min_length=1, max_length=LONGEST_NAME)]
@@ -53,7 +60,7 @@ class Arm(Part):
     gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
     notes: Annotated[tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)] = ()
 
-    _doubts: tuple[str, ...] = PrivateAttr(())
+    _warnings: tuple[str, ...] = PrivateAttr(())
 
     @model_validator(mode="after")
     def _has_a_mechanism(self) -> Self:
@@ -67,22 +74,22 @@ class Arm(Part):
         if wrong:
             (path, after, known), *others = wrong
             near = nearest(after, known)
-            found = f"{' and '.join(shown(each) for each in (after, *(other.after for other in others)))}, not one place that comes before"
-            expected = '"base", or NAME.seat, NAME or NAME.tip of a joint that comes before'
+            found = f"{' and '.join(shown(each) for each in (after, *(other.after for other in others)))}, not exactly one earlier place"
+            expected = '"base", or NAME.seat, NAME or NAME.tip of an earlier joint'
             raise _refusal(found, expected, f'after = "{near or known[-1]}"', near, path)
-        if not is_moved(self.joints, self.tool):
+        if not tool_moves(self.joints, self.tool):
             expected = "at least one moving joint between the base and the tool"
             raise _refusal("a tool that no joint moves", expected, f'[tool] with after = "{self.moving[-1].name}.tip"', "", ("tool", "after"))
         return self
 
     @functools.cached_property
     def moving(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
-        """Return the joints that q has values of."""
+        """Return the moving joints, in the order of the columns of q."""
         return tuple(joint for joint in self.joints if joint.type != "fixed")
 
     @functools.cached_property
     def tree(self) -> Tree:
-        """Return the places with their parents, and the weights on them."""
+        """Return the places with their parents, and the masses on them."""
         return tree_of(self.base.foot, self.joints, self.tool)
 
     @functools.cached_property
@@ -92,23 +99,23 @@ class Arm(Part):
 
     @functools.cached_property
     def parts(self) -> tuple[PlacedPart, ...]:
-        """Return the parts that err, in the order of the places."""
-        still = Motion(np.zeros(6))
-        out = [PlacedPart(f"base {name}", "base", None, 0, source, still) for name, source in self.base.sources.items()]
+        """Return the parts with errors, each with its place, in the order of the places."""
+        no_motion = Motion(np.zeros(6))
+        out = [PlacedPart(f"base {name}", "base", None, 0, source, no_motion) for name, source in self.base.sources.items()]
         for k, (joint, (seat, moved, tip)) in enumerate(zip(self.joints, self.tree.joints, strict=True)):
             owner, column = f"joints.{joint.name}", self.tree.places[moved].joint
             if joint.mounting is not None:
-                across_what = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
-                out.append(PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, across_what))
+                axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
+                out.append(PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis))
             motion = Motion(joint.twist, functools.partial(self.holding, k))
             for name, source in joint.sources.items():
                 out.append(PlacedPart(f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion))
-            out.append(PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, still))
+            out.append(PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, no_motion))
         return tuple(out)
 
     @functools.cached_property
     def terms(self) -> tuple[PlacedTerm, ...]:
-        """Return the elementary errors of all parts, in the order of the parts."""
+        """Return the error terms of all parts, in the order of the parts."""
         return tuple(term for part in self.parts for term in part.terms())
 
     @functools.cached_property
@@ -117,24 +124,24 @@ class Arm(Part):
         return np.array([joint.limits for joint in self.moving])
 
     @property
-    def doubts(self) -> tuple[str, ...]:
-        """Return the reader's doubts about the arm's description, which are shown as warnings with every figure."""
-        return self._doubts
+    def warnings(self) -> tuple[str, ...]:
+        """Return what seems wrong in the description of the arm; it is shown with every result."""
+        return self._warnings
 
-    def with_doubts(self, doubts: Iterable[str]) -> Self:
-        """Return this arm with these doubts."""
+    def with_warnings(self, warnings: Iterable[str]) -> Self:
+        """Return this arm with these warnings in place of its own."""
         out = self.model_copy()
-        out._doubts = tuple(doubts)  # noqa: SLF001 - of its own kind
+        out._warnings = tuple(warnings)  # noqa: SLF001 - of the same class
         return out
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return the notes, and what is not stated: springs of drawn gearboxes, friction, masses of gearboxes."""
-        return (*self.notes, *remarks_on(self.moving, self.assumed_friction, self.unweighed))
+        """Return the notes of the arm, then what encoders correct and what is not stated: rigid members, ratings, friction, masses of gearboxes."""
+        return (*self.notes, *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass))
 
     @functools.cached_property
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:
-        """Return the assumed friction (N m or N) of parts with play that state none, with its reason, by names of joint and part."""
+        """Return the friction (N m or N) that is assumed for parts with play whose own is not stated, with its reason; keys are joint and part."""
         out = {}
         for k, joint in enumerate(self.joints):
             for name, source in joint.sources.items():
@@ -144,45 +151,44 @@ class Arm(Part):
         return out
 
     def holding(self, joint: int) -> Holding:
-        """Return the largest static load of a joint, by its number in `joints`, over poses and tilts of the base: the scale of assumed friction.
+        """Return the largest static load of a joint over poses and tilts of the base; friction that is not stated is a share of it.
 
-        Exact over tilts; over poses the largest of 256 that are spread evenly between the joint limits. Not less than the load of 0.1 kg at the arm's
-        reach, so that an axis through the centre of mass, or an arm without stated masses, still has friction. Independent of the poses, the seed and
-        the nominal tilt of a study.
+        `joint` is the index of the joint in `joints`. The maximum over tilts is exact; over poses it is the largest of 256 that are spread evenly
+        between the joint limits. The load is at least that of 0.1 kg at the arm's reach. So an axis through the centre of mass has friction too, and
+        so has an arm without stated masses. The load does not depend on the poses, the seed or the nominal tilt of a study.
         """
         return self._holdings[joint]
 
     @functools.cached_property
     def _holdings(self) -> tuple[Holding, ...]:
-        return holdings(self.tree, self.limits, self.payload, self.gravity, _LEAST_HELD * STANDARD_GRAVITY)
+        return holding_loads(self.tree, self.limits, self.payload, self.gravity, _LEAST_MASS * STANDARD_GRAVITY)
 
-    def carrying(self, payload: Payload) -> Self:
-        """Return the arm with another payload; assumed friction stays that under its own payload, since the drives stay the same."""
+    def with_payload(self, payload: Payload) -> Self:
+        """Return the arm with another payload. Assumed friction does not change with the payload, because the drives stay the same."""
         other = self.model_copy(update={"payload": payload})
         other.__dict__["_holdings"] = self._holdings
         return other
 
     @property
     def mass(self) -> float:
-        """Return the mass (kg) of joints, gearboxes, links and tool as far as it is stated; the payload is not part of it."""
+        """Return the stated mass (kg) of joints, gearboxes, links and tool together, without the payload."""
         return sum(joint.total_mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
 
     @property
-    def unweighed(self) -> tuple[str, ...]:
-        """Return the models of gearboxes whose mass nobody states, neither of the gearbox nor of its joint: they weigh nothing."""
+    def gearboxes_without_mass(self) -> tuple[str, ...]:
+        """Return the models of gearboxes without a mass, stated neither for the gearbox nor for its joint: they count as massless."""
         found = [joint.gearbox for joint in self.moving if joint.gearbox is not None and joint.mass is None and joint.gearbox.mass is None]
         return tuple(dict.fromkeys(gearbox.model for gearbox in found if gearbox.model))
 
     @property
     def gravity_in_base(self) -> Floats:
-        """Return the acceleration of free fall (3,) in the base's axes, m/s^2, at the base's nominal tilt."""
+        """Return the acceleration of free fall (3,), m/s^2, in the base's axes at the base's nominal tilt."""
         return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))
 
     def __repr__(self) -> str:
         """Return the arm in one line."""
         kinds = "".join(joint.type[0].upper() for joint in self.joints)
-        weighs = self.mass
-        return f"<Arm '{self.name}': {kinds}, {weighs:.3g} kg, payload {self.payload.mass:g} kg>"
+        return f"<Arm '{self.name}': {kinds}, {self.mass:.3g} kg, payload {self.payload.mass:g} kg>"
 
     __str__ = __repr__
 

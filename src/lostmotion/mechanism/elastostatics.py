@@ -1,11 +1,11 @@
 """Elastostatics of the whole arm, with links, joint units and base as springs: compliance at the tool, deflection, ellipsoids, shares.
 
-Only the elastic forms among the parts' design terms count, each with its own tangent. Play is not elastic and is neglected: valid while plays
-stay closed. A gearbox within the loop of an encoder on its output is held by the controller and does not deflect.
+Design terms with an elastic form are included, each with its tangent compliance. Play is not elastic and is neglected: valid while all play is
+closed. A gearbox within the control loop of an encoder on its output does not deflect, because the controller corrects it.
 
-Directions are (rotation, displacement) of the tool and (moment, force) at the tool point, both in the base's axes. First order: the pose that the
-unloaded arm stands in. C = sum of J C_part J^T over the parts; for the drives alone: J. Salisbury, Active stiffness control of a manipulator in
-cartesian coordinates, Proc. 19th IEEE Conf. on Decision and Control, 1980.
+Twists are (rotation, displacement) of the tool and wrenches (moment, force) at the tool point, both in the base's axes. First order: the compliance
+is that at the pose of the unloaded arm. C = sum of J C_part J^T over the parts; for the drives alone: J. Salisbury, Active stiffness control of a
+manipulator in cartesian coordinates, Proc. 19th IEEE Conf. on Decision and Control, 1980.
 """
 
 from __future__ import annotations
@@ -23,15 +23,20 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.spatial import Floats
 
-# Poses at a time: what parts work on then stays in the processor's cache.
+# Poses evaluated at a time, so that the arrays of the parts fit into the processor's cache.
 _BLOCK: Final = 1024
-# Below this share of the largest, a direction counts as rigid: what differences leave of zero is a thousandth of it.
+# Below this share of the largest compliance a direction counts as rigid. Rounding leaves about a thousandth of it in place of zero.
 _RIGID: Final = 1e-10
 
 
 @dataclass(frozen=True, repr=False)
 class Compliances:
-    """Compliance at the tool by elastic part: `by_part` (part, pose, 6, 6) in rad, m per N m, N; `tool` (pose, 3) the tool point, m."""
+    """Compliance at the tool, by elastic part.
+
+    parts    names of the elastic parts
+    by_part  (part, pose, 6, 6) contribution of each part, rad and m per N m and N
+    tool     (pose, 3) tool point in the base's frame, m
+    """
 
     parts: tuple[str, ...]
     by_part: Floats
@@ -39,12 +44,12 @@ class Compliances:
 
     @property
     def whole(self) -> Floats:
-        """Return the compliance of the whole arm (pose, 6, 6)."""
+        """Return the compliance of the whole arm (pose, 6, 6), rad and m per N m and N."""
         return np.asarray(self.by_part.sum(axis=0))
 
     @property
     def mean_compliance(self) -> Floats:
-        """Return by part (part, pose) the displacement along a force per newton, averaged over all directions of the force, m/N."""
+        """Return the displacement along a force per newton, averaged over all directions of the force: (part, pose), m/N."""
         return np.asarray(np.einsum("tpii->tp", self.by_part[:, :, 3:, 3:])) / 3
 
     @property
@@ -56,9 +61,9 @@ class Compliances:
 
     @property
     def asymmetry(self) -> Floats:
-        """Return the departure of the displacement under a force from reciprocity (pose,), as a share of the largest; NaN where every part is rigid.
+        """Return the asymmetry (pose,) of the displacement per force, relative to its largest element; NaN where every part is rigid.
 
-        Rounding only, except with bearings described by drawings: there it is the uncertainty of the slopes of their tables.
+        By reciprocity the matrix is symmetric, so the asymmetry is rounding. Tables of bearings described by drawings add the error of their slopes.
         """
         shift = self.whole[:, 3:, 3:]
         off = np.abs(shift - shift.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
@@ -69,12 +74,12 @@ class Compliances:
 def compliances(arm: Arm, q: Floats) -> Compliances:
     """Return the compliance contribution of each part at these poses, q (pose, joint) in rad or m.
 
-    The tangent at the load that each part carries, exact for all springs but drawn bearings, whose tables are read over ±0.1 % of the load: a
-    contact between rolling elements without load has no stiffness at all, and counts as if it carried a millinewton. Raises ValueError for q of
-    another shape or not finite.
+    Each contribution is the tangent at the load that the part carries. It is exact, except for bearings described by drawings: their tables are
+    differentiated over ±0.1 % of the load. An unloaded rolling contact has no stiffness; it is evaluated at a load of one millinewton.
+    Raises ValueError for q of another shape or not finite.
     """
     values = as_poses(arm, q)
-    springs = springs_of(arm)
+    springs = elastic_terms(arm)
     parts = tuple(dict.fromkeys(of.owner for of in springs))
     by_part = np.zeros((len(parts), len(values), 6, 6))
     tool = np.empty((len(values), 3))
@@ -93,16 +98,19 @@ def compliances(arm: Arm, q: Floats) -> Compliances:
 def compliance(arm: Arm, q: Floats) -> Floats:
     """Return the twist of the tool per wrench on it (pose, 6, 6), rad and m per N m and N; arguments and errors as `compliances`.
 
-    Symmetric and positive semidefinite, as long as the parts' own laws are (reciprocity).
+    Symmetric and positive semidefinite where the compliances of all parts are (reciprocity).
     """
     return compliances(arm, q).whole
 
 
 def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
-    """Return rotation and displacement of the tool (pose, 6; rad, m) under this wrench in addition to the arm's own loads.
+    """Return rotation and displacement of the tool (pose, 6; rad, m) due to this wrench in addition to the arm's own loads.
 
-    wrench (6,) or (pose, 6): moment and force at the tool point in the base's axes, N m and N. Not the tangent: parts are asked with and without the
-    wrench, so that zones and contacts count over the whole way; for springs in proportion it is compliance @ wrench. A rigid arm: zero.
+    q       (pose, joint) rad or m
+    wrench  (6,) or (pose, 6): moment and force at the tool point in the base's axes, N m and N
+
+    The deflection of each part is evaluated with and without the wrench. So stiffness zones and contacts are included over the full change of load,
+    not by their tangent. For linear springs the result is compliance @ wrench; for a rigid arm it is zero.
     Raises ValueError for q or wrench of another shape or not finite.
     """
     values = as_poses(arm, q)
@@ -110,7 +118,7 @@ def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
     if load.shape not in {(6,), (len(values), 6)} or not np.isfinite(load).all():
         raise ValueError(f"a wrench of shape {load.shape}; expected 6 finite values, moment and force, or as many per pose")
     load = np.broadcast_to(load, (len(values), 6))
-    out, springs = np.zeros((len(values), 6)), springs_of(arm)
+    out, springs = np.zeros((len(values), 6)), elastic_terms(arm)
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
@@ -127,30 +135,30 @@ def _carries(arm: Arm, at: Floats, terms: list[PlacedTerm]) -> dict[int, Floats]
     return {place: carry(arm.tree, at, place) for place in dict.fromkeys(of.place for of in terms)}
 
 
-def springs_of(arm: Arm) -> list[PlacedTerm]:
-    """Return the terms that deflect under load: design terms of an elastic form."""
+def elastic_terms(arm: Arm) -> list[PlacedTerm]:
+    """Return the terms that deflect under load: design terms with an elastic form."""
     return [of for of in arm.terms if of.term.form.elastic and of.term.level == "design"]
 
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """Principal directions (pose, 3, 3), in columns, and the compliance along them (pose, 3) in m/N (or rad/(N m)), the softest first.
+    """Principal directions (pose, 3, 3), in columns, and the compliance along them (pose, 3), m/N, the most compliant first.
 
-    A unit force along a principal direction moves the tool point along it and nowhere else.
+    A force along a principal direction displaces the tool point along that direction only.
     """
 
     directions: Floats
     values: Floats
 
 
-def ellipsoid(matrix: Floats, *, rotation_held: bool = False) -> Ellipsoid:
+def ellipsoid(matrix: Floats, *, rotation_fixed: bool = False) -> Ellipsoid:
     """Return the principal directions of the tool point's displacement under a force, for compliances (pose, 6, 6).
 
-    The tool is free to rotate, or its rotation is constrained (`rotation_held`: the inverse of the stiffness's translational block). For a rigid arm
-    all values are zero, and the directions are arbitrary.
+    The tool is free to rotate. With `rotation_fixed` its rotation is constrained instead: the compliance is then the inverse of the translational
+    block of the stiffness matrix. For a rigid arm all values are zero, and the directions are arbitrary.
     """
     shift = matrix[..., 3:, 3:]
-    if rotation_held:
+    if rotation_fixed:
         turns = matrix[..., :3, :3]
         shift = shift - matrix[..., 3:, :3] @ np.linalg.pinv(turns, rcond=_RIGID, hermitian=True) @ matrix[..., :3, 3:]
     values, directions = np.linalg.eigh((shift + np.swapaxes(shift, -1, -2)) / 2)

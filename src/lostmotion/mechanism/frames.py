@@ -1,4 +1,4 @@
-"""Frames of the places: one step from each parent."""
+"""Forward kinematics: the frame of each place from that of its parent."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
 
-# Poses at a time whose coordinates stay in the cache.
+# Poses evaluated at a time, so that their coordinates fit into the processor's cache.
 _BLOCK: Final = 8192
 
 
@@ -21,7 +21,7 @@ def place_frames(tree: Tree, q: Floats) -> Floats:
 
     Source: product of exponentials, K. Lynch, F. Park, Modern Robotics, 2017, ch. 4.
     """
-    out = np.empty((len(tree.places), 4, 4, len(q)))  # poses lie innermost in memory: all steps run along them
+    out = np.empty((len(tree.places), 4, 4, len(q)))  # poses are the innermost axis in memory, along which all steps run
     out[0] = np.eye(4)[..., None]
     out[1:, 3] = out[0, 3]
     rows = out[:, :3]
@@ -32,7 +32,7 @@ def place_frames(tree: Tree, q: Floats) -> Floats:
 
 
 def tool_point(tree: Tree, q: Floats) -> Floats:
-    """Return the tool point (pose, 3), m, in the base's frame: that of `place_frames` in a small part of the time."""
+    """Return the tool point (pose, 3), m, in the base's frame. Equal to the last of `place_frames`, in a fraction of its time."""
     out = np.empty((len(q), 3))
     for first in range(0, len(q), _BLOCK):
         out[first : first + _BLOCK] = np.stack(_tool_point(tree, q[first : first + _BLOCK]), axis=1)
@@ -40,9 +40,9 @@ def tool_point(tree: Tree, q: Floats) -> Floats:
 
 
 def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return x, y and z (pose,) of the tool point, place by place from the tool to the base; a turn by Rodrigues' formula."""
+    """Return x, y and z (pose,) of the tool point, place by place from the tool to the base. Rotations by Rodrigues' formula."""
     x = y = z = np.zeros(len(q))
-    for number in reversed(tree.way[1:]):
+    for number in reversed(tree.tool_path[1:]):
         place = tree.places[number]
         if place.joint is None:
             x, y, z = (a * x + b * y + c * z + shift for a, b, c, shift in place.pose[:3].tolist())
@@ -57,12 +57,12 @@ def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
                 cos * z + sin * (a * y - b * x) + along * c,
             )
         else:
-            x, y, z = (each + value * way for each, way in zip((x, y, z), place.twist[3:].tolist(), strict=True))
+            x, y, z = (each + value * slide for each, slide in zip((x, y, z), place.twist[3:].tolist(), strict=True))
     return x, y, z
 
 
 def steps_between(at: Floats) -> Floats:
-    """Return the pose that leads from each frame to the next (place, pose, 4, 4), the first one from the base."""
+    """Return the pose of each frame relative to the previous one (place, pose, 4, 4), m; of the first one relative to the base."""
     out = at.copy()
     out[1:] = inverse(at[:-1]) @ at[1:]
     return out

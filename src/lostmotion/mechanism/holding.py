@@ -1,4 +1,4 @@
-"""The largest load that each joint of an arm holds at rest: the measure of friction that is not stated."""
+"""The largest static load of each joint of an arm. Friction that is not stated is assumed in proportion to it."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ if TYPE_CHECKING:
 _POSES: Final = 256
 
 
-def holdings(tree: Tree, limits: Floats, payload: Payload, gravity: float, least: float) -> tuple[Holding, ...]:
-    """Return the largest load that each joint holds at rest, moving or not, under every tilt of the base, at poses between the joints' limits.
+def holding_loads(tree: Tree, limits: Floats, payload: Payload, gravity: float, least: float) -> tuple[Holding, ...]:
+    """Return the largest static load of each joint, moving or fixed, over all tilts of the base and over poses between the joint limits.
 
-    limits   (joint, 2) rad or m
-    gravity  size of the acceleration of free fall, m/s^2
-    least    weight (N) that every joint holds at the arm's reach at least
+    limits   (joint, 2) rad or m, of the moving joints
+    gravity  magnitude of the acceleration of free fall, m/s^2
+    least    weight (N) at the arm's reach that every joint is assumed to hold at least
 
-    The weight and the moment of everything outboard of a joint are turned to where they load it most, and the process force adds to them.
+    Gravity acts on everything outboard of a joint in the direction that loads the joint most, and the process force adds to it with its magnitude.
     """
     at = place_frames(tree, spread_evenly(limits))
     by_axis, process = wrenches_by_axis(tree, at, payload)
-    start = at[tree.places[tree.moved[tree.drives[0]]].parent, :, :3, 3]
+    start = at[tree.places[tree.moved[tree.tool_joints[0]]].parent, :, :3, 3]
     centres = [payload.centre_of_mass, *(weight.centre for weight in tree.weights if weight.at == len(at) - 1)]
     ends = [at[-1, :, :3, 3] + out_of(at[-1], np.array(centre)) for centre in ((0.0, 0.0, 0.0), *centres)]
     reach = max(float(np.linalg.norm(end - start, axis=-1).max()) for end in ends)
     out = []
     for _, moved, _ in tree.joints:
-        along, weights, pushed = tree.places[moved].twist, by_axis[:, moved], process[moved]
-        # The sizes that the worst direction of gravity asks: of the load along the joint, of the moment of a level lever, and of the weight itself.
+        along, weights, process_wrench = tree.places[moved].twist, by_axis[:, moved], process[moved]
+        # Under the worst direction of gravity: the load along the joint, the moment of a horizontal lever arm, and the weight.
         load = np.linalg.norm([mapped(along, weight) for weight in weights], axis=0)
         moment = np.linalg.norm(weights[..., :3], axis=(0, 2)) / math.sqrt(2)
         force = np.linalg.norm(weights[..., 3:], axis=(0, 2)) / math.sqrt(3)
         most = [
             float((gravity * weight + more).max())
             for weight, more in (
-                (load, np.abs(mapped(along, pushed))),
-                (force, np.linalg.norm(pushed[:, 3:], axis=1)),
-                (moment, np.linalg.norm(pushed[:, :3], axis=1)),
+                (load, np.abs(mapped(along, process_wrench))),
+                (force, np.linalg.norm(process_wrench[:, 3:], axis=1)),
+                (moment, np.linalg.norm(process_wrench[:, :3], axis=1)),
             )
         ]
         floor = least * (reach if along[:3].any() else 1.0), least, least * reach
@@ -56,7 +56,7 @@ def holdings(tree: Tree, limits: Floats, payload: Payload, gravity: float, least
 
 
 def spread_evenly(limits: Floats) -> Floats:
-    """Return 256 poses (pose, joint) between limits (joint, 2): multiples of powers of the generalised golden ratio (M. Roberts 2018), not random."""
+    """Return 256 poses (pose, joint) between limits (joint, 2): a deterministic sequence of the generalised golden ratio (M. Roberts 2018)."""
     joints = len(limits)
     ratio = 2.0
     for _ in range(60):

@@ -25,8 +25,8 @@ _EQUAL: Final = 1 + 1e-9
 class HoldingTorque:
     """The largest holding torque (N m; force in N on a sliding joint) of one joint.
 
-    worst, worst_index            the signed torque of the largest size with the base at its nominal tilt, and the index of its pose
-    over_tilts, over_tilts_index  the largest size over all poses and all tilts of the base, and the index of its pose
+    worst, worst_index            torque of the largest magnitude with the base at its nominal tilt, signed, and the index of its pose
+    over_tilts, over_tilts_index  largest magnitude over all poses and all tilts of the base, and the index of its pose
     """
 
     joint: str
@@ -38,7 +38,10 @@ class HoldingTorque:
 
 
 def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
-    """Return the holding torques at these poses (pose, joint), N m or N, with the base at its nominal tilt, and the largest of each joint."""
+    """Return the holding torques at these poses with the base at its nominal tilt (pose, joint), N m or N, and the largest of each joint.
+
+    q (pose, joint) rad or m. Raises ValueError for q of another shape or not finite.
+    """
     parts = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
     nominal = np.concatenate([joint_torques(arm, part) for part in parts])
     tilted = np.concatenate([worst_torques_over_tilts(arm, part) for part in parts])
@@ -53,10 +56,10 @@ def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
 class DriveLoad:
     """The largest load of a drive.
 
-    value     signed, N m (N on a sliding joint)
-    index     of the pose
-    gravity   (3,) m/s^2 in the base's axes
-    by_cause  contributions, which add up to the value
+    value     signed load, N m (N on a sliding joint)
+    index     index of its pose
+    gravity   (3,) acceleration of free fall under which it occurs, m/s^2, in the base's axes
+    by_cause  contribution of each cause of load, in the unit of the value; they add up to it
     """
 
     value: float
@@ -74,11 +77,12 @@ class DriveLoad:
 class JointLoad:
     """The largest loads of one moving joint over the poses.
 
-    nominal, within_tilt, any_tilt  load of its drive with the base at its nominal tilt, tilted by no more than a stated angle (None without one), and
-                                    tilted in any direction
+    unit                            of the load of its drive, "N m", or "N" on a sliding joint
+    nominal, within_tilt, any_tilt  load of its drive with the base at its nominal tilt, tilted by at most a stated angle (None without one), and at
+                                    any tilt
     moment, force                   load of its bearing at the nominal tilt, N m and N: the moment across the axis (the whole moment on a sliding
                                     joint) and the force, each with the index of its pose
-    moment_any_tilt                 moment over all tilts; an upper bound where a process force acts too
+    moment_any_tilt                 the same moment at any tilt; an upper bound where a process force acts too
     """
 
     joint: str
@@ -102,14 +106,14 @@ class JointLoad:
 def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLoad]:
     """Return the largest loads of every moving joint over these poses, q (pose, joint) in rad or m.
 
-    tilt (rad): largest tilt of the base from level, towards any side. Exact over tilts (see `worst_torques_over_tilts`), and the largest over the
-    given poses. Raises ValueError for q of another shape or not finite.
+    tilt (rad): largest tilt of the base from level, in any direction; None for no such limit. The maximum over tilts is exact (see
+    `worst_torques_over_tilts`), that over poses is the largest of the given ones. Raises ValueError for q of another shape or not finite.
     """
     blocks = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
     nominal = np.concatenate([joint_torques(arm, block) for block in blocks])
     any_tilt = np.concatenate([worst_torques_over_tilts(arm, block) for block in blocks])
     within = None if tilt is None else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
-    carried = np.concatenate([_on_bearings(arm, block) for block in blocks])
+    carried = np.concatenate([_bearing_loads(arm, block) for block in blocks])
     causes = single_cause_arms(arm)
     out = []
     for k, joint in enumerate(arm.moving):
@@ -138,32 +142,32 @@ def _drive_load(causes: dict[str, Arm], q: Floats, joint: int, index: int, gravi
 
 
 def _worst_within(arm: Arm, causes: dict[str, Arm], q: Floats, joint: int, index: int, tilt: float) -> DriveLoad:
-    """Return the load under the worst gravity within a tilt: the direction nearest to the torque's gradient or to its opposite."""
+    """Return the load under the worst direction of gravity within a tilt: that nearest to the gradient of the torque, or to its opposite."""
     process = joint_torques(arm, q[index], gravity=np.zeros(3))[0, joint]
     gradient = np.array([joint_torques(arm, q[index], gravity=axis)[0, joint] - process for axis in np.eye(3)])
     both = [_drive_load(causes, q, joint, index, arm.gravity * direction_within(side * gradient, tilt)) for side in (1, -1)]
-    less, more = sorted(both, key=lambda load: load.tilt)
-    return more if abs(more.value) > abs(less.value) * _EQUAL else less
+    level, tilted = sorted(both, key=lambda load: load.tilt)
+    return tilted if abs(tilted.value) > abs(level.value) * _EQUAL else level
 
 
 def direction_within(wanted: Floats, tilt: float) -> Floats:
-    """Return the unit direction (3,) nearest to a wanted one among those within an angle (rad) of straight down."""
-    level = math.hypot(wanted[0], wanted[1])
-    away = min(math.atan2(level, -wanted[2]), tilt)
-    side = wanted[:2] / level if level else np.array([1.0, 0.0])
-    return np.array([*(math.sin(away) * side), -math.cos(away)])
+    """Return the unit direction (3,) nearest to `wanted` (3,) among those within an angle `tilt` (rad) of straight down."""
+    horizontal = math.hypot(wanted[0], wanted[1])
+    from_down = min(math.atan2(horizontal, -wanted[2]), tilt)
+    side = wanted[:2] / horizontal if horizontal else np.array([1.0, 0.0])
+    return np.array([*(math.sin(from_down) * side), -math.cos(from_down)])
 
 
-def _on_bearings(arm: Arm, q: Floats) -> Floats:
-    """Return (pose, joint, 3): moment across the axis at the nominal tilt and at most over all tilts (N m), and the force (N)."""
+def _bearing_loads(arm: Arm, q: Floats) -> Floats:
+    """Return (pose, joint, 3): the moment across the axis at the nominal tilt and its bound over all tilts (N m), and the force (N)."""
     at = frames(arm, q)
-    standing = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
+    nominal = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
     by_axis, process = wrenches_by_axis(arm.tree, at, arm.payload)
     out = np.empty((len(q), len(arm.moving), 3))
     for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
         gradient = arm.gravity * np.stack([each[:, :3] @ across for each in by_axis[:, place]], axis=1)
-        out[:, k, 0] = np.linalg.norm(standing[place, :, :3] @ across, axis=1)
+        out[:, k, 0] = np.linalg.norm(nominal[place, :, :3] @ across, axis=1)
         out[:, k, 1] = np.linalg.norm(gradient, 2, axis=(1, 2)) + np.linalg.norm(process[place, :, :3] @ across, axis=1)
-        out[:, k, 2] = np.linalg.norm(standing[place, :, 3:], axis=1)
+        out[:, k, 2] = np.linalg.norm(nominal[place, :, 3:], axis=1)
     return out

@@ -8,11 +8,12 @@ from lostmotion.compiled import compiled
 
 
 @compiled
-def tool_and_levers(q, fixed, turning, sliding, frame, levers):
-    """Write the tool's pose to `frame` (pose, 4, 4) and its twist per motion of each joint to `levers` (pose, 6, joint), both in the base's axes.
+def write_tool_and_jacobian(q, fixed, turning, sliding, frame, jacobian):
+    """Write the pose of the tool to `frame` (pose, 4, 4), m, and its twist per motion of each joint to `jacobian` (pose, 6, joint), base axes.
 
-    q (pose, joint) rad or m; fixed (joint + 1, 4, 4) the pose of each moving joint seen from the one before, from the base to the tool;
-    turning, sliding (joint, 3) unit axes in the joint's own frame, one of the two zero.
+    q                 (pose, joint) rad or m
+    fixed             (joint + 1, 4, 4) pose of each moving joint relative to the previous one, from the base to the tool, m
+    turning, sliding  (joint, 3) unit axes in the joint's own frame; one of the two is zero
     """
     here, turned, step, place, about = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 3)), np.empty((q.shape[1], 3)), np.empty(3)
     for p in range(q.shape[0]):
@@ -20,8 +21,8 @@ def tool_and_levers(q, fixed, turning, sliding, frame, levers):
             for k in range(4):
                 here[i, k] = fixed[0, i, k]
         for j in range(q.shape[1]):
-            w, v, amount = turning[j], sliding[j], q[p, j]
-            s, c = np.sin(amount), 1 - np.cos(amount)
+            w, v, value = turning[j], sliding[j], q[p, j]
+            s, c = np.sin(value), 1 - np.cos(value)
             for i in range(3):
                 for k in range(3):
                     step[i, k] = c * w[i] * w[k]
@@ -33,12 +34,12 @@ def tool_and_levers(q, fixed, turning, sliding, frame, levers):
             step[2, 0] -= s * w[1]
             step[2, 1] += s * w[0]
             for i in range(3):
-                levers[p, i, j] = here[i, 0] * w[0] + here[i, 1] * w[1] + here[i, 2] * w[2]
-                levers[p, 3 + i, j] = here[i, 0] * v[0] + here[i, 1] * v[1] + here[i, 2] * v[2]
-                here[i, 3] += levers[p, 3 + i, j] * amount
+                jacobian[p, i, j] = here[i, 0] * w[0] + here[i, 1] * w[1] + here[i, 2] * w[2]
+                jacobian[p, 3 + i, j] = here[i, 0] * v[0] + here[i, 1] * v[1] + here[i, 2] * v[2]
+                here[i, 3] += jacobian[p, 3 + i, j] * value
                 place[j, i] = here[i, 3]
             _compose(here, step, turned)
-            _go_on(turned, fixed[j + 1], here)
+            _multiply(turned, fixed[j + 1], here)
         for i in range(3):
             for k in range(4):
                 frame[p, i, k] = here[i, k]
@@ -49,12 +50,12 @@ def tool_and_levers(q, fixed, turning, sliding, frame, levers):
                 about[i] = here[i, 3] - place[j, i]
             for i in range(3):
                 a, b = (i + 1) % 3, (i + 2) % 3
-                levers[p, 3 + i, j] += levers[p, a, j] * about[b] - levers[p, b, j] * about[a]
+                jacobian[p, 3 + i, j] += jacobian[p, a, j] * about[b] - jacobian[p, b, j] * about[a]
 
 
 @compiled
 def _compose(here, turn, out):
-    """Write a frame (3, 4) rotated (3, 3) about its own origin."""
+    """Write to `out` a frame (3, 4) rotated by `turn` (3, 3) about its own origin."""
     for i in range(3):
         for k in range(3):
             out[i, k] = here[i, 0] * turn[0, k] + here[i, 1] * turn[1, k] + here[i, 2] * turn[2, k]
@@ -62,8 +63,8 @@ def _compose(here, turn, out):
 
 
 @compiled
-def _go_on(here, pose, out):
-    """Write the product of a frame (3, 4) and a pose (4, 4)."""
+def _multiply(here, pose, out):
+    """Write to `out` the product of a frame (3, 4) and a pose (4, 4)."""
     for i in range(3):
         for k in range(4):
             out[i, k] = here[i, 0] * pose[0, k] + here[i, 1] * pose[1, k] + here[i, 2] * pose[2, k]

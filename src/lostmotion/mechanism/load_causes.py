@@ -1,4 +1,4 @@
-"""Loads by cause: the same arm with one cause of load at a time, and the bending of each link by cause."""
+"""Loads by cause: the arm under one cause of load at a time, and the bending of each link by cause."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.spatial import Floats
 
-# In the order of the tables.
+# Causes of load, in the order of the tables.
 CAUSES: Final = ("payload", "process force", "tool", "links", "joints and drives")
 OWN_WEIGHT: Final = "own weight"
-# Names for a link: only masses outboard of its tip load it.
-NEXT: Final = {"links": "next links", "joints and drives": "next joints and drives"}
+# Names of causes in the bending of a link: only masses outboard of its tip load it.
+OUTBOARD_CAUSES: Final = {"links": "next links", "joints and drives": "next joints and drives"}
 _BLOCK: Final = 1024
 _NONE: Final = (0.0, 0.0, 0.0)
 
 
 def single_cause_arms(arm: Arm) -> dict[str, Arm]:
-    """Return the arm with one cause of load at a time, by its name in `CAUSES`; causes that the arm does not have are omitted.
+    """Return the arm under one cause of load at a time; keys are the names in `CAUSES`, without causes that the arm does not have.
 
     Wrenches are linear in the masses and in the process force, so the wrenches of these arms add up to those of the whole arm.
     """
     joints = arm.joints
-    weightless = tuple(joint.model_copy(update={"mass": 0.0, "link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
-    links = tuple(joint.model_copy(update={"mass": 0.0}) for joint in joints)
-    units = tuple(joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
-    hangs = arm.payload.model_copy(update={"force": _NONE, "moment": _NONE})
-    pulls = arm.payload.model_copy(update={"mass": 0.0})
-    nothing = hangs.model_copy(update={"mass": 0.0})
+    massless = tuple(joint.model_copy(update={"mass": 0.0, "link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
+    links_only = tuple(joint.model_copy(update={"mass": 0.0}) for joint in joints)
+    units_only = tuple(joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
+    weight_only = arm.payload.model_copy(update={"force": _NONE, "moment": _NONE})
+    process_only = arm.payload.model_copy(update={"mass": 0.0})
+    no_payload = weight_only.model_copy(update={"mass": 0.0})
     no_tool = arm.tool.model_copy(update={"mass": 0.0})
-    made = {
-        "payload": (weightless, no_tool, hangs, arm.payload.mass),
-        "process force": (weightless, no_tool, pulls, any(arm.payload.force) or any(arm.payload.moment)),
-        "tool": (weightless, arm.tool, nothing, arm.tool.mass),
-        "links": (links, no_tool, nothing, any(joint.link.total_mass for joint in joints)),
-        "joints and drives": (units, no_tool, nothing, any(joint.total_mass for joint in joints)),
+    variants = {
+        "payload": (massless, no_tool, weight_only, arm.payload.mass),
+        "process force": (massless, no_tool, process_only, any(arm.payload.force) or any(arm.payload.moment)),
+        "tool": (massless, arm.tool, no_payload, arm.tool.mass),
+        "links": (links_only, no_tool, no_payload, any(joint.link.total_mass for joint in joints)),
+        "joints and drives": (units_only, no_tool, no_payload, any(joint.total_mass for joint in joints)),
     }
     return {
         name: arm.model_copy(update={"joints": chain, "tool": tool, "payload": payload})
-        for name, (chain, tool, payload, there) in made.items()
-        if there
+        for name, (chain, tool, payload, is_present) in variants.items()
+        if is_present
     }
 
 
@@ -55,9 +55,12 @@ def single_cause_arms(arm: Arm) -> dict[str, Arm]:
 class LinkBending:
     """The bending of one link under its load.
 
-    deflection, slope  largest of the tip against the joint, across the link (m, rad), at the poses deflection_index and slope_index
-    by_cause           (deflection, slope, share) of each cause: its components along the whole deflection and slope at those poses, which add up to
-                       them; and its share of the tool's mean-square error over all poses, which adds up to the share of the link's bending
+    joint              name of the joint that carries the link
+    length             distance from the joint to the link's tip, m
+    deflection, slope  largest of the tip relative to the joint, across the link (m, rad); the poses are deflection_index and slope_index
+    by_cause           (deflection, slope, share) of each cause. The first two are components along the total deflection and slope at those poses,
+                       and add up to them. The third is the share of the tool's mean-square error over all poses; these add up to the share of the
+                       bending of this link.
     """
 
     joint: str
@@ -70,13 +73,13 @@ class LinkBending:
 
 
 def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkBending]:
-    """Return the bending of each elastic link over these poses, by payload, own weight, next links, next joints and drives.
+    """Return the bending of each elastic link over these poses, by cause: payload, process force, tool, own weight, masses outboard of the link.
 
     q            (pose, joint) rad or m
-    bias         (pose, 3) m, the tool's error that follows from load and pose
-    mean_square  m^2, of the tool's whole error, for the shares
+    bias         (pose, 3) systematic error of the tool, which follows from load and pose alone, m
+    mean_square  mean square of the whole error of the tool, m^2, to which the shares refer
 
-    Exact by superposition: links are linear in their load.
+    Exact by superposition, because the deflection of a link is linear in its load. Links without bending are omitted.
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
@@ -92,12 +95,12 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
 
 
 def _link_bending(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float) -> LinkBending:
-    slopest, furthest = (int(each) for each in sizes.argmax(axis=0))
-    slopes = _along_whole({cause: twist[0, :3] for cause, twist in _link_deflections(arm, q[[slopest]])[joint].across.items()})
-    shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _link_deflections(arm, q[[furthest]])[joint].across.items()})
+    steepest, farthest = (int(each) for each in sizes.argmax(axis=0))
+    slopes = _along_whole({cause: twist[0, :3] for cause, twist in _link_deflections(arm, q[[steepest]])[joint].across.items()})
+    shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _link_deflections(arm, q[[farthest]])[joint].across.items()})
     length = next(each.link.reach for each in arm.joints if each.name == joint)
     parts = {cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0) for cause in shifts}
-    return LinkBending(joint, length, float(sizes[furthest, 1]), furthest, float(sizes[slopest, 0]), slopest, parts)
+    return LinkBending(joint, length, float(sizes[farthest, 1]), farthest, float(sizes[steepest, 0]), steepest, parts)
 
 
 def _along_whole(parts: dict[str, Floats]) -> dict[str, float]:
@@ -109,7 +112,11 @@ def _along_whole(parts: dict[str, Floats]) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class _LinkDeflection:
-    """Deflection of a link by cause: twist (pose, 6) of its tip across the link, in the tip's axes, and displacement (pose, 3) of the tool."""
+    """Deflection of a link by cause.
+
+    across   twist (pose, 6) of its tip across the link, rad and m, in the tip's axes
+    at_tool  displacement (pose, 3) of the tool, m
+    """
 
     across: dict[str, Floats]
     at_tool: dict[str, Floats]
@@ -130,7 +137,7 @@ def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
             acting = {OWN_WEIGHT: replace(whole, wrench=np.zeros_like(whole.wrench))}
             acting |= {cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity)) for cause, one in felt_alone.items()}
             parts = {cause: np.sum([of.term.scale * of.term.form.screw(one) for of in terms], axis=0).T for cause, one in acting.items()}
-            carried, off = carry(arm.tree, at, place)[:, 3:], _off_the_line(at, arm.tree.places[place].parent, place)
+            carried, off = carry(arm.tree, at, place)[:, 3:], _projection_across(at, arm.tree.places[place].parent, place)
             out[joint.name] = _LinkDeflection(
                 {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},
                 {cause: np.einsum("pij,pj->pi", carried, twist) for cause, twist in parts.items()},
@@ -138,8 +145,8 @@ def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
     return out
 
 
-def _off_the_line(at: Floats, joint: int, tip: int) -> Floats:
-    """Return the matrices (2 per pose, 3, 3) that remove from a vector in the tip's axes its component along the line from joint to tip."""
+def _projection_across(at: Floats, joint: int, tip: int) -> Floats:
+    """Return matrices (2 per pose, 3, 3) that remove the component along the line from joint to tip of a vector in the tip's axes."""
     line = np.einsum("pij,pi->pj", at[tip, :, :3, :3], at[tip, :, :3, 3] - at[joint, :, :3, 3])
     line /= np.maximum(np.linalg.norm(line, axis=1), np.finfo(float).tiny)[:, None]
     return np.repeat(np.eye(3) - line[:, :, None] * line[:, None, :], 2, axis=0)

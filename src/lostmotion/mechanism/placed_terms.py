@@ -17,11 +17,14 @@ def short_name(name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PlacedPart:
-    """A part that errs, and where it sits.
+    """A part with errors, and its place.
 
-    owner   its name ("joints.A.gearbox"); `kind` the kind of part ("gearbox", "bearing", "encoder", "lumped", "mounting", "link", "base")
-    joint   column of the joint values that it feels; None where nothing moves
-    place   index of the place whose frame its terms are in
+    owner   full name of the part ("joints.A.gearbox")
+    kind    "gearbox", "bearing", "encoder", "lumped", "mounting", "link" or "base"
+    joint   index of the moving joint on whose value its errors depend, a column of q; None for a part without one
+    place   index of the place in whose frame its terms are stated
+    source  the part, which returns its terms
+    motion  motion of the joint that the part belongs to; zero for a part that does not move
     """
 
     owner: str
@@ -32,13 +35,13 @@ class PlacedPart:
     motion: Motion
 
     def terms(self) -> tuple[PlacedTerm, ...]:
-        """Return its terms."""
+        """Return the error terms of this part."""
         return tuple(PlacedTerm(self.owner, self.kind, self.joint, self.place, term) for term in self.source.terms(self.motion))
 
 
 @dataclass(frozen=True, slots=True)
 class PlacedTerm:
-    """A term with what `PlacedPart` says of its part."""
+    """A term, with owner, kind, joint and place of its part as in `PlacedPart`."""
 
     owner: str
     kind: str
@@ -48,5 +51,5 @@ class PlacedTerm:
 
     @property
     def name(self) -> str:
-        """Return the full name ("joints.A.gearbox.backlash")."""
+        """Return the full name of the term ("joints.A.gearbox.backlash")."""
         return f"{self.owner}.{self.term.name}"

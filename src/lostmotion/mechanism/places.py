@@ -1,4 +1,4 @@
-"""Places of a mechanism: frames with parents, and the masses on them."""
+"""Places of a mechanism: frames with parents, and the masses attached to them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-# Of a joint's three places, behind its name: before its motion, after it, and the far end of its link.
+# Suffixes of the three places of a joint: before its motion, after it, and the far end of its link.
 _ENDS: Final = (".seat", "", ".tip")
 
 
@@ -24,10 +24,10 @@ _ENDS: Final = (".seat", "", ".tip")
 class Place:
     """A frame of the mechanism.
 
-    parent  number of the place that it is fixed to, or moves against; -1 for the base
-    pose    (4, 4) m, seen from the parent, of a frame that is fixed
-    joint   number of the joint that moves the frame against its parent, which is its column in q; None for a fixed frame
-    twist   (6,) unit motion of that joint
+    parent  index of the place that it is fixed to, or moves relative to; -1 for the base
+    pose    (4, 4) pose relative to the parent, m, of a frame that is fixed to it
+    joint   index of the moving joint between the parent and this frame, which is its column in q; None for a fixed frame
+    twist   (6,) unit motion of that joint, in the frame's own axes
     """
 
     name: str
@@ -39,7 +39,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weight:
-    """A mass (kg) with its centre (3,), m, in the frame of place `at`; it loads place `on` and all places inboard of that."""
+    """A mass (kg) with its centre (3,), m, in the frame of the place with index `at`; it loads the place `on` and all places inboard of it."""
 
     at: int
     on: int
@@ -48,7 +48,7 @@ class Weight:
 
 
 class JointPlaces(NamedTuple):
-    """Numbers of the three places of a joint: its seat before the motion, the frame after it, and the far end of its link."""
+    """Indices of the three places of a joint: its seat before the motion, the frame after it, and the far end of its link."""
 
     seat: int
     moved: int
@@ -57,11 +57,11 @@ class JointPlaces(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """The places of an arm and what they weigh.
+    """The places of an arm and the masses on them.
 
-    places   the base is place 0, a parent has a lower number than its children, and the tool is the last place
-    weights  of joints, links and the tool; the payload is not among them
-    joints   the places of each joint, moving or not, in the order of the arm's joints
+    places   the base is place 0, a parent has a lower index than its children, and the tool is the last place
+    weights  masses of joints, links and tool, without the payload
+    joints   places of each joint, moving or fixed, in the order of the arm's joints
     """
 
     places: tuple[Place, ...]
@@ -69,8 +69,8 @@ class Tree:
     joints: tuple[JointPlaces, ...]
 
     @functools.cached_property
-    def way(self) -> tuple[int, ...]:
-        """Return the numbers of the places on the way from the base to the tool."""
+    def tool_path(self) -> tuple[int, ...]:
+        """Return the indices of the places from the base to the tool, both included."""
         out = [len(self.places) - 1]
         while out[-1]:
             out.append(self.places[out[-1]].parent)
@@ -78,16 +78,16 @@ class Tree:
 
     @functools.cached_property
     def moved(self) -> tuple[int, ...]:
-        """Return the number of the place that each moving joint moves, in the order of q."""
+        """Return the index of the place that each moving joint moves, in the order of q."""
         return tuple(number for number, place in enumerate(self.places) if place.joint is not None)
 
     @functools.cached_property
-    def drives(self) -> tuple[int, ...]:
-        """Return the numbers of the joints that move the tool, which are their columns in q."""
-        return tuple(joint for number in self.way if (joint := self.places[number].joint) is not None)
+    def tool_joints(self) -> tuple[int, ...]:
+        """Return the indices of the joints that move the tool, which are their columns in q."""
+        return tuple(joint for number in self.tool_path if (joint := self.places[number].joint) is not None)
 
     def outboard(self, place: int) -> frozenset[int]:
-        """Return the numbers of a place and of all places that it carries."""
+        """Return the indices of a place and of all places that it carries."""
         out = {place}
         for k in range(place + 1, len(self.places)):
             if self.places[k].parent in out:
@@ -96,7 +96,7 @@ class Tree:
 
 
 class Misplaced(NamedTuple):
-    """An `after` that names no place: the path of the key, what it says, and the names that it may say."""
+    """An `after` that names no place: the path of its key, its value, and the names that are possible there."""
 
     path: tuple[str | int, ...]
     after: str
@@ -104,7 +104,7 @@ class Misplaced(NamedTuple):
 
 
 def misplaced(joints: Sequence[Joint], tool: Tool) -> list[Misplaced]:
-    """Return each `after` of joints and tool that does not name exactly one place that comes before."""
+    """Return each `after` of joints and tool that does not name exactly one earlier place."""
     out, known = [], ["base"]
     for k, joint in enumerate(joints):
         if joint.after is not None and known.count(joint.after) != 1:
@@ -115,8 +115,8 @@ def misplaced(joints: Sequence[Joint], tool: Tool) -> list[Misplaced]:
     return out
 
 
-def is_moved(joints: Sequence[Joint], tool: Tool) -> bool:
-    """Return whether a moving joint stands between the base and the tool. Every `after` must name a place that comes before."""
+def tool_moves(joints: Sequence[Joint], tool: Tool) -> bool:
+    """Return whether a moving joint is between the base and the tool. Every `after` must name an earlier place."""
     number = {f"{joint.name}{end}": k for k, joint in enumerate(joints) for end in _ENDS}
     after = tool.after or f"{joints[-1].name}.tip"
     while after != "base":
@@ -128,10 +128,10 @@ def is_moved(joints: Sequence[Joint], tool: Tool) -> bool:
 
 
 def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
-    """Return the places of joints that stand on one another, and of the tool.
+    """Return the places of these joints and of the tool, and the masses on them.
 
-    foot (4, 4) m: where the arm stands, seen from the base. A joint without `after` stands on the tip of the joint before, the first one on the base;
-    a tool without `after` on the last joint's tip. Raises KeyError where `after` names no place that comes before.
+    foot (4, 4): pose of the foot of the arm in the base's frame, m. A joint without `after` is attached to the tip of the previous joint, the first
+    one to the base; a tool without `after` to the tip of the last joint. Raises KeyError where `after` names no earlier place.
     """
     places, weights, units = [Place("base", -1)], [], []
     number = {"base": 0}
@@ -152,7 +152,7 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
             column += 1
         end = add(Place(f"{joint.name}.tip", moved, joint.link.tip_pose))
         units.append(JointPlaces(seat, moved, end))
-        # The housing sits on the seat: it loads what the joint stands on, not the joint's own bearing.
+        # The housing is fixed to the seat: it loads the place that the joint is attached to, not the joint's own bearing.
         weights.append(Weight(seat, on, joint.total_mass, np.array(joint.centre_of_mass)))
         weights.append(Weight(moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)))
     on = end if tool.after is None else number[tool.after]

@@ -1,4 +1,4 @@
-"""Remarks on an arm: what its file does not state, and what an encoder on the output corrects."""
+"""Remarks on an arm: what an encoder on the output corrects, and what the description does not state."""
 
 from __future__ import annotations
 
@@ -15,14 +15,20 @@ if TYPE_CHECKING:
     Moving = Sequence[RevoluteJoint | PrismaticJoint]
 
 
-def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], unweighed: Sequence[str]) -> tuple[str, ...]:
-    """Return, in a sentence each, what encoders correct, rigid members, gearboxes without a rating, assumed friction, gearbox masses.
+def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gearboxes_without_mass: Sequence[str]) -> tuple[str, ...]:
+    """Return remarks on encoders on the output, rigid members, gearboxes without a rating, assumed friction and gearbox masses, a text each.
 
-    moving     the joints that move
-    assumed    friction that is not stated, by names of joint and part
-    unweighed  models of gearboxes without a stated mass
+    moving     the moving joints
+    assumed    friction (N m or N) that is assumed because none is stated, by names of joint and part
+    gearboxes_without_mass  models of gearboxes without a stated mass
     """
-    return (*_corrected(moving), *_rigid_members(moving), *_unrated(moving), *_assumed_frictions(moving, assumed), *_masses(moving, unweighed))
+    return (
+        *_corrected(moving),
+        *_rigid_members(moving),
+        *_unrated(moving),
+        *_assumed_frictions(moving, assumed),
+        *_masses(moving, gearboxes_without_mass),
+    )
 
 
 def _corrected(moving: Moving) -> tuple[str, ...]:
@@ -58,7 +64,7 @@ def _assumed_frictions(moving: Moving, assumed: Mapping[tuple[str, str], Frictio
     )
 
 
-def _masses(moving: Moving, unweighed: Sequence[str]) -> list[str]:
+def _masses(moving: Moving, gearboxes_without_mass: Sequence[str]) -> list[str]:
     stated = [joint for joint in moving if joint.gearbox is not None and joint.gearbox.mass]
     own = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is None and joint.gearbox is not None]
     within = [f"{joint.name} {joint.gearbox.mass:g} kg" for joint in stated if joint.mass is not None and joint.gearbox is not None]
@@ -67,6 +73,6 @@ def _masses(moving: Moving, unweighed: Sequence[str]) -> list[str]:
         notes.append(f"gearbox masses added at joints whose own mass is not stated: {', '.join(own)}")
     if within:
         notes.append(f"gearbox masses not added, because the stated mass of the joint or link includes them: {', '.join(within)}")
-    if unweighed:
-        notes.append(f"mass of {', '.join(unweighed)} not stated: counted as zero")
+    if gearboxes_without_mass:
+        notes.append(f"mass of {', '.join(gearboxes_without_mass)} not stated: counted as zero")
     return notes

@@ -1,4 +1,4 @@
-"""Serial arms at poses: frames, wrenches, holding torques, and what each part feels. q has one value per moving joint."""
+"""An arm at poses q (pose, joint): frames, wrenches, holding torques, and the condition of each part (angle, wrench, gravity)."""
 
 from __future__ import annotations
 
@@ -25,31 +25,34 @@ def as_poses(arm: Arm, q: Floats) -> Floats:
     if values.ndim != 2 or values.shape[1] != len(arm.moving):  # noqa: PLR2004 - pose and joint
         raise ValueError(f"q has shape {np.shape(q)}; expected (pose, {len(arm.moving)}): one value per moving joint of '{arm.name}'")
     if not np.isfinite(values).all():
-        raise ValueError("q holds a value that is not finite")
+        raise ValueError("q has a value that is not finite")
     return values
 
 
 def frames(arm: Arm, q: Floats) -> Floats:
     """Return the poses of all places (place, pose, 4, 4) in the base's frame, m, for q (pose, joint) in rad or m.
 
-    Places are named by `arm.places`; no limit is applied to q. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's frames
-    (tests/validation).
+    The places are in the order of `arm.places`. The joint limits are not applied. Raises ValueError for q of another shape or not finite.
+    Equal to Pinocchio's frames (tests/validation).
     """
     return place_frames(arm.tree, as_poses(arm, q))
 
 
 def tool_points(arm: Arm, q: Floats) -> Floats:
-    """Return the tool point (pose, 3), m, in the base's frame: `frames(arm, q)[-1, :, :3, 3]` in a small part of the time, for clouds of poses."""
+    """Return the tool point (pose, 3), m, in the base's frame. Equal to `frames(arm, q)[-1, :, :3, 3]`, in a fraction of its time."""
     return tool_point(arm.tree, as_poses(arm, q))
 
 
 def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:
-    """Return what everything outboard of a place puts on it: wrenches (place, pose, 6) in the place's own frame, N m and N.
+    """Return the static wrench on each place from everything outboard of it: (place, pose, 6) in the place's own frame, N m and N.
 
-    Static: weights of links, joints, tool and payload, and the payload's process force. A joint's own mass, or its gearbox's where none is stated,
-    sits on its seat with the housing, so it loads the link before and not its own bearing. `payload` by default the arm's own; `gravity` (3,) in the
-    base's axes, m/s^2, by default the arm's, turned by the base's tilt. Raises ValueError for q of another shape or not finite. Equal to Pinocchio's
-    static torques (tests/validation).
+    q        (pose, joint) rad or m
+    payload  by default the arm's own
+    gravity  (3,) acceleration of free fall in the base's axes, m/s^2; by default the arm's, at the base's nominal tilt
+
+    The loads are the weights of links, joints, tool and payload, and the process force and moment. The mass of a joint, or of its gearbox where none
+    is stated, is on its seat with the housing. So it loads the previous link and not its own bearing.
+    Raises ValueError for q of another shape or not finite. Equal to Pinocchio's static torques (tests/validation).
     """
     free_fall = arm.gravity_in_base if gravity is None else np.asarray(gravity, dtype=float)
     return place_wrenches(arm.tree, frames(arm, q), payload or arm.payload, free_fall)
@@ -58,43 +61,44 @@ def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Float
 def joint_torques(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:
     """Return the torque (force on a sliding joint) that each drive must hold (pose, joint), N m or N, positive along the joint's motion.
 
-    Arguments and errors as `wrenches`. Equal to Pinocchio's generalised gravity.
+    Arguments and errors as `wrenches`. Equal to Pinocchio's generalised gravity (tests/validation).
     """
     carried = wrenches(arm, q, payload, gravity)
     return np.column_stack([-mapped(joint.twist, carried[place]) for joint, place in zip(arm.moving, arm.tree.moved, strict=True)])
 
 
 def worst_torques_over_tilts(arm: Arm, q: Floats, payload: Payload | None = None, within: float = math.pi) -> Floats:
-    """Return the largest holding torque of each joint over tilts of the base (pose, joint), N m or N, not negative.
+    """Return the largest magnitude of each joint's holding torque over tilts of the base (pose, joint), N m or N.
 
-    Eq. (3) of S. Strutynskyi, R. Semenchuk 2021 in its proper reading, for any joint: on a turning joint the weight outboard times the distance
-    of its centre of mass from the axis, on a sliding one the whole weight; a process force on the tool turns with the arm. `within` (rad): only
-    tilts of the base by at most so much from level, towards any side; by default all of them.
-    Exact, without a search over tilts: torque = gravity . v + the torque of the process force, and a direction within a cone that is nearest to v
-    is v itself or lies on the cone's edge.
+    within (rad): largest tilt of the base from level, in any direction; by default all tilts. Other arguments and errors as `wrenches`.
+
+    Over all tilts the torque of a turning joint is the weight outboard times the distance of its centre of mass from the axis, and the force of a
+    sliding joint is the whole weight. A process force on the tool turns with the arm.
+    Exact, without a search: torque = gravity . v + torque of the process force. The direction within a cone that is nearest to v is v itself or lies
+    on the edge of the cone. Source: generalises eq. (3) of S. Strutynskyi, R. Semenchuk 2021 to any joint.
     """
     by_axis, process = wrenches_by_axis(arm.tree, frames(arm, q), payload or arm.payload)
     out = []
     for joint, place in zip(arm.moving, arm.tree.moved, strict=True):
         v = arm.gravity * np.stack([mapped(joint.twist, weight) for weight in by_axis[:, place]], axis=-1)
-        away = np.arctan2(np.hypot(v[:, 0], v[:, 1]), -v[:, 2])  # from straight down
-        most, least = (np.linalg.norm(v, axis=-1) * np.cos(np.maximum(angle - within, 0.0)) for angle in (away, math.pi - away))
-        pushed = mapped(joint.twist, process[place])
-        out.append(np.maximum(np.abs(pushed + most), np.abs(pushed - least)))
+        from_down = np.arctan2(np.hypot(v[:, 0], v[:, 1]), -v[:, 2])
+        most, least = (np.linalg.norm(v, axis=-1) * np.cos(np.maximum(angle - within, 0.0)) for angle in (from_down, math.pi - from_down))
+        of_process = mapped(joint.twist, process[place])
+        out.append(np.maximum(np.abs(of_process + most), np.abs(of_process - least)))
     return np.column_stack(out)
 
 
 class Conditions:
-    """What every place of an arm feels at some poses: q (pose, joint) in rad or m, `at` the frames there."""
+    """Angle, wrench and gravity at every place of an arm, at poses q (pose, joint; rad or m) with frames `at` (place, pose, 4, 4; m)."""
 
     def __init__(self, arm: Arm, q: Floats, at: Floats) -> None:
-        """Compute the load at every place once."""
+        """Compute the wrench at every place."""
         self._arm, self._q, self._at = arm, q, at
         self._carried = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
         self._known: dict[tuple[int, int | None], Condition] = {}
 
     def __call__(self, of: PlacedPart | PlacedTerm) -> Condition:
-        """Return what a part, or the part of a term, feels (pose last); parts at one place share it."""
+        """Return the condition of a part, or of the part of a term, with poses as the last axis. Parts at one place with one joint share it."""
         key = of.place, of.joint
         if key not in self._known:
             angle = np.zeros(len(self._q)) if of.joint is None else np.ascontiguousarray(self._q[:, of.joint])

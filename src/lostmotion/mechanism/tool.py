@@ -1,4 +1,4 @@
-"""The tool of an arm, and what it carries."""
+"""The tool of an arm, and its payload."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lostmotion.parts.provenance import Sourced
 
 
 class Payload(Sourced):
-    """A mass with its centre in the tool frame, and a process force and moment in the tool's axes."""
+    """A mass (kg) with its centre of mass (m) in the tool frame, and a process force (N) and moment (N m) on the tool point, in the tool's axes."""
 
     shareable: ClassVar[bool] = False
     mass: Mass = 0.0
@@ -21,10 +21,12 @@ class Payload(Sourced):
 
 
 class Tool(Sourced):
-    """The tool frame, and what the tool itself weighs.
+    """The tool frame, and the mass of the tool itself.
 
-    frame  seen from the place that the tool is fixed to
-    after  name of that place; by default the tip of the last joint
+    frame           pose of the tool relative to the place that it is fixed to
+    mass            kg, without the payload
+    centre_of_mass  in the tool frame, m
+    after           name of the place that the tool is fixed to; by default the tip of the last joint
     """
 
     shareable: ClassVar[bool] = False

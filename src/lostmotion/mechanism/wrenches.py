@@ -18,10 +18,12 @@ _NONE: Final = (0.0, 0.0, 0.0)
 
 
 def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) -> Floats:
-    """Return what everything outboard puts on each place (place, pose, 6) in the place's own frame, N m and N.
+    """Return the static wrench on each place from everything outboard of it: (place, pose, 6) in the place's own frame, N m and N.
 
-    at (place, pose, 4, 4) frames of the places; gravity (3,) m/s^2, both in the base's axes. Each place takes the weights on it and what its
-    children take; the payload's process force and moment act on the tool, in its axes.
+    at       (place, pose, 4, 4) frames of the places in the base's frame, m
+    gravity  (3,) acceleration of free fall in the base's axes, m/s^2
+
+    Each place carries the weights on it and the wrenches of its children. The process force and moment of the payload act on the tool, in its axes.
     """
     tool = len(at) - 1
     weights: dict[int, list[Weight]] = {}
@@ -29,18 +31,18 @@ def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) ->
         if weight.mass:
             weights.setdefault(weight.on, []).append(weight)
     force, moment = np.zeros((2, len(at), 3, at.shape[1])).transpose(0, 1, 3, 2)
-    if not (weights or any(payload.force) or any(payload.moment)):  # an arm of lumped errors
+    if not (weights or any(payload.force) or any(payload.moment)):  # an arm without masses
         return _about_places(at, force, moment)
 
-    def push(place: int, point: Floats, pull: Floats) -> None:
-        force[place] += pull
-        moment[place] += cross(point, pull)
+    def apply(place: int, point: Floats, load: Floats) -> None:
+        force[place] += load
+        moment[place] += cross(point, load)
 
     for k in range(tool, -1, -1):
         for weight in weights.get(k, ()):
-            push(k, at[weight.at][:, :3, 3] + out_of(at[weight.at], weight.centre), weight.mass * gravity)
+            apply(k, at[weight.at][:, :3, 3] + out_of(at[weight.at], weight.centre), weight.mass * gravity)
         if k == tool and any(payload.force):
-            push(k, at[k][:, :3, 3], out_of(at[k], np.array(payload.force)))
+            apply(k, at[k][:, :3, 3], out_of(at[k], np.array(payload.force)))
         if k == tool and any(payload.moment):
             moment[k] += out_of(at[k], np.array(payload.moment))
         if k:
@@ -53,13 +55,16 @@ def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) ->
 def _about_places(at: Floats, forces: Floats, moments: Floats) -> Floats:
     """Return wrenches (place, pose, 6) about each place's origin, in its axes, for forces and moments about the base's origin, in its axes."""
     out = np.zeros((len(at), 6, at.shape[1])).transpose(0, 2, 1)
-    for vector, here in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
+    for vector, local in ((moments - cross(at[:, :, :3, 3], forces), out[..., :3]), (forces, out[..., 3:])):
         for j in range(3):
-            here[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
+            local[..., j] = sum(vector[..., i] * at[..., i, j] for i in range(3))
     return out
 
 
 def wrenches_by_axis(tree: Tree, at: Floats, payload: Payload) -> tuple[Floats, Floats]:
-    """Return the wrenches of all weights per m/s^2 of gravity along each axis of the base (3, place, pose, 6), and those of the process force."""
-    hanging = payload.model_copy(update={"force": _NONE, "moment": _NONE})
-    return np.stack([place_wrenches(tree, at, hanging, axis) for axis in np.eye(3)]), place_wrenches(tree, at, payload, np.zeros(3))
+    """Return the wrenches of all weights per unit of gravity along each axis of the base, and the wrenches of the process force and moment.
+
+    The first (3, place, pose, 6) in N m and N per m/s^2, the second (place, pose, 6) in N m and N. Arguments as `place_wrenches`.
+    """
+    weight_only = payload.model_copy(update={"force": _NONE, "moment": _NONE})
+    return np.stack([place_wrenches(tree, at, weight_only, axis) for axis in np.eye(3)]), place_wrenches(tree, at, payload, np.zeros(3))

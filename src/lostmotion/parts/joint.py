@@ -78,7 +78,7 @@ Name = Annotated[str, Field(max_length=LONGEST_JOINT_NAME), AfterValidator(_is_n
 # The name of a place: "base", the name of a joint, or that with ".seat" or ".tip" appended.
 PlaceName = Annotated[
     str,
-    Field(max_length=LONGEST_JOINT_NAME + len(".seat"), description="a place that comes before: base, or NAME.seat, NAME or NAME.tip of a joint"),
+    Field(max_length=LONGEST_JOINT_NAME + len(".seat"), description="an earlier place: base, or NAME.seat, NAME or NAME.tip of a joint"),
     AfterValidator(_is_name),
 ]
 

@@ -1,4 +1,4 @@
-"""What a sheet about an arm warns of: drives that hold more than they are rated for, and doubts of its description."""
+"""What a sheet about an arm warns of: drives that hold more than they are rated for, and what seems wrong in its description."""
 
 from __future__ import annotations
 
@@ -26,4 +26,4 @@ def overload_warnings(found: Iterable[Overload]) -> tuple[str, ...]:
 
 def arm_warnings(arm: Arm, poses: Poses | None = None) -> tuple[str, ...]:
     """Return what every sheet about an arm warns of: doubtful data of its description, and overloaded drives, `poses` as for `overloads`."""
-    return (*arm.doubts, *overload_warnings(overloads(arm, poses)))
+    return (*arm.warnings, *overload_warnings(overloads(arm, poses)))

@@ -75,7 +75,7 @@ class Outcome:
     check      first order against exact composition
     overloads  drives that hold more than they are rated for, over the joint limits
     limits     makers' upper limits that count, at some of the poses
-    mass       of the arm without its payload, kg, as far as it is stated; unweighed: models of gearboxes without a mass
+    mass       of the arm without its payload, kg, as far as it is stated; gearboxes_without_mass: models of gearboxes without a mass
     spread     some errors (m), rising, and the share of all samples below each
     """
 
@@ -97,7 +97,7 @@ class Outcome:
     overloads: tuple[Overload, ...]
     limits: tuple[LimitShare, ...]
     mass: float
-    unweighed: tuple[str, ...]
+    gearboxes_without_mass: tuple[str, ...]
     spread: tuple[Floats, Floats]
 
 
@@ -204,7 +204,7 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         overloads(arm),
         limit_shares(arm, _some_poses(order, design), float(order.approach)),
         arm.mass,
-        arm.unweighed,
+        arm.gearboxes_without_mass,
         _spread(merged.sets.sum(axis=0)),
     )
 

@@ -102,7 +102,7 @@ def cube_from_arguments(arm: Arm, centre: Floats, side: float, rotation: Floats 
 
 def orientation_clause(arm: Arm) -> str:
     """Return ", with constant orientation of the tool" for an arm with six joints or more, else nothing."""
-    return ", with constant orientation of the tool" if len(arm.tree.drives) >= _FULL else ""
+    return ", with constant orientation of the tool" if len(arm.tree.tool_joints) >= _FULL else ""
 
 
 def cube_in_reach(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube | None:
@@ -112,7 +112,9 @@ def cube_in_reach(arm: Arm, centre: Floats, side: float, rotation: Floats | None
     cloud = sample_poses(arm, SAMPLES).q
     near = np.argsort(np.linalg.norm(tool_points(arm, cloud) - centre, axis=1))[:STARTS]
     for orientation in candidate_rotations(arm, rotation):
-        q, reached = inverse_kinematics(arm, poses_at(np.tile(centre, (len(near), 1)), orientation), cloud[near], turned=orientation is not None)
+        q, reached = inverse_kinematics(
+            arm, poses_at(np.tile(centre, (len(near), 1)), orientation), cloud[near], with_orientation=orientation is not None
+        )
         kept: list[Floats] = []
         for first in q[reached]:
             if any(np.abs(first - other).max() < SAME_CONFIGURATION for other in kept):
@@ -132,9 +134,9 @@ def out_of_reach(arm: Arm, points: Floats, rotation: Floats | None = None) -> np
     near = [np.argsort(np.linalg.norm(tools - point, axis=1))[:STARTS] for point in points]
     return np.array(
         [
-            not inverse_kinematics(arm, poses_at(np.tile(point, (len(starts), 1)), orientation), cloud[starts], turned=orientation is not None)[
-                1
-            ].any()
+            not inverse_kinematics(
+                arm, poses_at(np.tile(point, (len(starts), 1)), orientation), cloud[starts], with_orientation=orientation is not None
+            )[1].any()
             for point, starts in zip(points, near, strict=True)
         ]
     )
@@ -162,8 +164,8 @@ def verified_cube(arm: Arm, cube: Candidate, resolution: float, text: str) -> Cu
 
 def refuse_planar(arm: Arm) -> None:
     """Raise InputError for an arm that cannot move its tool in space."""
-    if len(arm.tree.drives) < SPACE:
-        raise refuse_argument("arm", f"{len(arm.tree.drives)} joints that move the tool", "at least three: a test cube is a body in space")
+    if len(arm.tree.tool_joints) < SPACE:
+        raise refuse_argument("arm", f"{len(arm.tree.tool_joints)} joints that move the tool", "at least three: a test cube is a body in space")
 
 
 def candidate_rotations(arm: Arm, rotation: Floats | None) -> list[Floats | None]:
@@ -172,11 +174,11 @@ def candidate_rotations(arm: Arm, rotation: Floats | None) -> list[Floats | None
     Raises InputError where an orientation is requested from an arm with fewer than six joints.
     """
     if rotation is not None:
-        if len(arm.tree.drives) < _FULL:
-            found = f"an orientation for {len(arm.tree.drives)} joints"
+        if len(arm.tree.tool_joints) < _FULL:
+            found = f"an orientation for {len(arm.tree.tool_joints)} joints"
             raise refuse_argument("tool_rpy", found, "none: with fewer than six joints the orientation follows from the position")
         return [np.asarray(rotation, dtype=float)]
-    if len(arm.tree.drives) < _FULL:
+    if len(arm.tree.tool_joints) < _FULL:
         return [None]
     return [_DOWN, _FORWARD, frames(arm, arm.limits.mean(axis=1)[None])[-1, 0, :3, :3]]
 
@@ -208,7 +210,9 @@ def solve_outward(arm: Arm, origin: Floats, offsets: Floats, initial: Candidate,
         if not feasible.any():
             break
         wanted = poses_at((origin + share * offsets[feasible]).reshape(-1, 3), initial.orientation)
-        solved, reached = inverse_kinematics(arm, wanted, q[feasible].reshape(-1, q.shape[-1]), turned=initial.orientation is not None, steps=STEPS)
+        solved, reached = inverse_kinematics(
+            arm, wanted, q[feasible].reshape(-1, q.shape[-1]), with_orientation=initial.orientation is not None, steps=STEPS
+        )
         q[feasible] = solved.reshape(-1, *q.shape[1:])
         feasible[feasible] = reached.reshape(-1, q.shape[1]).all(axis=1)
     return q, feasible

@@ -45,7 +45,7 @@ def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
     inward = np.sign(cube.centre - here[:3, 3])
     before = np.tile(here, (3, 1, 1))
     before[:, :3, 3] += np.diag(np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)) * (_APPROACH * cube.side)
-    q, reached = inverse_kinematics(arm, before, np.tile(cube.q[pose], (3, 1)), turned=cube.rotation is not None)
+    q, reached = inverse_kinematics(arm, before, np.tile(cube.q[pose], (3, 1)), with_orientation=cube.rotation is not None)
     if not reached.all():
         raise refuse_argument("cube", f"no way to {NAMES[pose]} along the base's axes", "a smaller cube, within reach")
     moved = cube.q[pose] - q
@@ -66,7 +66,7 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
     q = np.empty((points, cube.q.shape[1]))
     here = cube.q[a]
     for k in range(points):
-        found, reached = inverse_kinematics(arm, wanted[k : k + 1], here[None], turned=cube.rotation is not None)
+        found, reached = inverse_kinematics(arm, wanted[k : k + 1], here[None], with_orientation=cube.rotation is not None)
         if not reached[0]:
             raise refuse_argument("path", f"{NAMES[a]} {NAMES[b]}", "a line that the arm can follow without a change of configuration", path="P3 P5")
         q[k] = here = found[0]

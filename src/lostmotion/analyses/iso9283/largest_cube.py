@@ -132,7 +132,7 @@ def _enlarged(arm: Arm, initial: Candidate, step: float, clearance: float, floor
     line = np.linspace(-1.0, 1.0, 3)
     coarse = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     middle, reached = inverse_kinematics(
-        arm, poses_at(initial.centre[None], initial.orientation), initial.start[None], turned=initial.orientation is not None
+        arm, poses_at(initial.centre[None], initial.orientation), initial.start[None], with_orientation=initial.orientation is not None
     )
     if not reached.all():
         return Candidate(0.0, initial.centre, initial.start, initial.orientation)
@@ -198,7 +198,7 @@ def _flood_fills(
         return
     picked = points[:: max(len(points) // STARTS, 1)]
     nearest = KDTree(tools[:, :3, 3]).query(picked)[1]
-    q, reached = inverse_kinematics(arm, poses_at(picked, orientation), cloud[nearest], turned=orientation is not None)
+    q, reached = inverse_kinematics(arm, poses_at(picked, orientation), cloud[nearest], with_orientation=orientation is not None)
     seeds = [(tuple(np.argwhere((grid == point).all(axis=-1))[0]), values) for point, values in zip(picked[reached], q[reached], strict=True)]
     found: list[tuple[Floats, np.ndarray]] = []
     # Central points first: they lead to the largest part of a configuration's range.
@@ -232,7 +232,9 @@ def _flood_fill(
         if not len(beside):
             break
         start = q[tuple(origin[wanted][first].T)]
-        solved, ok = inverse_kinematics(arm, poses_at(grid[tuple(beside.T)], orientation), start, turned=orientation is not None, steps=STEPS)
+        solved, ok = inverse_kinematics(
+            arm, poses_at(grid[tuple(beside.T)], orientation), start, with_orientation=orientation is not None, steps=STEPS
+        )
         tries[tuple(beside.T)] += 1
         fresh = beside[ok]
         q[tuple(fresh.T)], reached[tuple(fresh.T)] = solved[ok], True
@@ -250,7 +252,7 @@ def _largest_at(reached: np.ndarray) -> np.ndarray:
 def _column(arm: Arm) -> Floats:
     """Return points (point, 3) along the line base - first moving joint - second one, with all joints in the middle of their ranges."""
     at = frames(arm, arm.limits.mean(axis=1)[None])
-    moved = [arm.tree.moved[drive] for drive in arm.tree.drives[:2]]
+    moved = [arm.tree.moved[drive] for drive in arm.tree.tool_joints[:2]]
     line = np.vstack([np.zeros(3), at[[arm.tree.places[place].parent for place in moved], 0, :3, 3]])
     share = np.linspace(0.0, 1.0, _ALONG)[:, None]
     return np.vstack([a + share * (b - a) for a, b in itertools.pairwise(line)])

@@ -194,7 +194,7 @@ def with_payload_share(arm: Arm, share: float) -> Arm:
             "moment": tuple(share * x for x in payload.moment),
         }
     )
-    return arm if share == 1 else arm.carrying(lighter)
+    return arm if share == 1 else arm.with_payload(lighter)
 
 
 def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:

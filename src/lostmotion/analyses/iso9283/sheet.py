@@ -71,7 +71,7 @@ def cube_of(
     if side is not None and centre is not None:
         return cube_from_arguments(arm, np.asarray(centre, dtype=float), side, orientation)
     if visits is not None and (stated := commanded_cube(visits)) is not None:
-        rotation = orientation if orientation is not None or len(arm.tree.drives) < _FULL else stated[2]
+        rotation = orientation if orientation is not None or len(arm.tree.tool_joints) < _FULL else stated[2]
         cube = cube_in_reach(arm, stated[0], stated[1], rotation)
         if cube is None:
             raise unreachable_command(arm, visits, stated[0], stated[1], rotation)

@@ -65,7 +65,7 @@ class Drift:
 def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
     """Return the displacement of the tool (3,), m, at one pose q (joint,) by the full temperature rise of all links, to first order."""
     at = frames(arm, q[None])[:, 0]
-    ends = (joint.tip for joint in arm.tree.joints if joint.tip in arm.tree.way)
+    ends = (joint.tip for joint in arm.tree.joints if joint.tip in arm.tree.tool_path)
     links = sum((at[tip, :3, 3] - at[arm.tree.places[tip].parent, :3, 3] for tip in ends), start=np.zeros(3))
     return np.asarray(warm_up.expansion * warm_up.rise * links)
 

@@ -89,7 +89,7 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         matrix[0],
         shares[:, softest],
         ellipsoid(matrix),
-        ellipsoid(matrix, rotation_held=True),
+        ellipsoid(matrix, rotation_fixed=True),
         ellipsoid(swapped),
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
-from lostmotion.mechanism.elastostatics import springs_of
+from lostmotion.mechanism.elastostatics import elastic_terms
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.joint_values import joint_values
@@ -76,7 +76,7 @@ def _rigid(survey: Survey) -> list[str]:
     if not survey.parts:
         return ["every part is assumed rigid: there is no compliance to report"]
     arm = survey.arm
-    soft = {(of.kind, of.place) for of in springs_of(arm)}
+    soft = {(of.kind, of.place) for of in elastic_terms(arm)}
     closed_loop = [joint.name for joint in arm.moving if joint.encoder is not None and joint.encoder.side == "output"]
     unspecified: dict[str, list[str]] = {"gearboxes": [], "bearings": [], "links": []}
     for joint, places in zip(arm.joints, arm.tree.joints, strict=True):

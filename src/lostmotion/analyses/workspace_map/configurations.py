@@ -160,7 +160,7 @@ def _damped_newton_to(arm: Arm, start: Floats, wanted: Floats, pool: ThreadPoolE
     goal = np.tile(np.eye(4), (len(start), 1, 1))
     goal[:, :3, 3] = wanted
     for here, (moved, arrived) in batches(
-        pool, len(start), lambda here: inverse_kinematics(arm, goal[here], start[here], turned=False, steps=_STEPS)
+        pool, len(start), lambda here: inverse_kinematics(arm, goal[here], start[here], with_orientation=False, steps=_STEPS)
     ):
         q[here], done[here] = moved, arrived
     return q, done

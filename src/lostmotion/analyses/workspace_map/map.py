@@ -222,7 +222,7 @@ def map_workspace(
     cells = int(np.prod(shape))
     figures = cell_figures(evaluated.errors, reached.cell, cells)
     # A redundant arm reaches a point in infinitely many configurations, of which these are a sample.
-    family = len(arm.tree.drives) > reached.grid.dimensions
+    family = len(arm.tree.tool_joints) > reached.grid.dimensions
     bounds = bounds_by_cell(evaluated.errors, reached.cell, cells, family | ~reached.centre.ravel())
     shown = figures[QUANTILE, CONFIGURATIONS.index(request.by)]
     centre = _cells_with_figures(reached)

@@ -44,7 +44,7 @@ def radial_section(found: WorkspaceMap) -> RadialSection | None:
 
 def vertical_axis(arm: Arm) -> tuple[float, float] | None:
     """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°; else None."""
-    first = arm.tree.drives[0]
+    first = arm.tree.tool_joints[0]
     joint = arm.moving[first]
     if joint.type != "revolute" or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):
         return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.mechanism.load_causes import CAUSES, NEXT, OWN_WEIGHT
+from lostmotion.mechanism.load_causes import CAUSES, OUTBOARD_CAUSES, OWN_WEIGHT
 from lostmotion.reporting.plot import LEGEND, OF_CAUSE, framed, label, named
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def bending(answer: Answer) -> go.Figure:
     for cause in (OWN_WEIGHT, *CAUSES):
         parts = [bent.by_cause.get(cause, (0.0, 0.0, 0.0))[0] for bent in links]
         if any(parts):
-            name = NEXT.get(cause, cause)
+            name = OUTBOARD_CAUSES.get(cause, cause)
             bars.append(
                 go.Bar(
                     x=[part * 1e6 for part in parts],

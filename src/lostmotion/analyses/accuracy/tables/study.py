@@ -12,7 +12,7 @@ from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in, zone_sec
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
-from lostmotion.mechanism.load_causes import NEXT
+from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_left_out
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values
@@ -152,7 +152,7 @@ def _bending(answer: Answer) -> list[Section]:
         within = f", l/{bent.length / bent.deflection:.0f}" if bent.deflection else ""
         at = f"pose {bent.deflection_index}{within}" + (f"; slope at pose {bent.slope_index}" if bent.slope_index != bent.deflection_index else "")
         lines = [(bent.joint, (bent.deflection, bent.slope, shares), at)]
-        lines += [(f"{bent.joint}, {NEXT.get(cause, cause)}", parts, "") for cause, parts in bent.by_cause.items() if any(parts)]
+        lines += [(f"{bent.joint}, {OUTBOARD_CAUSES.get(cause, cause)}", parts, "") for cause, parts in bent.by_cause.items() if any(parts)]
         rows += [
             Row(
                 label,

@@ -289,7 +289,7 @@ def not_counted(result: PartSelection) -> str:
     bearings = "" if "bearing" in kinds else ", other bearing clearances than the arm's"
     without = [
         *(each.selected.name for each in result.parts if each.slot.kind == "gearbox" and not each.slot.has_masses and each.selected.part is not None),
-        *result.sized.unweighed,
+        *result.sized.gearboxes_without_mass,
     ]
     return (
         f"not counted: {NOT_COUNTED}, stresses and buckling of links, moment ratings of gearbox bearings{prices}{bearings}"

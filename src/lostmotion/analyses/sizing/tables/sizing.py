@@ -250,7 +250,5 @@ def _facts(result: Sizing) -> dict[str, Any]:
 
 def not_counted(result: Sizing) -> str:
     """Return what the sizing of links does not count."""
-    return (
-        f"not counted: {NOT_COUNTED}, stresses and buckling of links, prices{without_mass(result.sized.unweighed)}; gearboxes, bearings and joint "
-        "masses are unchanged"
-    )
+    massless = without_mass(result.sized.gearboxes_without_mass)
+    return f"not counted: {NOT_COUNTED}, stresses and buckling of links, prices{massless}; gearboxes, bearings and joint masses are unchanged"

@@ -81,7 +81,7 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         cards=bounded_cards(_cards(order, sound, outcomes), known, ("95th percentile",)),
         sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
-        warnings=(*arm.doubts, *_overloaded(order, outcomes)),
+        warnings=(*arm.warnings, *_overloaded(order, outcomes)),
         notes=(not_counted(outcomes), *arm.remarks) if len(outcomes) > 1 else arm.remarks,
         words=_WORDS,
         source=_source(order, counted),
@@ -152,7 +152,7 @@ def _masses(order: Order, chosen: Sequence[Outcome]) -> Section:
         Row(
             design_name(order.axes, each.design),
             (Figure(each.mass, "kg"),),
-            f"mass of {', '.join(each.unweighed)} not stated: counted as zero" if each.unweighed else "",
+            f"mass of {', '.join(each.gearboxes_without_mass)} not stated: counted as zero" if each.gearboxes_without_mass else "",
         )
         for each in chosen
     )
@@ -305,7 +305,7 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         **{name: [_finite(each.value), _finite(each.low), _finite(each.high)] for name, each in estimates.items()},
         "rms_m": outcome.rms,
         "mass_kg": outcome.mass,
-        "mass_not_stated": list(outcome.unweighed),
+        "mass_not_stated": list(outcome.gearboxes_without_mass),
         "parts": [{"part": cost.part, "alone_m": cost.alone, "share": cost.share} for cost in outcome.costs],
         "worst": [each.facts() for each in outcome.worst],
     }
@@ -317,7 +317,7 @@ def _finite(value: float) -> float | None:
 
 def not_counted(outcomes: Iterable[Outcome]) -> str:
     """Return what a sweep of designs does not count."""
-    without = list(dict.fromkeys(model for each in outcomes for model in each.unweighed))
+    without = list(dict.fromkeys(model for each in outcomes for model in each.gearboxes_without_mass))
     return (
         f"not counted: {NOT_COUNTED}, strength of parts, prices{without_mass(without)}; "
         "each design is compared by its position error at rest and its mass"
