@@ -1,4 +1,4 @@
-"""The whole arm as springs: against a stiffness matrix assembled node by node, reciprocity, and the study's own bias."""
+"""Elastostatics of the whole arm, against an assembled stiffness matrix, reciprocity and the systematic error of a study."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def vector(rng: np.random.Generator, size: float) -> tuple[float, float, float]:
 
 
 def elastic_arm(rng: np.random.Generator, joints: int, *, zones: bool = False) -> Arm:
-    """Draw an arm whose every joint unit, link and mount gives, with plays, weights, a payload and a tilted base."""
+    """Draw an arm whose joint units, links and mount are all elastic, with play, masses, a payload and a tilted base."""
     chain: list[RevoluteJoint | PrismaticJoint] = []
     for k in range(joints):
         slides = k > 0 and rng.random() < 0.3
@@ -64,7 +64,10 @@ def elastic_arm(rng: np.random.Generator, joints: int, *, zones: bool = False) -
 
 
 def beam_element(length: float) -> np.ndarray:
-    """Return the stiffness (12, 12) of a Timoshenko beam along x, nodes as (shift, turn); J. Przemieniecki, Theory of Matrix Structural Analysis."""
+    """Return the stiffness (12, 12) of a Timoshenko beam along x, nodes as (displacement, rotation).
+
+    Source: J. Przemieniecki, Theory of Matrix Structural Analysis.
+    """
     e, g, area, torsion = YOUNG, SHEAR, SECTION["area"], SECTION["torsion"]
     out = np.zeros((12, 12))
     for row, value in ((0, e * area / length), (3, g * torsion / length)):
@@ -79,14 +82,14 @@ def beam_element(length: float) -> np.ndarray:
 
 
 def rigid(arm: np.ndarray) -> np.ndarray:
-    """Return what (shift, turn) a point at `arm` from a node has, all on one rigid body."""
+    """Return the matrix (6, 6) from the (displacement, rotation) of a node to that of a point at `arm` (m) from it on the same rigid body."""
     out = np.eye(6)
     out[:3, 3:] = -skew(arm)
     return out
 
 
 def joint_flexibility(joint: RevoluteJoint | PrismaticJoint, axis: np.ndarray) -> np.ndarray:
-    """Return (shift, turn) per (force, moment) of a joint unit whose axis points this way: a drive along it, a bearing across it."""
+    """Return (displacement, rotation) per (force, moment) of a joint unit with this axis: a drive along it, a bearing across it."""
     along, out = np.outer(axis, axis), np.zeros((6, 6))
     across = np.eye(3) - along
     drive, bearing = joint.gearbox, joint.bearing
@@ -103,10 +106,10 @@ def joint_flexibility(joint: RevoluteJoint | PrismaticJoint, axis: np.ndarray) -
 
 
 def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Return the compliance at the tool by one set of equations for all nodes of the structure: beams as elements, joints and mount as springs.
+    """Return the compliance at the tool from one system of equations for the whole structure: beams as elements, joints and mount as springs.
 
-    Unknown are the shifts and turns of the base plate, and of each joint's output and each link's tip, and the forces in joints and mount, so
-    that what is rigid needs no large number. Base axes throughout.
+    The unknowns are displacements and rotations of the base plate, of each joint's output and of each link's tip, and the forces in joints and mount.
+    With forces as unknowns, rigid springs need no large number. All in the base's axes.
     """
     at = frames(arm, q[None])[:, 0]
     count = len(arm.joints)
@@ -118,7 +121,7 @@ def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
         return slice(6 * node, 6 * node + 6)
 
     def spring(number: int, flexibility: np.ndarray, behind: tuple[int, np.ndarray] | None, ahead: int) -> None:
-        """Let a force act back on the node behind and on towards the node ahead, whose shift against each other is flexibility x force."""
+        """Add a spring between two nodes: their relative displacement is flexibility x force, and opposite forces act on them."""
         own = rows(nodes + number)
         system[own, own] = -flexibility
         system[own, rows(ahead)] += np.eye(6)
@@ -156,8 +159,8 @@ def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("joints", [3, 4, 5, 6])
-def test_the_arm_gives_as_one_structure_of_beams_and_springs(joints: int):
-    """Compliance at the tool equals that of all nodes' equations solved at once, to 1e-8, on arms of three to six joints, turning and sliding."""
+def test_an_arm_deflects_as_one_structure_of_beams_and_springs(joints: int):
+    """The compliance at the tool of arms of three to six turning and sliding joints equals that of the assembled structure, to 1e-8."""
     rng = np.random.default_rng(joints)
     for _ in range(10):
         arm = elastic_arm(rng, joints)
@@ -169,8 +172,8 @@ def test_the_arm_gives_as_one_structure_of_beams_and_springs(joints: int):
 
 
 @pytest.mark.parametrize("arms", [50, pytest.param(1000, marks=pytest.mark.slow)])
-def test_a_unit_load_here_shows_there_what_one_there_shows_here(arms: int):
-    """Reciprocity and energy on up to 1 000 arms: compliance is symmetric, no load gains energy, the parts' shares are positive and add to one."""
+def test_compliance_is_reciprocal_and_positive(arms: int):
+    """Compliance matrices of up to 1 000 arms are symmetric and positive definite; the shares of the parts are positive and add up to one."""
     rng = np.random.default_rng(5)
     for number in range(arms):
         joints = int(rng.integers(1, 7))
@@ -185,8 +188,8 @@ def test_a_unit_load_here_shows_there_what_one_there_shows_here(arms: int):
         np.testing.assert_allclose(found.shares.sum(axis=0), 1.0, rtol=1e-12)
 
 
-def test_a_rigid_arm_does_not_give():
-    """Where every part is rigid no wrench moves the tool at all, whatever its plays."""
+def test_a_rigid_arm_does_not_deflect():
+    """Where every part is rigid no wrench moves the tool, whatever the play."""
     bearing = {"kind": "rolling", "span": 0.1, "clearance": Toleranced(3e-5, 1e-5)}
     gearbox = {"backlash": Toleranced(2e-4), "hysteresis": 1e-4, "transmission_error": 1e-4}
     joints = [RevoluteJoint(name=f"J{k}", axis="y", limits=(-1, 1), link={"length": 0.4}, gearbox=gearbox, bearing=bearing) for k in range(3)]
@@ -198,8 +201,8 @@ def test_a_rigid_arm_does_not_give():
     assert not ellipsoid(lostmotion.compliance(arm, q)).values.any()
 
 
-def test_play_is_no_compliance():
-    """The same arm with and without plays, gearboxes' and bearings', has the same compliance."""
+def test_play_does_not_add_compliance():
+    """An arm has the same compliance with and without play in its gearboxes."""
     rng = np.random.default_rng(8)
     arm = elastic_arm(rng, 4)
     tight = arm.model_copy(update={"joints": tuple(joint.model_copy(update={"gearbox": _without_play(joint)}) for joint in arm.joints)})
@@ -219,8 +222,8 @@ def payload_wrench(arm: Arm, q: np.ndarray) -> np.ndarray:
     return np.hstack([np.cross(lever, force), force])
 
 
-def test_the_payload_bends_the_arm_as_the_study_says():
-    """What compliance and payload make is what the payload adds to the study's bias, for springs in proportion."""
+def test_the_deflection_under_the_payload_is_what_the_payload_adds_to_the_systematic_error():
+    """On arms with linear springs, three results agree: deflection, compliance times payload weight, and the increase of the systematic error."""
     rng = np.random.default_rng(11)
     for _ in range(5):
         arm = elastic_arm(rng, 4)
@@ -237,8 +240,8 @@ def test_the_payload_bends_the_arm_as_the_study_says():
         np.testing.assert_allclose(by_tangent, moved, rtol=1e-8, atol=1e-8 * np.abs(added).max())
 
 
-def test_a_weightless_arm_misses_by_its_compliance_times_the_payload():
-    """A whole study of an arm without weight of its own, and without chance, has the r.m.s. bias that compliance times the payload's weight has."""
+def test_the_error_of_a_weightless_arm_is_its_compliance_times_the_payload():
+    """A study of an arm without mass and without random errors has the root-mean-square error of compliance times the weight of the payload."""
     link = {"length": 0.4, "section": SECTION, "material": MATERIAL, "mass": 0.0}
     joints = [RevoluteJoint(name=f"J{k}", axis="y", limits=(-1, 1), link=link, gearbox={"stiffness": 1e5}) for k in range(3)]
     arm = Arm(name="weightless", joints=joints, payload={"mass": 5.0, "centre_of_mass": (0.1, 0.0, 0.05)})
@@ -248,8 +251,8 @@ def test_a_weightless_arm_misses_by_its_compliance_times_the_payload():
     assert study.sampled.tally.levels[0] / len(q) == pytest.approx(float((moved**2).sum(axis=1).mean()), rel=1e-9)
 
 
-def test_a_straight_beam_gives_as_the_book_says():
-    """One beam clamped by a rigid joint: F l^3/3EI and shear with the tip free to turn, F l^3/12EI and shear with the turn held."""
+def test_a_straight_beam_has_the_compliance_of_beam_theory():
+    """A beam on a rigid joint deflects by F l^3/3EI and shear with its tip free to rotate, by F l^3/12EI and shear with its rotation fixed."""
     length = 0.5
     arm = Arm(
         name="beam", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": length, "section": SECTION, "material": MATERIAL})]
@@ -264,12 +267,12 @@ def test_a_straight_beam_gives_as_the_book_says():
     np.testing.assert_allclose(held.values[0], [bending[1] / 12 + shear[1], bending[0] / 12 + shear[0], stretch], rtol=1e-8)
     np.testing.assert_allclose(np.abs(free.directions[0]), np.eye(3)[:, [2, 1, 0]], atol=1e-9)
     stiff = np.linalg.inv(found[0])
-    # Its rotation held, the translational block of the stiffness is what a force meets.
+    # With the rotation fixed, a force acts against the translational block of the stiffness.
     np.testing.assert_allclose(np.sort(1 / np.linalg.eigvalsh(stiff[3:, 3:])), np.sort(held.values[0]), rtol=1e-8)
 
 
-def test_a_gearbox_gives_by_the_zone_its_load_is_in():
-    """Behind a lever, a reducer of two zones gives by the first slope under a small load and by the second beyond the zone's end."""
+def test_a_gearbox_has_the_stiffness_of_the_zone_of_its_load():
+    """A reducer with two stiffness zones behind a lever arm has the first stiffness under a small load and the second beyond the zone limit."""
     gearbox = {"stiffness": [1e4, 4e4], "zone_torques": [10.0]}
     for mass, slope in ((0.5, 1e4), (5.0, 4e4)):
         arm = Arm(
@@ -283,8 +286,8 @@ def test_a_gearbox_gives_by_the_zone_its_load_is_in():
     assert turned == pytest.approx(first / 1e4 + (20 - first) / 4e4, rel=1e-12)
 
 
-def test_many_poses_are_as_each_alone():
-    """Which poses are asked together, and in which blocks, changes no compliance; springs that harden between rolling elements included."""
+def test_many_poses_in_one_call_equal_each_pose_alone():
+    """Compliances do not depend on which poses are computed in one call, or in which blocks, also with the nonlinear springs of rolling contacts."""
     ball = {
         "kind": "ball pair", "bore": 0.045, "outside_diameter": 0.085, "balls": 9, "ball_diameter": 0.0127, "pitch_diameter": 0.065,
         "span": 0.06, "clearance": Toleranced(2e-5),
@@ -308,15 +311,15 @@ def test_many_poses_are_as_each_alone():
 
 
 @pytest.mark.parametrize("wrench", [np.zeros(3), np.zeros((2, 6)), np.array([0, 0, 0, 0, 0, math.nan])])
-def test_a_wrench_that_is_none_is_refused(wrench: np.ndarray):
-    """A wrench needs six finite values, for all poses or for each."""
+def test_an_invalid_wrench_is_refused(wrench: np.ndarray):
+    """A wrench has six finite values, for all poses together or for each pose."""
     arm = elastic_arm(np.random.default_rng(1), 2)
     with pytest.raises(ValueError, match="wrench"):
         lostmotion.deflection(arm, np.zeros((3, 2)), wrench)
 
 
 def potential(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Return the potential energy (pose,) of all weights, N m: mass times gravity times height, nothing else."""
+    """Return the potential energy (pose,) of all masses, N m: the sum of mass times gravity times height."""
     at, down = frames(arm, q), arm.gravity_in_base
     out = np.zeros(len(q))
 
@@ -332,8 +335,8 @@ def potential(arm: Arm, q: np.ndarray) -> np.ndarray:
     return out
 
 
-def test_drives_hold_the_slope_of_the_potential_energy():
-    """Virtual work: a holding torque is what the weights' energy gains per turn, to 1e-6, on 100 arms that turn and slide on a tilted base."""
+def test_holding_torques_are_the_gradient_of_the_potential_energy():
+    """By virtual work, holding torques are the derivatives of potential energy by joint value: to 1e-6, on 100 arms with tilted bases."""
     rng = np.random.default_rng(21)
     for _ in range(100):
         joints = int(rng.integers(1, 7))
@@ -353,8 +356,8 @@ def test_drives_hold_the_slope_of_the_potential_energy():
             assert held[k] == pytest.approx(slope, rel=1e-6, abs=1e-6)
 
 
-def test_principal_directions_move_along_themselves():
-    """A force along a principal direction moves the tool point that way and nowhere else."""
+def test_a_force_along_a_principal_direction_displaces_along_it():
+    """A force along a principal direction displaces the tool point along that direction only."""
     arm = elastic_arm(np.random.default_rng(4), 5)
     found = lostmotion.compliance(arm, np.full((1, 5), 0.3))
     free = ellipsoid(found)
@@ -364,8 +367,8 @@ def test_principal_directions_move_along_themselves():
         np.testing.assert_allclose(moved, free.values[0, k] * direction, rtol=0, atol=1e-7 * free.values[0, 0])
 
 
-def test_the_tool_frames_offset_counts():
-    """A force on a tool held far out turns the last joint by its lever: seen from a joint of known stiffness by hand."""
+def test_the_offset_of_the_tool_frame_is_a_lever_arm():
+    """A force on an offset tool rotates the last joint by force times lever arm over its stiffness, as calculated by hand."""
     joint = RevoluteJoint(name="A", axis="z", limits=(-4, 4), gearbox={"stiffness": 1e4})
     arm = Arm(name="arm", joints=[joint], tool={"frame": {"xyz": (0.5, 0.0, 0.0)}})
     found = lostmotion.compliance(arm, np.array([[math.pi / 2]]))[0]

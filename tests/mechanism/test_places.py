@@ -38,7 +38,7 @@ def vector(rng: np.random.Generator, size: float = 0.4) -> tuple[float, ...]:
 
 
 def random_tree(rng: np.random.Generator) -> Arm:
-    """Draw an arm of 3 to 9 joints of all kinds, about half of which stand on any place before them; the tool hangs on the last joint."""
+    """Draw an arm of 3 to 9 joints of all kinds, about half of them attached to any earlier place; the tool is attached to the last joint."""
     joints: list[RevoluteJoint | PrismaticJoint | FixedJoint] = []
     names = ["base"]
     for k in range(int(rng.integers(3, 10))):
@@ -69,7 +69,7 @@ def random_tree(rng: np.random.Generator) -> Arm:
 
 
 def by_hand(arm: Arm, q: np.ndarray) -> dict[str, np.ndarray]:
-    """Multiply out where every place of an arm is at one pose q (joint,), each from the place that it names."""
+    """Return the frame of every place of an arm at one pose q (joint,), as the product of the poses from the place that it names."""
     at = {"base": np.eye(4)}
     value, last = iter(q), "base"
 
@@ -87,7 +87,7 @@ def by_hand(arm: Arm, q: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def height_energy(arm: Arm, q: np.ndarray) -> float:
-    """Return the potential energy (J) of all masses of an arm at one pose q (joint,): the arm's own description, no tree."""
+    """Return the potential energy (J) of all masses of an arm at one pose q (joint,), from the fields of the arm, without its tree."""
     at, gravity = by_hand(arm, q), arm.gravity_in_base
     masses = [("tool", arm.tool.mass, arm.tool.centre_of_mass), ("tool", arm.payload.mass, arm.payload.centre_of_mass)]
     for joint in arm.joints:
@@ -96,7 +96,7 @@ def height_energy(arm: Arm, q: np.ndarray) -> float:
 
 
 def slopes(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Differentiate the potential energy by every joint value, by differences of two widths (Richardson)."""
+    """Return the derivatives of the potential energy by each joint value, from differences of two widths (Richardson extrapolation)."""
 
     def central(k: int, width: float) -> float:
         step = width * np.eye(len(q))[k]
@@ -106,8 +106,8 @@ def slopes(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_every_place_stands_on_the_place_that_it_names(seed: int):
-    """Frames of an arm with branches are the products of poses along each place's own way from the base."""
+def test_every_place_is_attached_to_the_place_that_it_names(seed: int):
+    """Frames of an arm with branches are the products of the poses along the path from the base to each place."""
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, (3, len(arm.moving)))
@@ -119,8 +119,8 @@ def test_every_place_stands_on_the_place_that_it_names(seed: int):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_drives_hold_the_slope_of_the_potential_energy(seed: int):
-    """The holding torque of each drive is the potential energy that its joint would gain per radian, branches included (virtual work)."""
+def test_holding_torques_are_the_gradient_of_the_potential_energy(seed: int):
+    """By virtual work, each holding torque is the derivative of the potential energy by its joint value, also on arms with branches."""
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, len(arm.moving))
@@ -130,7 +130,7 @@ def test_drives_hold_the_slope_of_the_potential_energy(seed: int):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_the_carry_matrix_transposed_gives_the_wrench_of_a_load_on_the_tool(seed: int):
-    """A wrench on the tool loads each place by its carry matrix transposed, and leaves places that do not carry the tool alone."""
+    """A wrench on the tool loads each place by the transpose of its carry matrix; a place that does not carry the tool is not loaded."""
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, (3, len(arm.moving)))
@@ -146,7 +146,7 @@ def test_the_carry_matrix_transposed_gives_the_wrench_of_a_load_on_the_tool(seed
 
 @pytest.mark.parametrize("seed", range(10))
 def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(seed: int):
-    """When a place turns and shifts a little, the tool moves by its carry matrix times that, and not at all from a branch beside it."""
+    """A small motion of a place moves the tool by the carry matrix times that motion; a motion of a place on a branch does not move it."""
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, len(arm.moving))
@@ -162,7 +162,7 @@ def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(se
 
 @pytest.mark.parametrize("seed", range(20))
 def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
-    """A joint between base and tool moves the tool by its carry matrix; a joint on a branch does not, and inverse kinematics leaves it alone."""
+    """A joint between base and tool moves the tool by its carry matrix. A joint on a branch does not, and inverse kinematics keeps its value."""
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, (3, len(arm.moving)))
@@ -178,7 +178,7 @@ def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
 
 
 def lifter(**counterweight: object) -> Arm:
-    """Return an arm of three turning joints with a counterweight of 27 kg behind the elbow; the wrist stands on the forearm's tip."""
+    """Return an arm of three turning joints with a counterweight of 27 kg behind the elbow; the wrist is attached to the tip of the forearm."""
     common = {"limits": (-3, 3), "axis": "-y", "lumped": {"angle": 1e-4}}
     joints = [
         RevoluteJoint(name="shoulder", link={"length": 0.5, "mass": 4.0}, **common),
@@ -192,8 +192,8 @@ def lifter(**counterweight: object) -> Arm:
     return Arm(name="lifter", joints=joints, payload={"mass": 2.0})
 
 
-def test_a_counterweight_loads_what_carries_it_and_never_moves_the_tool():
-    """A branch of 27 kg on the elbow pulls by 264.78 N on all places inboard and on none outboard; its own errors move the tool by exactly zero."""
+def test_a_counterweight_loads_the_places_that_carry_it_and_never_moves_the_tool():
+    """A branch of 27 kg on the elbow loads all places inboard by 264.78 N and none outboard. Its own errors do not move the tool at all."""
     without, arm = lifter(), lifter(counterweight=True)
     rng = np.random.default_rng(3)
     q = rng.uniform(-2, 2, (20, 4))
@@ -214,8 +214,8 @@ def test_a_counterweight_loads_what_carries_it_and_never_moves_the_tool():
     assert matrix.local[:, :, beside].any()
 
 
-def test_errors_on_a_branch_leave_the_exact_composition_alone():
-    """Composed exactly, large errors of a branch do not move the tool either: it goes where the arm without the branch goes."""
+def test_errors_on_a_branch_do_not_change_the_exact_composition():
+    """With finite rotations, too, large errors of a branch do not move the tool: its pose is that of the arm without the branch."""
     rng = np.random.default_rng(5)
     q = rng.uniform(-2, 2, (3, 4))
     whole, plain = screws(lifter(counterweight=True), q), screws(lifter(), q[:, [0, 1, 3]])
@@ -227,11 +227,11 @@ def test_errors_on_a_branch_leave_the_exact_composition_alone():
     np.testing.assert_allclose(compose(whole, rows, draws), compose(plain, rows, draws[:, shared]), atol=1e-14)
 
 
-def test_the_ways_and_what_hangs_on_a_place_are_known():
-    """The path to the tool excludes branches, and what a place carries includes them."""
+def test_the_path_to_the_tool_excludes_branches():
+    """The path to the tool excludes branches; the places outboard of a place include them."""
     arm = lifter(counterweight=True)
-    way = [arm.places[k] for k in arm.tree.tool_path]
-    assert way == [
+    path = [arm.places[k] for k in arm.tree.tool_path]
+    assert path == [
         "base",
         *(f"{name}{end}" for name in ("shoulder", "elbow", "wrist") for end in ENDS),
         "tool",
@@ -262,7 +262,7 @@ def test_an_arm_that_names_a_place_it_does_not_have_is_refused():
 
 
 def test_a_branch_without_errors_is_not_missing_from_a_prediction():
-    """A finger that nothing describes leaves the prediction complete, since no error of it could move the tool; a bare wrist does not."""
+    """A prediction is complete without errors of a finger, which cannot move the tool; without errors of a wrist it is not."""
     finger = {"name": "finger", "type": "prismatic", "after": "shoulder.tip", "limits": (0, 0.04)}
     arm = lifter()
     with_finger = Arm(name="hand", joints=[*arm.joints, finger], tool={"after": "wrist.tip"})

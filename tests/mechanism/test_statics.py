@@ -1,4 +1,4 @@
-"""What joints carry, within which tilts, and by whose weight; how links bend by cause."""
+"""Static loads of joints by cause and over tilts of the base, and bending of links by cause."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from tests.parts.conditions import local_screws
 
 
 def directions_within(rng: np.random.Generator, tilt: float, count: int) -> np.ndarray:
-    """Draw directions no further than `tilt` from straight down, its rim well covered."""
+    """Draw directions (count, 3) within an angle `tilt` (rad) of straight down, half of them on the edge of that cone."""
     away = np.where(rng.random(count) < 0.5, tilt, tilt * np.sqrt(rng.random(count)))
     side = rng.uniform(0, 2 * math.pi, count)
     return np.column_stack([np.sin(away) * np.cos(side), np.sin(away) * np.sin(side), -np.cos(away)])
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.2, 1.0, 2.5, math.pi])
-def test_no_tilt_within_asks_more_and_some_tilt_asks_as_much(tilt: float):
-    """Of 500 directions of gravity within a tilt of the base none requires more torque of a drive than the worst reported, and one comes near it."""
+def test_the_worst_torque_over_tilts_is_the_largest_and_is_reached(tilt: float):
+    """None of 500 directions of gravity within a tilt of the base requires more torque than the reported maximum; the largest is within 3 % of it."""
     rng = np.random.default_rng(int(10 * tilt))
     for _ in range(2):
-        arm = elastic_arm(rng, 4)  # a process force pulls as well
+        arm = elastic_arm(rng, 4)  # with a process force
         q = rng.uniform(-1, 1, (1, 4))
-        said = worst_torques_over_tilts(arm, q, within=tilt)[0]
+        worst = worst_torques_over_tilts(arm, q, within=tilt)[0]
         held = np.abs([joint_torques(arm, q, gravity=arm.gravity * down)[0] for down in directions_within(rng, tilt, 500)])
-        assert (held.max(axis=0) <= said * (1 + 1e-12)).all()
-        np.testing.assert_allclose(held.max(axis=0), said, rtol=3e-2)
+        assert (held.max(axis=0) <= worst * (1 + 1e-12)).all()
+        np.testing.assert_allclose(held.max(axis=0), worst, rtol=3e-2)
 
 
-def test_every_worst_case_can_be_stood_on():
-    """The gravity reported for each worst torque causes it: by each cause alone, by all together, and on a base with that roll and pitch."""
+def test_every_worst_torque_occurs_under_its_reported_gravity():
+    """The gravity reported for each worst torque causes it, as a sum over causes, for the whole arm, and on a base of that roll and pitch."""
     rng = np.random.default_rng(3)
     for _ in range(5):
         arm = elastic_arm(rng, 5)
@@ -58,14 +58,14 @@ def test_every_worst_case_can_be_stood_on():
                 assert sum(asked.by_cause.values()) == pytest.approx(asked.value, rel=1e-12)
                 assert np.linalg.norm(asked.gravity) == pytest.approx(arm.gravity)
                 x, y, z = asked.gravity / arm.gravity
-                roll, pitch = math.atan2(-y, -z), math.asin(np.clip(x, -1, 1))  # what base leans so that it sees this gravity
+                roll, pitch = math.atan2(-y, -z), math.asin(np.clip(x, -1, 1))  # of the base that has this gravity in its axes
                 leaning = arm.model_copy(update={"base": Base(roll=Toleranced(roll), pitch=Toleranced(pitch))})
                 assert joint_torques(leaning, q[asked.index])[0, k] == pytest.approx(asked.value, rel=1e-9, abs=1e-9)
             assert node.within_tilt.tilt <= 0.3 + 1e-12
 
 
-def test_bearings_carry_what_no_tilt_exceeds():
-    """The moment across a joint's axis, as the base stands and over 400 tilts, against the whole wrench there."""
+def test_the_worst_bearing_moment_is_not_exceeded_at_any_tilt():
+    """Reported bearing loads equal the wrench there at the nominal tilt; over 400 tilts the moment reaches the reported maximum and no more."""
     rng = np.random.default_rng(4)
     arm = elastic_arm(rng, 3)
     arm = arm.model_copy(update={"payload": arm.payload.model_copy(update={"force": (0.0, 0.0, 0.0)})})
@@ -87,7 +87,7 @@ def test_bearings_carry_what_no_tilt_exceeds():
 
 
 def test_causes_add_up_to_the_whole():
-    """Wrenches at every place of an arm under one cause at a time add up to those under all, to rounding; a weightless cause is not reported."""
+    """Wrenches of an arm under one cause of load at a time add up to those under all causes; a cause without load is not reported."""
     rng = np.random.default_rng(6)
     arm = elastic_arm(rng, 6)
     q = rng.uniform(-1, 1, (9, 6))
@@ -99,7 +99,7 @@ def test_causes_add_up_to_the_whole():
 
 
 def links_alone(arm: Arm) -> Arm:
-    """Return the arm with nothing that errs but its links' bending."""
+    """Return the arm with the bending of its links as its only error."""
     exact = Material(young=70e9, poisson=0.33, density=2700.0)
     return arm.model_copy(
         update={
@@ -112,8 +112,8 @@ def links_alone(arm: Arm) -> Arm:
     )
 
 
-def test_the_causes_of_bending_add_up_to_what_the_link_does():
-    """Own weight, payload, process force, tool, next links, next joints: together the link's own deflection and slope, to 1e-12."""
+def test_the_causes_of_bending_add_up_to_the_bending_of_the_link():
+    """Contributions of own weight, payload, process force, tool, next links and next joints add up to the link's deflection and slope, to 1e-12."""
     rng = np.random.default_rng(9)
     arm = elastic_arm(rng, 5)
     q = rng.uniform(-1, 1, (50, 5))
@@ -130,8 +130,8 @@ def test_the_causes_of_bending_add_up_to_what_the_link_does():
             assert sum(part[column] for part in bent.by_cause.values()) == pytest.approx(found, rel=1e-12)
 
 
-def test_a_cantilever_bends_by_each_cause_as_the_book_says():
-    """One level beam: payload F l^3/3EI, own weight w l^4/8EI, and slopes F l^2/2EI, w l^3/6EI, with next to no shear."""
+def test_a_cantilever_bends_by_each_cause_as_in_beam_theory():
+    """A horizontal beam with little shear deflects by F l^3/3EI under the payload and w l^4/8EI under its weight; slopes F l^2/2EI and w l^3/6EI."""
     length, second, young, mass = 2.0, 1e-8, 200e9, 1.5
     section = {"kind": "custom", "area": 1.0, "i_y": second, "i_z": second, "torsion": 2 * second, "shear_y": 1.0, "shear_z": 1.0}
     link = {"length": length, "section": section, "material": {"young": young, "poisson": 0.3, "density": 1.0}, "mass": mass}
@@ -149,8 +149,8 @@ def test_a_cantilever_bends_by_each_cause_as_the_book_says():
     assert sum(part[2] for part in bent.by_cause.values()) == pytest.approx(1.0)
 
 
-def test_bending_by_cause_is_the_links_line_in_the_budget():
-    """Over a whole study, the causes' shares of the mean square add up to the share that the budget gives each link of exact stiffness."""
+def test_the_causes_of_bending_add_up_to_the_share_of_the_link_in_the_budget():
+    """Over a study, the shares of the causes add up to the share of the link in the error budget, for links of exact stiffness."""
     arm = links_alone(elastic_arm(np.random.default_rng(12), 4))
     study = lostmotion.study(arm, 64, robots=2, visits=2)
     shares = {cost.part: cost.share for cost in costs(study.sampled.tally)}
@@ -194,8 +194,8 @@ def test_a_rigid_arm_is_surveyed_too():
     assert found.joint_loads[0].any_tilt.value != 0
 
 
-def test_a_links_tolerances_do_not_bend_it():
-    """A link of inexact length and stiffness has the deflection of the exact one, by cause and share: only loads bend it."""
+def test_tolerances_of_a_link_do_not_change_its_bending():
+    """A link with tolerances of length and stiffness has the bending of the exact link, by cause and share."""
 
     def beam(length: str, scatter: str) -> Arm:
         material = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3", "scatter": scatter}
