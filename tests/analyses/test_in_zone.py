@@ -134,7 +134,7 @@ def test_few_poses_in_a_zone_are_all_kept_in_equal_sets(arm, monkeypatch):
     assert len(zone.poses) == inside // 8 * 8
     assert len(poses_in_zone(arm, 8, CORNER).poses) == 8
     monkeypatch.setattr(pose_selection, "MOST_TRIED", 512)
-    with pytest.raises(lostmotion.InputError, match=r"y 100 … 400 mm, z 200 … 400 mm: (none|only 1) of the 512 poses .*\n.*the tool goes x"):
+    with pytest.raises(lostmotion.InputError, match=r"y 100 … 400 mm, z 200 … 400 mm: (none|only 1) of the 512 poses .*\n.*the tool reaches x"):
         poses_in_zone(arm, 64, CORNER)
 
 
@@ -256,8 +256,8 @@ def test_a_zone_has_one_name_in_every_command(study):
         ({"x": ("0.2", 0.5)}, "unit"),
         ({"x": (0.2, "far")}, "zone"),
         ({"w": (0, 1), "x": (1, 0)}, "2 mistakes"),
-        ({}, "no ends"),
-        (3, "or ends along the base's axes in m"),
+        ({}, "no limits"),
+        (3, "or limits along the base's axes in m"),
     ],
 )
 def test_what_is_no_zone_is_refused_with_the_same_message(zone, named):
@@ -270,10 +270,10 @@ def test_what_is_no_zone_is_refused_with_the_same_message(zone, named):
 
 
 def test_a_zone_too_small_to_be_met_is_distinguished_from_one_out_of_reach(arm):
-    """A cube of a tenth of a millimetre where the tool goes is too small for poses drawn by chance; one five metres off is out of reach."""
+    """A cube of a tenth of a millimetre within reach is too small to contain a sampled pose; one five metres away is out of reach."""
     middle = tool_points(arm, sample_poses(arm, 1, "uniform").q)[0]
     small = {axis: (float(x) + 3e-5, float(x) + 1.3e-4) for axis, x in zip("xyz", middle, strict=True)}
-    with pytest.raises(InputError, match="too small to be met by chance"):
+    with pytest.raises(InputError, match="too small to contain a sampled pose"):
         poses_in_zone(arm, 8, small)
     with pytest.raises(InputError) as far:
         poses_in_zone(arm, 8, {"x": (5.0, 6.0)})

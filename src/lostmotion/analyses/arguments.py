@@ -122,7 +122,7 @@ def sign_of(_name: str, value: object, _given: object = None) -> float:
 
 
 def zone_of(name: str, value: Any, _given: object = None) -> dict[str, tuple[float, float]]:  # noqa: ANN401 - whatever a user passes
-    """Return a zone's ends along the base's axes, m, from text, "x 0.2..0.5 m", or ends, {"x": (0.2, "500 mm")}. Raises InputError."""
+    """Return the limits (m) of a zone along the base's axes, from text, "x 0.2..0.5 m", or {"x": (0.2, "500 mm")}. Raises InputError."""
     from lostmotion.error_model.pose_selection import checked_ends
     from lostmotion.io.pose_and_zone_text import read_zone
 
@@ -130,7 +130,7 @@ def zone_of(name: str, value: Any, _given: object = None) -> dict[str, tuple[flo
         return read_zone(value, name)
     if isinstance(value, Mapping):
         return checked_ends(_read_ends(name, value))
-    expected = 'text, "x 0.2..0.5 m, z 0..300 mm", or ends along the base\'s axes in m, {"x": (0.2, 0.5), "z": (0, 0.3)}'
+    expected = 'text, "x 0.2..0.5 m, z 0..300 mm", or limits along the base\'s axes in m, {"x": (0.2, 0.5), "z": (0, 0.3)}'
     raise refuse_argument(name, value, expected, **{name: "x 0.2..0.5 m"})
 
 

@@ -1,4 +1,4 @@
-"""Selection of a study's poses by a number or by a zone in space."""
+"""Selection of poses: one by its number, or those with the tool in a zone."""
 
 from __future__ import annotations
 
@@ -22,13 +22,18 @@ if TYPE_CHECKING:
 
 _AXES = "xyz"
 _EXAMPLE = "x 0.2..0.5 m"
-# So many poses are tried to find those in a zone.
+# Largest number of poses among which those in a zone are searched.
 MOST_TRIED: Final = 1 << 19
 
 
 @dataclass(frozen=True, slots=True)
 class InZone:
-    """The poses that bring the tool into a zone, what the zone is called, and among how many poses of their law they were found."""
+    """Poses with the tool in a zone.
+
+    name   name of the zone, for tables
+    poses  the poses in it
+    tried  number of poses among which they were found
+    """
 
     name: str
     poses: Poses
@@ -36,9 +41,12 @@ class InZone:
 
 
 def one_pose(q: Floats, pose: Any) -> tuple[Floats, str]:  # noqa: ANN401 - a number, or joint values
-    """Return the joint values (1, joint) of a pose's number among q (pose, joint), or of an array of one pose, and its name.
+    """Return the joint values (1, joint; rad or m) of one pose, and its name.
 
-    Raises InputError for a number that there is not, or values of another shape or not finite.
+    q     (pose, joint) rad or m
+    pose  number of a row of q from 0, or joint values (joint,) or (1, joint)
+
+    Raises InputError for a number that does not exist, or for values of another shape or not finite.
     """
     if isinstance(pose, Integral):
         if not 0 <= int(pose) < len(q):
@@ -51,9 +59,12 @@ def one_pose(q: Floats, pose: Any) -> tuple[Floats, str]:  # noqa: ANN401 - a nu
 
 
 def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 - a mask, or ends by axis
-    """Return which poses (pose,) have their tool point, (pose, 3) m, in this zone, and its name.
+    """Return a mask (pose,) of the poses with the tool point in a zone, and the name of the zone.
 
-    `zone` is that mask itself, or the ends along some of the base's axes, {"x": (0.2, 0.5)} in m. Raises InputError where no pose lies in it.
+    tool  (pose, 3) tool points in the base's frame, m
+    zone  such a mask itself, or limits along one or more of the base's axes, {"x": (0.2, 0.5)} in m
+
+    Raises InputError for an invalid zone, or one without a pose.
     """
     if hasattr(zone, "items"):
         mask, name = _in_box(tool, zone)
@@ -70,20 +81,20 @@ def in_zone(tool: Floats, zone: Any) -> tuple[np.ndarray, str]:  # noqa: ANN401 
 
 
 def among(poses: Poses, tool: Floats, zone: Any) -> InZone:  # noqa: ANN401 - a mask, or ends by axis
-    """Return those poses with the tool, (pose, 3) m, in a zone, in as many independent sets of equal size (`_dealt`).
+    """Return those of these poses with the tool in a zone, in independent sets of equal size (see `_in_equal_sets`).
 
-    Raises InputError as `in_zone`, and where only one of poses that were drawn does: that says nothing of the zone.
+    Arguments and errors as `in_zone`. Also raises InputError where only one of several sampled poses is in the zone, which is too few for a study.
     """
     mask, name = in_zone(tool, zone)
-    return InZone(name, _dealt(poses, mask, name, tool), len(poses))
+    return InZone(name, _in_equal_sets(poses, mask, name, tool), len(poses))
 
 
 def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]], seed: int = 1, law: PoseLaw = "sobol") -> InZone:
-    """Return `count` poses of a pose law with the tool in a zone, limits along the base's axes in m.
+    """Return `count` poses of a pose law with the tool in a zone, given by limits (m) along axes of the base.
 
-    The first so many in it of each of the law's independent sets, which are made longer until there are enough: poses of the same law, given that
-    the tool is in the zone. A zone that holds the workspace holds the poses of `sample_poses`. Of a small zone, all that are in it of 524 288
-    (2^19). Raises InputError where none is, or only one.
+    The independent sets of the law are extended until each contains enough poses in the zone; the first of these are returned. They have the
+    distribution of the law on condition that the tool is in the zone. For a zone that contains the whole workspace they are the poses of
+    `sample_poses`. For a small zone, fewer poses are returned: those of 524 288 (2^19) that are in it. Raises InputError where none is, or only one.
     """
     tries = [count, *(tried for tried in (8 * count, 64 * count) if tried < MOST_TRIED), *([MOST_TRIED] if count < MOST_TRIED else [])]
     for tried in tries:
@@ -97,41 +108,42 @@ def poses_in_zone(arm: Arm, count: int, zone: Mapping[str, tuple[float, float]],
             return InZone(name, Poses(sampled.q[first], law, len(of_sets)), len(sampled))
     if not mask.any():
         raise _nowhere(name, zone, tool)
-    return InZone(name, _dealt(sampled, mask, name, tool, count), len(sampled))
+    return InZone(name, _in_equal_sets(sampled, mask, name, tool, count), len(sampled))
 
 
-def _dealt(poses: Poses, mask: np.ndarray, name: str, tool: Floats, most: int = 1 << 62) -> Poses:
-    """Return the poses in a mask in equal sets: cut, in order, into as many as there were, or as there are poses, the few left over dropped.
+def _in_equal_sets(poses: Poses, mask: np.ndarray, name: str, tool: Floats, most: int = 1 << 62) -> Poses:
+    """Return the poses in a mask, divided in order into sets of equal size; the few left over at the end are dropped.
 
-    Sets that keep few of their poses keep different numbers of them. Cut so, a set borrows from its neighbour; so few poses of a sequence are
-    nearly independent draws, whichever set they come from.
+    There are as many sets as before, or as many as poses if these are fewer; each set is shortened so that all have about `most` poses together.
+    The original sets have different numbers of poses in the mask, so a new set may take poses from the next original one. With so few poses of a
+    sequence these are nearly independent samples.
     """
     inside = np.flatnonzero(mask)
     if poses.replicates == 1:
         return Poses(poses.q[inside], poses.law)
     if len(inside) == 1:
-        raise _refused(f"{name}: only 1 of the {len(mask)} poses is in it", "a zone that more reach", tool)
+        raise _refused(f"{name}: only 1 of the {len(mask)} poses is in it", "a zone that more poses reach", tool)
     sets = min(poses.replicates, len(inside))
     each = min(len(inside) // sets, -(-most // sets))
     return Poses(poses.q[inside[: len(inside) // sets * sets].reshape(sets, -1)[:, :each].ravel()], poses.law, sets)
 
 
 def _nowhere(name: str, zone: Any, tool: Floats) -> InputError:  # noqa: ANN401 - a mask, or ends by axis
-    """Refuse a zone without a pose; one that lies where the tool goes may only be too small to be met by chance."""
+    """Refuse a zone without a pose; one within the region that the tool reaches may just be too small to contain a sample."""
     ends = checked_ends(zone).items() if hasattr(zone, "items") else ()
     along = [(tool[:, _AXES.index(axis)], low, high) for axis, (low, high) in ends]
     within = bool(along) and all(low <= reached.max() and high >= reached.min() for reached, low, high in along)
     expected = (
-        "a larger one, for it may be reached but is too small to be met by chance, or one that some reach" if within else "a zone that some reach"
+        "a larger zone, because this one may be reached but is too small to contain a sampled pose" if within else "a zone that some poses reach"
     )
     return _refused(f"{name}: none of the {len(tool)} poses is in it", expected, tool)
 
 
 def _refused(found: str, expected: str, tool: Floats) -> InputError:
-    """Refuse a zone and say where the tool goes; its name is our own text, and is not cut short."""
+    """Refuse a zone and report the region that the tool reaches. The name of the zone is text of this module and is not shortened."""
     low, high = tool.min(axis=0), tool.max(axis=0)
     reached = ", ".join(f"{axis} {a:.3f}..{b:.3f} m" for axis, a, b in zip(_AXES, low, high, strict=True))
-    return InputError([Problem("", "zone", found, f"{expected}; the tool goes {reached}", passing=(("zone", _EXAMPLE),))])
+    return InputError([Problem("", "zone", found, f"{expected}; the tool reaches {reached}", passing=(("zone", _EXAMPLE),))])
 
 
 def _in_box(tool: Floats, ends: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, str]:
@@ -145,8 +157,8 @@ def _in_box(tool: Floats, ends: Mapping[str, tuple[float, float]]) -> tuple[np.n
 
 
 def checked_ends(ends: Mapping[Any, Any]) -> dict[str, tuple[float, float]]:
-    """Return the limits of a zone, m, along each of the base's axes that it names. Raises InputError with every mistake in what was given."""
-    expected = "ends along x, y or z in m, the lower one first"
+    """Return the limits (m) of a zone along each axis of the base that it names. Raises InputError with every mistake in them."""
+    expected = "limits along x, y or z in m, the lower one first"
     mistakes: list[Problem] = []
     out: dict[str, tuple[float, float]] = {}
     for axis, pair in ends.items():
@@ -158,5 +170,5 @@ def checked_ends(ends: Mapping[Any, Any]) -> dict[str, tuple[float, float]]:
             mistakes.append(Problem("", "zone", shown(f"{axis}: {pair}")[1:-1], expected, passing=(("zone", _EXAMPLE),)))
         out[axis] = (low, high)
     if mistakes or not out:
-        raise InputError(mistakes or [Problem("", "zone", "no ends", expected, passing=(("zone", _EXAMPLE),))])
+        raise InputError(mistakes or [Problem("", "zone", "no limits", expected, passing=(("zone", _EXAMPLE),))])
     return out

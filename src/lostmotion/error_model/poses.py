@@ -1,4 +1,4 @@
-"""Poses within every joint's limits, by a law of the user's choice."""
+"""Samples of poses within the joint limits, by a distribution of the user's choice."""
 
 from __future__ import annotations
 
@@ -18,23 +18,28 @@ if TYPE_CHECKING:
 
 PoseLaw = Literal["sobol", "uniform", "normal", "grid", "given"]
 POSE_LAWS: Final[tuple[str, ...]] = get_args(PoseLaw)[:-1]
-# Independent sets of poses: what the choice of poses leaves uncertain shows as the difference between them.
+# Number of independent sets of poses; the differences between them show the uncertainty due to the choice of poses.
 REPLICATES: Final = 8
 MOST_POSES: Final = 10_000_000
-# NumPy's limit of dimensions; with more joints a grid has one step each, or far too many poses.
+# NumPy's largest number of dimensions. With more joints a grid has one step in each, or far too many poses.
 _MOST_AXES: Final = 32
 
 
 @dataclass(frozen=True, slots=True)
 class Poses:
-    """Joint values q (pose, joint) in rad or m, how they were chosen, and in how many independent sets of equal size (in order)."""
+    """Poses of an arm.
+
+    q           (pose, joint) joint values, rad or m
+    law         how they were chosen; "given" for poses of the user
+    replicates  number of independent sets of equal size, one after the other in q
+    """
 
     q: Floats
     law: PoseLaw
     replicates: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse joint values that are no table of finite numbers, and sets that do not share the poses evenly."""
+        """Refuse joint values that are not a table of finite numbers, and a number of sets that does not divide the number of poses."""
         if self.q.ndim != 2 or not len(self.q) or not np.isfinite(self.q).all():  # noqa: PLR2004 - pose and joint
             raise refuse_argument(
                 "poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m", poses=2048
@@ -48,13 +53,14 @@ class Poses:
 
 
 def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) -> Poses:
-    """Return `count` poses over the joint ranges of this arm.
+    """Return at least `count` poses within the joint limits of this arm.
 
-    sobol    eight independently scrambled Sobol sequences: even coverage, and an honest interval
+    sobol    eight independently scrambled Sobol sequences, which cover the joint ranges evenly
     uniform  every value within the limits equally likely
-    normal   the paper's: around mid-range with sigma = range/6, cut at the limits
-    grid     equal steps in every joint, ends included; at least `count` poses
-    The count is rounded up: to eight powers of two (sobol), to a multiple of eight (uniform, normal), to a full grid.
+    normal   normal about mid-range with a standard deviation of range/6, truncated at the limits, as in the paper
+    grid     equal steps in every joint, ends included
+
+    The count is rounded up: to eight times a power of two (sobol), to a multiple of eight (uniform, normal), to a full grid.
     Raises InputError for an unknown law, or a count below one or above ten million.
     """
     if law not in POSE_LAWS:

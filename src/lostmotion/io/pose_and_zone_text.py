@@ -93,7 +93,7 @@ def read_zone(text: str, argument: str = "zone") -> dict[str, tuple[float, float
     `argument` is what the text was given for. Raises InputError with every mistake: an axis that is none of
     x, y, z or comes twice, ends in the wrong order, no unit of length.
     """
-    expected = "ends along x, y and z in the base's axes, lower one first, with their unit"
+    expected = "limits along x, y and z in the base's axes, lower one first, with their unit"
     out: dict[str, tuple[float, float]] = {}
     mistakes: list[Problem] = []
 
