@@ -255,6 +255,20 @@ def test_the_interval_of_a_standard_deviation_covers_whatever_differs():
     assert 0.92 <= held / 400 <= 0.985
 
 
+def test_samples_that_repeat_others_change_no_interval_of_a_standard_deviation():
+    """Three robots that come to each pose once, or a hundred times with the same errors: robots and sets of poses count, samples do not."""
+    places = np.array([4000, 4100, 4300])
+    hist = np.zeros((3, error_bins.BINS), np.int64)
+    hist[range(3), places] = 1
+    lengths = np.sqrt(bin_edges()[places] * bin_edges()[places + 1])
+    of_lengths = float(lengths.mean()), float((lengths**2).mean())
+    sets = hist.sum(axis=0)[None]
+    once, often = standard_deviation(hist, sets, *of_lengths), standard_deviation(100 * hist, 100 * sets, *of_lengths)
+    assert (once.low, once.high) == pytest.approx((often.low, often.high), rel=1e-12)
+    assert once.low < 0.9 * once.value
+    assert once.value < 0.9 * once.high
+
+
 def test_equal_errors_have_no_standard_deviation():
     """Where every length is the same the standard deviation is zero, exactly, and where bins cannot resolve it the interval has no ends."""
     hist = np.zeros((4, error_bins.BINS), np.int64)

@@ -168,6 +168,23 @@ def test_first_contact_counts_both_discs():
     np.testing.assert_array_equal(simulate(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
 
 
+def test_discs_that_push_against_each_other_rest_in_the_middle_of_their_overlap():
+    """Without torque, where one disc's first contact ahead lies behind the other's first contact behind, the output rests halfway and has no play."""
+    scatter, crank = replace(SCATTER, flank_form=12e-6), CRANK[:3]
+    gap = sample_gaps(DRIVE, scatter, crank, 400, 2)
+    angles = [pin_angles(STAGE, crank + math.pi * disc)[:, None] for disc in (0, 1)]
+    ahead, behind = (
+        np.array([first_contact_error(STAGE, sign * theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)]) for sign in (1, -1)
+    )
+    free = ((ahead + behind) > 0).all(axis=0)  # each disc alone has play
+    overlap = free & (ahead.min(axis=0) + behind.min(axis=0) < 0)
+    assert overlap.sum() > 10
+    found = simulate(DRIVE, scatter, np.array([]), crank, 400, 2)
+    halfway = (ahead.min(axis=0) - behind.min(axis=0)) / 2
+    np.testing.assert_allclose(found.ahead[overlap], halfway[overlap], rtol=1e-12)
+    np.testing.assert_array_equal(found.ahead[overlap], -found.behind[overlap])
+
+
 def test_misplaced_output_pins_touch_their_holes_as_circles_do():
     """Pins rotated until the first one touches its hole, circle by circle, against the first order; under load, errors average."""
     clearance, position, pins = 30e-6, 12e-6, OutputPins(8, 0.04)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import lostmotion
 from lostmotion import sample_poses, screws
@@ -264,6 +265,16 @@ def test_pooled_figures_are_monte_carlos(arm):
         assert own.low < value < own.high, label
     apart = next(section for section in study.result()["sections"] if section["key"] == "routes")
     assert all(row["figures"][0]["value"] < 1 for row in apart["rows"])
+
+
+def test_the_interval_of_a_mean_over_all_poses_is_students_over_eight_sets(arm):
+    """What the choice of poses leaves, by Student's t with seven degrees of freedom, and the uncertainty at the poses add as squares."""
+    poses = sample_poses(arm, 64)
+    found = analytic(arm, poses)
+    mean = pooled(arm, poses, found).mean
+    of_sets = found.mean.reshape(8, 8).mean(axis=1)
+    half = np.hypot(found.mean_uncertainty.mean(), stats.t(7).ppf(0.975) * stats.sem(of_sets))
+    assert (mean.low, mean.high) == pytest.approx((of_sets.mean() - half, of_sets.mean() + half), rel=1e-9)
 
 
 def test_the_front_door_refuses_an_unknown_method(arm):
