@@ -36,7 +36,7 @@ def finite_elements(body: Annulus, angles: np.ndarray, half: float, across: int,
     shear = body.young / (2 + 2 * body.nu)
     law = np.array([[lam + 2 * shear, lam, 0], [lam, lam + 2 * shear, 0], [0, 0, shear]])
     # rows 0 held ... 2 across loaded, elements finer towards the load
-    radius = body.loaded + (body.held - body.loaded) * (1 - np.linspace(0, 1, 2 * across + 1)) ** 1.6
+    radius = body.loaded + (body.fixed - body.loaded) * (1 - np.linspace(0, 1, 2 * across + 1)) ** 1.6
     turn = 2 * math.pi * np.arange(2 * around) / (2 * around)
     x, y = radius[:, None] * np.cos(turn), radius[:, None] * np.sin(turn)
     number = np.arange(x.size).reshape(x.shape)
@@ -92,13 +92,13 @@ def test_torsion_is_the_closed_form(body: Annulus):
     turned = edge_compliance(body, 0)[0, 1, 1] / body.loaded  # rad/Pa
     torque = 2 * math.pi * body.loaded**2 * body.width
     shear = body.young / (2 + 2 * body.nu)
-    assert turned / torque == pytest.approx(abs(body.held**-2 - body.loaded**-2) / (4 * math.pi * shear * body.width), rel=1e-12)
+    assert turned / torque == pytest.approx(abs(body.fixed**-2 - body.loaded**-2) / (4 * math.pi * shear * body.width), rel=1e-12)
 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_uniform_radial_traction_is_lames(body: Annulus):
     """Lamé: u = B (r - h^2/r), zero at the fixed radius h, under unit radial traction on the loaded edge, for plane stress and plane strain."""
-    r, h, nu = body.loaded, body.held, body.nu
+    r, h, nu = body.loaded, body.fixed, body.nu
     slope, hoop = 1 + (h / r) ** 2, 1 - (h / r) ** 2
     if body.plane == "strain":
         stress = body.young / ((1 + nu) * (1 - 2 * nu)) * ((1 - nu) * slope + nu * hoop)
@@ -115,7 +115,7 @@ def test_a_bonded_bush_is_the_closed_form(body: Annulus):
     For k = 1, incompressible, it is 4 pi G/[ln m - (m^2 - 1)/(m^2 + 1)]:
     the long rubber bush of J. Adkins and A. Gent, Brit. J. Appl. Phys. 5 (1954) 354.
     """
-    m = max(body.loaded, body.held) / min(body.loaded, body.held)
+    m = max(body.loaded, body.fixed) / min(body.loaded, body.fixed)
     k, shear = body.kolosov, body.young / (2 + 2 * body.nu)
     expected = 2 * math.pi * (1 + k) * shear / (k * math.log(m) - (m**2 - 1) / (k * (m**2 + 1)))
     # a shift of 1 is u_-1 = 1 alone; the resultant is 2 pi r q_-1
@@ -177,7 +177,7 @@ def test_every_body_is_reciprocal_and_stores_energy(body: Annulus, angles: list[
     np.testing.assert_allclose(own, own.swapaxes(1, 2), rtol=1e-6, atol=1e-6 * np.abs(own).max())
     flexible = flexibility(body, np.array(angles), np.array(slants), half)
     assert np.linalg.eigvalsh(flexible).min() > -1e-9 * flexible.max()
-    harder = Annulus(body.loaded, body.held, 2 * body.width, 3 * body.young, body.nu, body.plane)
+    harder = Annulus(body.loaded, body.fixed, 2 * body.width, 3 * body.young, body.nu, body.plane)
     np.testing.assert_allclose(6 * flexibility(harder, np.array(angles), np.array(slants), half), flexible, rtol=1e-9, atol=1e-12 * flexible.max())
 
 
@@ -185,7 +185,7 @@ def test_every_body_is_reciprocal_and_stores_energy(body: Annulus, angles: list[
 @given(annuli(), st.floats(0.1, 0.95), st.floats(-1.5, 1.5))
 def test_a_larger_fixed_region_is_never_softer(body: Annulus, share: float, slant: float):
     """Moving the fixed edge towards the loaded one constrains material that was free: every force deflects its own point less."""
-    nearer = Annulus(body.loaded, body.loaded + share * (body.held - body.loaded), body.width, body.young, body.nu, body.plane)
+    nearer = Annulus(body.loaded, body.loaded + share * (body.fixed - body.loaded), body.width, body.young, body.nu, body.plane)
     before, after = (flexibility(each, np.array([0.0]), np.array([slant]), 0.1)[0, 0] for each in (body, nearer))
     assert after < before * (1 + 1e-9)
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion.laws.fits import (
-    clearance_spread,
+    clearance_range,
     effective_interference,
     interference,
     mounted_clearance,
@@ -31,7 +31,7 @@ def test_a_6008_on_k5_calculated_by_hand():
     assert warm == pytest.approx(12.5e-6 * 5 * (4 * 68 + 40) / 5 * 1e-3)
     middle = working_clearance(mounted_clearance(13 * UM, effective.mean()), warm)
     assert middle == pytest.approx((13 - 0.8 * 13.5 * 40 / 42 - 3.9) * UM, rel=1e-9)
-    spread = clearance_spread((6 * UM, 20 * UM), tuple(effective), thermal=(0.0, float(warm)))
+    spread = clearance_range((6 * UM, 20 * UM), tuple(effective), thermal=(0.0, float(warm)))
     assert spread.lowest == pytest.approx((6 - 0.8 * 25 * 40 / 42 - 3.9) * UM)
     assert spread.highest == pytest.approx((20 - 0.8 * 2 * 40 / 42) * UM)
     assert spread.lowest < 0 < spread.highest  # some of these bearings are preloaded, some rattle
@@ -82,7 +82,7 @@ def test_the_raceway_of_a_bearing():
 def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
     """Whatever the parts are within their limits, the working clearance stays within its own; the statistical limits are narrower."""
     bands = [tuple(sorted(band)) for band in (initial, inner, outer)]
-    spread = clearance_spread(*bands)
+    spread = clearance_range(*bands)
     drawn = [low + share * (high - low) for (low, high), share in zip(bands, where, strict=True)]
     assert spread.lowest - 1e-15 <= mounted_clearance(*drawn) <= spread.highest + 1e-15
     assert spread.statistical <= (spread.highest - spread.lowest) / 2 + 1e-15

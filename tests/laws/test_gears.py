@@ -153,7 +153,7 @@ def test_a_strain_wave_ratio_solves_willis_equations(flexspline: int, pairs: int
     circular = flexspline + 2 * pairs
     held, output = (0, 1) if hold_flexspline else (1, 0)
     found = speeds(3, [(0, flexspline, 1, circular, 2, True)], held=held, output=output)
-    assert strain_wave_ratio(flexspline, circular, flexspline_held=hold_flexspline) == pytest.approx(found[2], rel=1e-9)
+    assert strain_wave_ratio(flexspline, circular, flexspline_fixed=hold_flexspline) == pytest.approx(found[2], rel=1e-9)
 
 
 def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():

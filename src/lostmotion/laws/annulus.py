@@ -1,8 +1,9 @@
 """Deformation of an elastic ring or disc: a plane annulus, fixed along one edge and loaded by distributed forces on the other.
 
-The tractions are a Fourier series around the edge. Each harmonic has an exact solution in powers of the radius, from Kolosov's two functions of z = r
-exp(i theta): 2 G (u_x + i u_y) = k phi - z conj(phi') - conj(psi), with k = 3 - 4 nu in plane strain and (3 - nu)/(1 + nu) in plane stress. Torsion
-(n = 0) and the translation of the whole edge under a resultant (n = 1, with its logarithm) are included. Small displacements, linear material.
+The traction on the edge is expanded in a Fourier series. Each harmonic has an exact solution in powers of the radius, from Kolosov's two functions of
+z = r exp(i theta): 2 G (u_x + i u_y) = k phi - z conj(phi') - conj(psi), with k = 3 - 4 nu in plane strain and (3 - nu)/(1 + nu) in plane stress.
+Torsion (n = 0) and the translation of the whole edge under a resultant (n = 1, with its logarithm) are included. Small displacements, linear
+material.
 
 Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953 (functions and single-valued displacements); J. Michell,
 Proc. London Math. Soc. 31 (1899) 100 (the same solution as a stress function). Load distribution at a square corner: M. Williams, J. Appl. Mech. 19
@@ -23,22 +24,28 @@ if TYPE_CHECKING:
 Plane = Literal["strain", "stress"]
 
 ELLIPTIC: Final = 0.5  # Hertz's pressure: the traction falls as (1 - x^2)^0.5 over the arc
-# A body with square inner corners on an edge has its largest stress there: it grows as distance^(s - 1), with sin(3 pi s/2) = s (Williams).
+# At a square inner corner the stress is singular: it grows as distance^(s - 1), with sin(3 pi s/2) = s (Williams).
 CORNERED: Final = 0.5444837368 - 1
 
-# With this many harmonics per half arc and the mean of the remainder, the sums are accurate to 3e-4 of the largest displacement (half-ellipse: 3e-6).
+# Number of harmonics times half arc (rad). With the mean of the remaining ones the sums are accurate to 3e-4 of the largest displacement
+# (half-ellipse: 3e-6).
 _PER_ARC: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
 class Annulus:
-    """An annulus: radii (m) of the loaded and the fixed edge (either may be the outer one), width m, Young's modulus Pa, Poisson's ratio.
+    """An elastic annulus.
 
-    `plane`: "strain" for bodies much wider than the loaded arc, "stress" for thin ones; a disc lies between. Raises ValueError for impossible values.
+    loaded, fixed  radii of the loaded and of the fixed edge, m; either may be the outer one
+    width          along the axis, m
+    young, nu      Young's modulus, Pa, and Poisson's ratio
+    plane          "strain" for bodies much wider than the loaded arc, "stress" for thin ones; real discs are between the two
+
+    Raises ValueError for impossible values.
     """
 
     loaded: float
-    held: float
+    fixed: float
     width: float
     young: float
     nu: float
@@ -46,9 +53,9 @@ class Annulus:
 
     def __post_init__(self) -> None:
         """Refuse impossible values, all at once."""
-        named = (("loaded radius", self.loaded), ("held radius", self.held), ("width", self.width), ("Young's modulus", self.young))
+        named = (("loaded radius", self.loaded), ("fixed radius", self.fixed), ("width", self.width), ("Young's modulus", self.young))
         wrong = [f"its {name} is {value!r}, but must be positive and finite" for name, value in named if not (math.isfinite(value) and value > 0)]
-        if self.loaded == self.held:
+        if self.loaded == self.fixed:
             wrong.append("its two radii are the same")
         if not -1 < self.nu <= 0.5:  # noqa: PLR2004 - incompressible
             wrong.append(f"its Poisson's ratio is {self.nu!r}, but must be within -1..0.5")
@@ -59,30 +66,30 @@ class Annulus:
 
     @property
     def kolosov(self) -> float:
-        """Return Kolosov's constant k."""
+        """Return Kolosov's constant k: 3 - 4 nu in plane strain, (3 - nu)/(1 + nu) in plane stress."""
         return 3 - 4 * self.nu if self.plane == "strain" else (3 - self.nu) / (1 + self.nu)
 
     @property
     def plane_modulus(self) -> float:
-        """Return the modulus (Pa) of a half-plane: E/(1 - nu^2) in plane strain, E in plane stress."""
+        """Return the effective modulus (Pa) of a half-plane: E/(1 - nu^2) in plane strain, E in plane stress."""
         return self.young / (1 - self.nu**2) if self.plane == "strain" else self.young
 
     @property
     def plane_nu(self) -> float:
-        """Return the Poisson's ratio of the plane problem: nu/(1 - nu) in plane strain, nu in plane stress."""
+        """Return the effective Poisson's ratio of the plane problem: nu/(1 - nu) in plane strain, nu in plane stress."""
         return self.nu / (1 - self.nu) if self.plane == "strain" else self.nu
 
 
 def edge_compliance(annulus: Annulus, harmonics: int) -> Floats:
-    """Return the displacement of the loaded edge per traction (m/Pa) for each harmonic n: (harmonics + 1, 2, 2), each symmetric.
+    """Return the displacement of the loaded edge per traction (m/Pa) for harmonics 0 to n: symmetric matrices (harmonics + 1, 2, 2).
 
-    Traction q = q_r + i q_t = sum of q_n exp(i n theta), and displacement u in the same way (radial outwards, tangential towards larger angles):
-    (u_n, conj u_-n) = S_n (q_n, conj q_-n) for n >= 1. S_0 is diagonal: uniform radial traction, and torsion.
+    The traction is q = q_r + i q_t = sum of q_n exp(i n theta), radial outwards and tangential towards larger angles; the displacement u has the same
+    form. The matrix S_n is that of (u_n, conj u_-n) = S_n (q_n, conj q_-n) for n >= 1. S_0 is diagonal: uniform radial traction, and torsion.
     """
-    ratio, k = annulus.held / annulus.loaded, annulus.kolosov
+    ratio, k = annulus.fixed / annulus.loaded, annulus.kolosov
     side = 1.0 if ratio < 1 else -1.0  # direction of the loaded edge's outward normal
     out = np.zeros((harmonics + 1, 2, 2))
-    # n = 0: u = x r + y/r, nothing at the held edge; torsion: t/r^2 is the only stress
+    # n = 0: u = x r + y/r, zero at the fixed edge; torsion: t/r^2 is the only stress
     x, y = np.linalg.solve([[(k - 1) * ratio, -1 / ratio], [2 * side, side]], [0.0, 1.0])
     out[0] = np.diag([(k - 1) * x - y, side * (ratio**-2 - 1)])
     load = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
@@ -116,9 +123,9 @@ def _harmonics(k: float, n: Floats, r: float, ratio: float) -> tuple[Floats, Flo
 
 
 def spectrum(phase: Floats, exponent: float) -> Floats:
-    """Return the n-th harmonic's share of a load (1 - x^2)^exponent over an arc at phases n x half arc (any shape, rad); 1 at phase 0.
+    """Return the normalised Fourier transform of a load (1 - x^2)^exponent over an arc: of harmonic n at the phase n x half arc (rad, any shape).
 
-    The exponent must be above -0.75, where the displacement of the edge is still finite: 0.5 is Hertz's half-ellipse, 0 uniform.
+    It is 1 at phase 0. The exponent must be above -0.75, where the displacement of the edge is still finite: 0.5 is Hertz's half-ellipse, 0 uniform.
     """
     from scipy.special import gamma, jv
 
@@ -130,12 +137,17 @@ def spectrum(phase: Floats, exponent: float) -> Floats:
 def flexibility(
     annulus: Annulus, angles: Floats, slants: Floats, half_arcs: Floats | float, exponent: float = ELLIPTIC, harmonics: int | None = None
 ) -> Floats:
-    """Return the displacements (m/N) of the edge along force i under a unit force j: (k, k), symmetric, forces at `angles` (k,) around the edge.
+    """Return the displacements (m/N) of the edge along force i under a unit force j: (k, k), symmetric.
 
-    Each force is distributed as (1 - x^2)^exponent over the arc angle +- half arc (rad, (k,) or one for all) and keeps its angle to the local radius;
-    `slants` (rad, (k,)) are measured from the outward radius to the force, towards larger angles. Displacements are means over the arc with the
-    load's weights, so reciprocity holds and F' A F is twice the energy. The resultant of a wide slanted arc is shorter than F by the first harmonic's
-    `spectrum`; the moment is exact. Raises ValueError for shapes that do not fit.
+    angles     (k,) positions of the forces around the edge, rad
+    slants     (k,) inclination of each force from the outward radius, towards larger angles, rad
+    half_arcs  (k,), or one for all forces: each is distributed over angle +- half arc, rad, with the same inclination to the local radius
+    exponent   of the distribution (1 - x^2)^exponent over the arc; above -0.75
+    harmonics  number of harmonics in the sums; by default enough for 3e-4 of the largest displacement
+
+    Displacements are means over the arc, weighted by the load. So the matrix A is symmetric (reciprocity) and F' A F is twice the strain energy. The
+    resultant of a wide inclined arc is smaller than F by the `spectrum` of the first harmonic; the moment is exact. Raises ValueError for angles and
+    slants of different shapes, arcs of zero width and exponents out of range.
     """
     from scipy.special import gamma
 
@@ -149,12 +161,12 @@ def flexibility(
     own = edge_compliance(annulus, top)
     n = np.arange(1, top + 1)
     modes = np.exp(1j * angles[:, None] * n) * spectrum(half[:, None] * n, exponent)
-    turning, counter, coupling = own[1:, 0, 0], own[1:, 1, 1], own[1:, 0, 1]
-    same = (modes * turning) @ modes.conj().T + ((modes * counter) @ modes.conj().T).conj()
+    direct, counter, coupling = own[1:, 0, 0], own[1:, 1, 1], own[1:, 0, 1]
+    same = (modes * direct) @ modes.conj().T + ((modes * counter) @ modes.conj().T).conj()
     mirrored = 2 * ((modes * coupling) @ modes.conj().T).real
     # Beyond the last harmonic the compliance falls as 1/n and the mean square of the spectrum as n^-(2 exponent + 2).
     left = gamma(exponent + 1.5) ** 2 * (2 / half) ** (2 * exponent + 1) / (math.pi * half) * top ** (-2 * exponent - 2) / (2 * exponent + 2) * top
-    same = same + np.diag(left * (turning[-1] + counter[-1]))
+    same = same + np.diag(left * (direct[-1] + counter[-1]))
     mirrored = mirrored + np.diag(left * 2 * coupling[-1])
     force = np.exp(1j * slants)
     moved = (same + own[0, 0, 0] / 2 + own[0, 1, 1] / 2) * force + (mirrored + own[0, 0, 0] / 2 - own[0, 1, 1] / 2) * force.conj()

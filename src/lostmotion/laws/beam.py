@@ -5,9 +5,9 @@ Strength of Materials, vol. 1 (deflection with shear); W. Young, R. Budynas, Roa
 10.1 (torsion); shear factors G. Cowper, J. Appl. Mech. 33 (1966) 335. Valid for small deflections of straight beams and linear material. Each section
 has the compliance of a prismatic beam, so a taper must be slight; warping is free.
 
-A beam is described by the compliance of each section per length, S (6, 6), from the load there to curvatures and strains. A wrench on the tip loads
-the section at s by A(s)' of it, the deformation of that section moves the tip by A(s), and the compliance of the tip is the integral of A S A' along
-the beam.
+A beam is described by the compliance of each section per length, S (6, 6), from the load there to curvatures and strains. A(s) carries a twist of the
+section at s to the tip, and its transpose A(s)' a wrench on the tip to that section. So the compliance of the tip is the integral of A S A' along the
+beam.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# Terms of the series for a rectangle's torsion; they fall with the fifth power.
+# Number of terms of the series for the torsion of a rectangle; they decrease with the fifth power.
 _TORSION_TERMS: Final = 12
 # Contributions of a sharp corner of a strip of width 1, beyond its arms. The first is exact, the others are extrapolated from finite differences.
 _CORNER_CAPACITY: Final = 1 - 2 * math.log(2) / math.pi
@@ -37,10 +37,13 @@ _ALONG: Final = np.array([1.0, 0.0, 0.0])
 
 @dataclass(frozen=True, slots=True)
 class SectionValues:
-    """Properties of a cross-section: area m^2, second moments about y and z m^4, torsion constant m^4, shear factors.
+    """Properties of a cross-section. The axis of the beam runs through the centroid.
 
-    For a section without symmetry also the product of inertia (integral of y z), the coupling of shear along z and y (in units of 1/(G A)), and the
-    position of the shear centre from the centroid, m. The beam's axis runs through the centroid.
+    area, i_y, i_z      m^2; second moments of area about y and z, m^4
+    torsion             torsion constant, m^4
+    shear_y, shear_z    shear factors k along y and z: effective shear area over area
+    i_yz, shear_yz      product of inertia (integral of y z), m^4, and coupling of shear along z and y, in units of 1/(G A); zero with symmetry
+    centre_y, centre_z  position of the shear centre from the centroid, m
     """
 
     area: float
@@ -56,7 +59,7 @@ class SectionValues:
 
 
 def round_section(outer: float, inner: float, nu: float) -> SectionValues:
-    """Return the properties of a round bar (inner = 0) or tube of these diameters (m). Shear factor from Cowper, exact torsion."""
+    """Return the properties of a round bar (inner = 0) or tube of these diameters (m). Shear factor from Cowper; the torsion constant is exact."""
     area = math.pi / 4 * (outer**2 - inner**2)
     second = math.pi / 64 * (outer**4 - inner**4)
     m2 = (inner / outer) ** 2
@@ -65,7 +68,7 @@ def round_section(outer: float, inner: float, nu: float) -> SectionValues:
 
 
 def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
-    """Return the properties of a solid bar, width along y and height along z (m). Torsion by Saint-Venant's series, to 1e-6."""
+    """Return the properties of a solid rectangular bar, width along y and height along z (m). Torsion by Saint-Venant's series, to 1e-6."""
     area = width * height
     long, short = max(width, height), min(width, height)
     series = sum(math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 2 * _TORSION_TERMS, 2))
@@ -75,11 +78,11 @@ def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
 
 
 def box_section(width: float, height: float, wall: float, nu: float) -> SectionValues:
-    """Return the properties of a rectangular tube, width along y and height along z (m).
+    """Return the properties of a rectangular tube, width along y, height along z and wall thickness (m).
 
-    Torsion by Prandtl's membrane: straight walls and four sharp corners. Each corner's contributions (capacity 1 - 2 ln 2/pi, volumes under the unit
-    slope and under the wall's own membrane) are those of a single corner with long arms. Within 0.1 % of exact where the hole is at least as wide as
-    the wall is thick, otherwise within 3 %. Shear factor for thin walls.
+    Torsion by Prandtl's membrane analogy, with straight walls and four sharp corners. The contributions of each corner (capacity 1 - 2 ln 2/pi,
+    volumes under the unit slope and under the wall's own membrane) are those of a single corner with long arms. The error is below 0.1 % where the
+    hole is at least as wide as the wall is thick, otherwise below 3 %. Shear factor for thin walls.
     """
     inner_w, inner_h = width - 2 * wall, height - 2 * wall
     area = width * height - inner_w * inner_h
@@ -95,17 +98,17 @@ def box_section(width: float, height: float, wall: float, nu: float) -> SectionV
 
 
 def _box_shear(flange: float, web: float, nu: float) -> float:
-    m = flange / web  # equal walls all round
+    m = flange / web  # all walls have the same thickness
     upper = 10 * (1 + nu) * (1 + 3 * m) ** 2
     lower = 12 + 72 * m + 150 * m**2 + 90 * m**3 + nu * (11 + 66 * m + 135 * m**2 + 90 * m**3) + 10 * m**3 * (3 + nu + 3 * m)
     return upper / lower
 
 
 def i_section(width: float, height: float, web: float, flange: float, nu: float) -> SectionValues:
-    """Return the properties of an I-section with sharp corners: flanges of `width` along y, web along z (m).
+    """Return the properties of an I-section with sharp corners (m): flanges of `width` along y, `height` along z, thickness of `web` and `flange`.
 
-    Torsion from F. El Darwish and B. Johnston, J. Struct. Div. ASCE 91 (1965) 203, free to warp. Shear factor along the web from Cowper, thin walls;
-    along the flanges that of the flanges as rectangular bars.
+    Torsion with free warping from F. El Darwish and B. Johnston, J. Struct. Div. ASCE 91 (1965) 203. The shear factor along the web is Cowper's for
+    thin walls; that along the flanges treats them as rectangular bars.
     """
     inside = height - 2 * flange
     area = 2 * width * flange + inside * web
@@ -125,9 +128,9 @@ def i_section(width: float, height: float, web: float, flange: float, nu: float)
 
 
 def compliance_per_length(young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """Return the compliance of a section (6, 6): from (moment, force) to (twist per length and curvatures, stretch and shears).
+    """Return the compliance of a section (6, 6): from (moment, force), N m and N, to (twist per length, curvatures, axial and shear strains).
 
-    A force beside the shear centre also twists the section.
+    young, shear_modulus (Pa). A force that does not pass through the shear centre also twists the section.
     """
     out = np.zeros((6, 6))
     out[1:3, 1:3] = np.linalg.inv(young * np.array([[section.i_y, -section.i_yz], [-section.i_yz, section.i_z]]))
@@ -139,11 +142,11 @@ def compliance_per_length(young: float, shear_modulus: float, section: SectionVa
 
 
 def parallel_layers(compliances: Floats) -> Floats:
-    """Return each layer's part (layer, 6, 6) of the compliance of a layered section, from the layers' own compliances (layer, 6, 6).
+    """Return the contribution of each layer (layer, 6, 6) to the compliance of a layered section, from the layers' own compliances (layer, 6, 6).
 
-    The parts add up to the compliance of the whole. The layers bend, twist and stretch together, so their stiffnesses add (transformed section).
-    Exact in bending and stretch of concentric layers and in torsion of round ones. Part k is the derivative of the whole compliance with respect to
-    the relative compliance of layer k.
+    The contributions add up to the compliance of the section. The layers bend, twist and stretch together, so their stiffnesses add (transformed
+    section). Exact in bending and tension of concentric layers and in torsion of round ones. Contribution k is the derivative of the compliance of
+    the section with respect to the relative compliance of layer k.
     """
     stiff = np.linalg.inv(compliances)
     whole = np.linalg.inv(stiff.sum(axis=0))
@@ -152,9 +155,12 @@ def parallel_layers(compliances: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A piece of a beam from `start` to `end` (m from the clamp): compliance of its sections (cause, 6, 6) and mass per length (kg/m) at x.
+    """A piece of a beam.
 
-    `points` of Gauss's rule integrate it: two are exact for a uniform segment.
+    start, end  distances from the clamp, m
+    compliance  compliance per length (cause, 6, 6) of the section at x (m from the clamp)
+    density     mass per length (kg/m) at x
+    points      number of Gauss points for integrals along it; two are exact for a uniform segment
     """
 
     start: float
@@ -164,11 +170,11 @@ class Segment:
     points: int = 2
 
     def quadrature(self, low: float, high: float) -> tuple[Floats, Floats]:
-        """Return Gauss's points and weights (m) between low and high, within the segment."""
+        """Return Gauss points and weights (m) for the part of the segment between low and high (m from the clamp)."""
         low, high = max(low, self.start), min(high, self.end)
         if high <= low:
             return np.zeros(0), np.zeros(0)
-        few = max(2, self.points // 2)  # as accurate on a fifth of a segment as all points on the whole
+        few = max(2, self.points // 2)  # on a fifth of the segment as accurate as all points on the whole
         at, weight = _gauss(few if high - low < (self.end - self.start) / 5 else self.points)
         return (low + high) / 2 + (high - low) / 2 * at, (high - low) / 2 * weight
 
@@ -188,7 +194,7 @@ def uniform_segment(start: float, end: float, compliance: Floats, density: float
 class Beam:
     """A straight beam, clamped at 0, as consecutive segments.
 
-    Compliances are split by cause, the leading axis: one for each material. Everything is linear in the loads.
+    The first axis of all compliances is the cause: one for each material. Deflections are linear in the loads.
     """
 
     segments: tuple[Segment, ...]
@@ -213,11 +219,11 @@ class Beam:
         return [(x, w * piece.density(x)) for piece in self.segments for x, w in zip(*piece.quadrature(0, self.length), strict=True)]
 
     def compliance_at(self, place: float) -> Floats:
-        """Return the twist of the beam at a place per wrench there: (cause, 6, 6), symmetric and positive."""
+        """Return the twist of the beam per wrench at a place (m from the clamp): (cause, 6, 6), symmetric and positive definite."""
         return self._compliances_at([place])[0]
 
     def _compliances_at(self, places: Sequence[float]) -> list[Floats]:
-        """Return the compliances at several places, in ascending order."""
+        """Return the compliances at several places (m from the clamp), in ascending order."""
         total, here, out = np.zeros((len(self.segments[0].compliance(0.0)), 6, 6)), 0.0, []
         for place in places:
             carry = carry_twist(place - here)
@@ -231,39 +237,43 @@ class Beam:
         return out
 
     def tip_under_own_mass(self) -> Floats:
-        """Return the tip's twist per total wrench distributed as the beam's mass (uniformly without mass): (cause, 6, 6)."""
+        """Return the twist of the tip per resultant of a load distributed as the beam's mass, or uniformly without mass: (cause, 6, 6)."""
         return self._tip_under(self._masses()) if self.mass else self.tip_under_uniform_load(0.0, self.length)
 
     def tip_under_uniform_load(self, low: float, high: float) -> Floats:
-        """Return the tip's twist per total wrench distributed uniformly between two places: (cause, 6, 6). Equal places: a point load."""
+        """Return the twist of the tip per resultant of a load distributed uniformly from low to high (m from the clamp): (cause, 6, 6).
+
+        Equal ends are a point load.
+        """
         if high - low <= 1e-12 * self.length:
             return self._tip_under([((low + high) / 2, 1.0)])
         return self._tip_under([(x, w) for piece in self.segments for x, w in zip(*piece.quadrature(low, high), strict=True)])
 
     def _tip_under(self, weights: Sequence[tuple[float, float]]) -> Floats:
-        """Return the tip's twist per total wrench, distributed over places with these weights."""
+        """Return the twist of the tip per resultant of a load distributed over places (m from the clamp) with these weights."""
         found = self._compliances_at([x for x, _ in weights])
         out = sum(w * (carry_twist(self.length - x) @ c) for (x, w), c in zip(weights, found, strict=True))
         return np.asarray(out / sum(w for _, w in weights))
 
 
 def carry_twist(lever: float) -> Floats:
-    """Return the matrix (6, 6) from a twist here to the twist of the rigid rest of the beam `lever` (m) further along."""
+    """Return the matrix (6, 6) that carries a twist to a point `lever` (m) further along the beam, as if rigid in between."""
     out = np.eye(6)
     out[4, 2], out[5, 1] = lever, -lever
     return out
 
 
 def prism(length: float, compliances: Sequence[Floats], density: float = 0.0) -> Beam:
-    """Return a prismatic beam: compliances (6, 6) per length by cause, mass per length in kg/m."""
+    """Return a prismatic beam of this length (m): compliances per length (6, 6) by cause, and mass per length `density` (kg/m)."""
     return Beam((uniform_segment(0.0, length, np.stack(compliances), density),))
 
 
 def beam_of_compliance(compliance: Floats, length: float) -> Beam:
     """Return a beam with this compliance (6, 6) at its tip: its bending compliance varies linearly along it, all else is constant.
 
-    Such a beam always exists, and for the compliance of a uniform beam it is that beam. It is exact under loads on its tip. The matrix does not
-    determine the compliance along the beam: for a cone that narrows to 0.8, 0.7, 0.5 the computed sag under its own weight is 3, 7, 30 % too small.
+    Such a beam always exists; for the compliance of a uniform beam it is that beam. It is exact under loads on its tip. Under distributed loads it is
+    approximate, because the compliance of the tip does not determine that along the beam. For a cone whose tip has 0.8, 0.7 and 0.5 of the diameter
+    at the clamp, the deflection under its own weight is 3, 7 and 30 % too small.
     """
     lever = -skew(_ALONG)
     turns, mixed, moves = compliance[:3, :3], compliance[3:, :3], compliance[3:, 3:]
@@ -284,8 +294,9 @@ def beam_of_compliance(compliance: Floats, length: float) -> Beam:
 
 
 def tip_compliance(length: float, young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """Return the compliance matrix (6, 6) of a cantilever's tip: twist = C wrench, in beam axes; rad, m per N m, N.
+    """Return the compliance matrix (6, 6) of the tip of a cantilever, in beam axes: rad and m per N m and N.
 
-    l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J), l/(E A). Length 0 returns zero. Symmetric and positive (reciprocity).
+    Its elements are l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J) and l/(E A), with length in m and moduli in Pa. Zero for length 0.
+    Symmetric (reciprocity) and positive definite.
     """
     return np.asarray(prism(length, [compliance_per_length(young, shear_modulus, section)]).compliance_at(length)[0])

@@ -1,6 +1,6 @@
-"""From a bearing's clearance as delivered, through its fits and its temperature, to its working clearance.
+"""Working clearance of a bearing, from its clearance as delivered, its fits and its temperature.
 
-Clearances are radial internal clearances as the standards define them: the full free travel across the bearing, on the diameter. Interference is on
+Clearances are radial internal clearances as defined by the standards: the full free travel across the bearing, on the diameter. Interference is on
 the diameter too. A negative clearance is preload. Sources: ISO 5753-1 (clearance), ISO 286 (fits); shares and smoothing from bearing makers'
 handbooks.
 """
@@ -18,15 +18,16 @@ if TYPE_CHECKING:
 Finish = Literal["ground", "turned"]
 Limits = tuple[float, float]
 
-# Loss of interference as the peaks of a finish flatten: d/(d + 2 mm) ground, d/(d + 3 mm) turned.
+# Interference that remains after the surface peaks are flattened: d/(d + 2 mm) of it on a ground seat, d/(d + 3 mm) on a turned one.
 _PEAKS: Final[dict[Finish, float]] = {"ground": 2e-3, "turned": 3e-3}
-# Bearing steel and most shafts and housings, 1/K.
+# Thermal expansion of bearing steel, shafts and housings of steel, 1/K.
 STEEL_EXPANSION: Final = 12.5e-6
+# Customary share of the effective interference by which a raceway grows or shrinks.
 CUSTOMARY_SHARE: Final = 0.8
 
 
 def interference(inside: Limits, outside: Limits) -> Limits:
-    """Return the limits (m) of the interference of a body with these limit deviations (m, lower and upper) in a bore with those.
+    """Return the lower and upper limit (m) of the interference of a body in a bore, from their limit deviations (m, lower and upper).
 
     `inside`: deviations of the shaft or the outer ring; `outside`: of the inner ring or the housing. Negative for a loose fit.
     """
@@ -34,10 +35,10 @@ def interference(inside: Limits, outside: Limits) -> Limits:
 
 
 def effective_interference(measured: Floats | float, diameter: Floats | float, finish: Finish = "ground") -> Floats:
-    """Return the part of a measured interference (m, any shape) that remains once the surfaces' peaks are flattened; zero for a loose fit.
+    """Return the part of a measured interference (m, any shape) that remains after the surface peaks are flattened; zero for a loose fit.
 
-    `diameter` m, positive, of the seat: measured x d/(d + 2 mm) for a ground seat, d/(d + 3 mm) for a turned one. For seats of about 10 to 500 mm.
-    Raises ValueError for a diameter of zero or less, KeyError for another finish.
+    It is the measured interference times d/(d + 2 mm) for a ground seat, or d/(d + 3 mm) for a turned one, with the `diameter` d (m) of the seat.
+    Valid for seats of about 10 to 500 mm. Raises ValueError for a diameter of zero or less, KeyError for another finish.
     """
     size = np.asarray(diameter, dtype=float)
     if (size <= 0).any():
@@ -54,8 +55,11 @@ def mounted_clearance(
 ) -> Floats:
     """Return the clearance (m) of the bearing mounted on its shaft and in its housing: initial - f_i I_i - f_o I_o.
 
-    `inner`, `outer`: effective interference of each ring (m; a negative one is loose and counts as zero). Shares 0.7-0.9, customary 0.8; from Lamé's
-    equations for thick rings. Arrays that broadcast. Raises ValueError for a share outside 0..1.
+    initial                   clearance as delivered, m
+    inner, outer              effective interference of each ring, m; negative for a loose fit, which counts as zero
+    inner_share, outer_share  f_i, f_o: change of the raceway's diameter over the interference, 0.7 to 0.9, customarily 0.8
+
+    Arrays are of shapes that broadcast. For thick rings the shares follow from Lamé's equations. Raises ValueError for a share outside 0..1.
     """
     if not (0 <= inner_share <= 1 and 0 <= outer_share <= 1):
         raise ValueError("the share of the interference must be between 0 and 1")
@@ -75,23 +79,23 @@ def raceway_diameter(bore: float, outside: float, kind: Literal["ball", "roller"
 def thermal_loss(temperature_difference: Floats | float, raceway: float, expansion: float = STEEL_EXPANSION) -> Floats:
     """Return the loss of clearance (m) for a temperature difference of the inner above the outer ring in K (any shape): expansion x dT x De.
 
-    `raceway` De (m) of the outer ring. 5-10 K is normal, 15-20 K fast running; a robot's joint that moves intermittently stays near zero. With a
-    hotter outer ring, a negative difference, the clearance grows.
+    `raceway` De (m) is the raceway diameter of the outer ring. A difference of 5-10 K is normal, of 15-20 K usual at high speed; in a robot joint
+    that moves intermittently it is near zero. With a hotter outer ring the difference is negative, and the clearance grows.
     """
     return np.asarray(expansion * np.asarray(temperature_difference) * raceway)
 
 
 def working_clearance(mounted: Floats | float, thermal: Floats | float = 0.0) -> Floats:
-    """Return the clearance (m) of a mounted bearing at its temperature; negative: preload.
+    """Return the clearance (m) of a mounted bearing at its working temperature, without load; negative for preload.
 
-    Loads are not included: they deform the contacts, see `rolling`.
+    Loads deform the contacts: see `rolling`.
     """
     return np.asarray(np.asarray(mounted) - thermal)
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
-    """A clearance over a series of bearings (m): the middle, the limits, and the half width for random combination of the parts."""
+class ClearanceRange:
+    """Clearance of a series of bearings, m: middle, limits, and half-width for random combination of the parts (`clearance_range`)."""
 
     middle: float
     lowest: float
@@ -99,25 +103,25 @@ class Spread:
     statistical: float
 
 
-def clearance_spread(
+def clearance_range(
     initial: Limits,
     inner: Limits,
     outer: Limits = (0.0, 0.0),
     thermal: Limits = (0.0, 0.0),
     inner_share: float = CUSTOMARY_SHARE,
     outer_share: float = CUSTOMARY_SHARE,
-) -> Spread:
-    """Return the limits (m) of the working clearance from those of the delivered clearance, the fits and the thermal loss.
+) -> ClearanceRange:
+    """Return the range (m) of the working clearance from lower and upper limits (m) of delivered clearance, effective interferences and thermal loss.
 
-    Effective interferences, thermal losses: lower and upper. `lowest` and `highest` are bounds; `statistical` is the root of the sum of squares of
-    the half widths, which contains 99.7 % if each is normal with its limits at three standard deviations. Errors as `mounted_clearance`.
+    `lowest` and `highest` are worst-case bounds. `statistical` is the root of the sum of the squared half-widths; it contains 99.7 % of bearings if
+    each quantity is normal with its limits at three standard deviations. Errors as `mounted_clearance`.
     """
     ends = []
     for clearance, shaft, housing, warm in zip(initial, inner[::-1], outer[::-1], thermal[::-1], strict=True):
         ends.append(float(working_clearance(mounted_clearance(clearance, shaft, housing, inner_share, outer_share), warm)))
-    # A loose fit does not change the clearance, so only the part above zero counts.
+    # A loose fit does not change the clearance, so only interference above zero counts.
     widths = [_width(initial), inner_share * _width(inner, tight=True), outer_share * _width(outer, tight=True), _width(thermal)]
-    return Spread((ends[0] + ends[1]) / 2, ends[0], ends[1], float(np.sqrt(np.sum(np.square(widths))) / 2))
+    return ClearanceRange((ends[0] + ends[1]) / 2, ends[0], ends[1], float(np.sqrt(np.sum(np.square(widths))) / 2))
 
 
 def _width(limits: Limits, *, tight: bool = False) -> float:

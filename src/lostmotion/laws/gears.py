@@ -1,8 +1,8 @@
-"""Laws of every reducer: wind-up in stiffness zones, hysteresis, lost motion and play; ratios from the numbers of teeth.
+"""Laws of reducers: wind-up in stiffness zones, hysteresis, lost motion and play; ratios from the numbers of teeth.
 
-Sources: makers' rules as printed by Harmonic Drive (K1/K2/K3 zones) and Nabtesco (lost motion at +-3 % of the rated torque); ratios by Willis'
-equation: speeds relative to the carrier times teeth are equal where two wheels mesh. Ratios are turns of the input per turn of the output, negative
-for opposite directions.
+Sources: makers' rules as printed by Harmonic Drive (K1/K2/K3 zones) and Nabtesco (lost motion at +-3 % of the rated torque). Ratios follow from
+Willis' equation: where two wheels mesh, speed relative to the carrier times number of teeth is equal for both. Ratios are turns of the input per turn
+of the output, negative for opposite directions.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 
 
 def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] = ()) -> Floats:
-    """Return the wind-up of the output (rad) under torques (any shape, N m). Odd in the torque.
+    """Return the wind-up of the output (rad) under torques (any shape, N m): T/K1 up to T1, plus (T - T1)/K2 up to T2, plus (T - T2)/K3 beyond.
 
-    `stiffness` N m/rad, one per zone; `limits` N m, rising, one fewer: T/K1 up to T1, plus (T - T1)/K2 up to T2, plus (T - T2)/K3. Raises ValueError
-    where the counts do not fit or the limits do not rise.
+    stiffness  K1, K2 ..., N m/rad, one for each zone
+    limits     T1, T2 ..., N m, rising, one fewer than the zones
+
+    An odd function of the torque. Raises ValueError where the numbers of zones and limits do not match, or the limits do not rise.
     """
     if len(limits) != len(stiffness) - 1 or any(b <= a for a, b in zip((0.0, *limits), limits, strict=False)):
         raise ValueError("the torque limits must rise and be one fewer than the stiffness zones")
@@ -38,49 +40,52 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
 def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, friction: Floats) -> tuple[Floats, Floats]:
     """Return the branches of the hysteresis loop at torques (any shape, N m): angles (rad) as the torque rises, and as it falls.
 
-    `spring` is the odd, increasing spring curve w: angles (rad) under torques (N m); `friction` F (N m, zero or more, the shape of `torque`). While
-    the torque rises, friction carries F of it and the spring T - F; while it falls, the spring still carries T + F: w(T - F) and w(T + F), half width
-    [w(T + F) - w(T - F)] / 2. That is w(F) without torque and at most w(|T| + F); F times the compliance at zero would overestimate a spring that
-    starts soft. Valid for friction that does not depend on the path of the output.
+    spring    odd, increasing spring curve w: angles (rad) under torques (N m)
+    friction  F, N m, zero or more, of the shape of `torque`
+
+    While the torque rises, friction carries F of it and the spring T - F, so the angle is w(T - F). While the torque falls, the spring carries T + F.
+    The half-width of the loop is [w(T + F) - w(T - F)]/2: w(F) without torque, and at most w(|T| + F). Where the spring is softest at zero torque, F
+    times its compliance there would be too large. Valid for friction that does not depend on the path of the output.
     """
     return spring(torque - friction), spring(torque + friction)
 
 
 def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Sequence[float], limits: Sequence[float] = ()) -> float:
-    """Return the play in a lost motion (rad) measured between + and - `small_torque` (N m). Negative: the lost motion is all elastic.
+    """Return the play (rad) that is part of a lost motion (rad) measured between + and - `small_torque` (N m).
 
-    Lost motion = play + 2 x wind-up at the small torque.
+    Lost motion = play + 2 x wind-up at the small torque. A negative result means that the wind-up alone exceeds the lost motion. Other arguments and
+    errors as `wind_up`.
     """
     return lost_motion - 2 * float(wind_up(np.array([small_torque]), stiffness, limits)[0])
 
 
 def planetary_ratio(sun: int, ring: int) -> float:
-    """Return the turns of the sun per turn of the planet carrier with the ring fixed, from the teeth: 1 + ring/sun."""
+    """Return the turns of the sun per turn of the planet carrier with the ring fixed, from the numbers of teeth: 1 + ring/sun."""
     return 1 + ring / sun
 
 
 def wolfrom_ratio(sun: int, planet: int, fixed_ring: int, output_planet: int, output_ring: int) -> float:
-    """Return the turns of the sun of a Wolfrom (3K) gearbox per turn of its second ring, from the teeth.
+    """Return the turns of the sun of a Wolfrom (3K) gearbox per turn of its second ring, from the numbers of teeth.
 
-    Sun and fixed ring mesh with one wheel of each planet, the second ring with the other wheel of the same planet; the carrier runs free: (1 +
-    z_r1/z_s) / (1 - z_r1 z_p2/(z_p1 z_r2)). Raises ValueError where the second ring does not turn.
+    Sun and fixed ring mesh with one wheel of each planet, the second ring with the other wheel of the same planet; the carrier is free. The ratio is
+    (1 + z_r1/z_s)/(1 - z_r1 z_p2/(z_p1 z_r2)). Raises ValueError where the second ring does not turn.
     """
-    differ = planet * output_ring - fixed_ring * output_planet
-    if not differ:
+    difference = planet * output_ring - fixed_ring * output_planet
+    if not difference:
         raise ValueError("the output ring does not turn: both rings require the same speed of the planets")
-    return (sun + fixed_ring) * planet * output_ring / (sun * differ)
+    return (sun + fixed_ring) * planet * output_ring / (sun * difference)
 
 
-def strain_wave_ratio(flexspline: int, circular_spline: int, *, flexspline_held: bool = False) -> float:
-    """Return the turns of the wave generator per turn of the output, from the teeth of the two splines.
+def strain_wave_ratio(flexspline: int, circular_spline: int, *, flexspline_fixed: bool = False) -> float:
+    """Return the turns of the wave generator of a strain wave gear per turn of its output, from the numbers of teeth of the two splines.
 
-    With the circular spline fixed the flexspline is the output and turns the opposite way, -z_f/(z_c - z_f); with the flexspline fixed the circular
-    spline turns the same way, z_c/(z_c - z_f). Raises ValueError where the circular spline has no more teeth than the flexspline.
+    With the circular spline fixed the flexspline is the output and turns in the opposite direction: -z_f/(z_c - z_f). With the flexspline fixed the
+    circular spline turns in the same direction: z_c/(z_c - z_f). Raises ValueError where the circular spline has no more teeth than the flexspline.
     """
-    more = circular_spline - flexspline
-    if more <= 0:
+    difference = circular_spline - flexspline
+    if difference <= 0:
         raise ValueError("a circular spline must have more teeth than the flexspline inside it")
-    return circular_spline / more if flexspline_held else -flexspline / more
+    return circular_spline / difference if flexspline_fixed else -flexspline / difference
 
 
 def friction_angle(coefficient: float, pressure_angle: float) -> float:
@@ -91,8 +96,8 @@ def friction_angle(coefficient: float, pressure_angle: float) -> float:
 def duplex_take_up(shift: float, leads: tuple[float, float], ratio: float) -> float:
     """Return the play at the wheel (rad) removed by shifting a duplex worm along its axis by `shift` (m).
 
-    `leads` (m) of the two flanks: the thread's thickness grows along the worm by their difference per turn. `ratio` of the gearbox. At the pitch
-    circle, 2 pi shift |lead 1 - lead 2| / (ratio x mean lead^2).
+    It is 2 pi shift |lead 1 - lead 2|/(ratio x mean lead^2), at the pitch circle. `leads` (m) are those of the two flanks: their difference is the
+    growth of the thread's thickness per turn. `ratio` is that of the gearbox.
     """
     first, second = leads
     mean = (first + second) / 2

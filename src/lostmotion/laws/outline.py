@@ -1,8 +1,8 @@
-"""Cross-sections of any outline, by finite elements of the package sectionproperties (the extra `sections`).
+"""Cross-sections of any outline, by finite elements with the package sectionproperties (the extra `sections`).
 
 Area and second moments are the polygon's own; torsion, shear factors and shear centre are solutions of Saint-Venant's problem on a mesh of six-node
-triangles. Source: W. Pilkey, Analysis and Design of Elastic Beams, 2002. The shear factor is that of equal energy, which differs from Cowper's by
-some per cent, and more where the section is wide across the force.
+triangles. The shear factor is that of equal energy, which differs from Cowper's by a few per cent, and by more where the section is wide across the
+force. Source: W. Pilkey, Analysis and Design of Elastic Beams, 2002.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from lostmotion.laws.beam import SectionValues
 Points: TypeAlias = tuple[tuple[float, float], ...]
 MISSING: Final = "the package sectionproperties, which is not installed"
 INSTALL: Final = 'pip install "lostmotion[sections]"'
-# Triangles per section: torsion is within 0.1 %, also with sharp inner corners, after some seconds. Results are cached.
+# Triangles per section. The error of the torsion constant is below 0.1 %, also with sharp inner corners, in a few seconds. Results are cached.
 _TRIANGLES: Final = 1000
-_SIDE: Final = 100.0  # the mesher needs numbers of this size, whatever the section's dimensions
+_SIDE: Final = 100.0  # the section is scaled to this size, which the mesher needs
 
 
 def available() -> bool:
@@ -39,7 +39,10 @@ def outline_error(points: Points, holes: tuple[Points, ...]) -> str:
 
 @functools.lru_cache(maxsize=256)
 def outline_section(points: Points, holes: tuple[Points, ...], nu: float) -> SectionValues:
-    """Return the properties of a section of this outline, corners (y, z) in m, about its centroid. Raises ImportError without the package."""
+    """Return the properties about the centroid of a section with this outline and holes, corners (y, z) in m.
+
+    Raises ImportError without the package.
+    """
     import numpy as np
     import shapely
     from sectionproperties.analysis import Section

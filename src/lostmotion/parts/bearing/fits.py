@@ -10,9 +10,9 @@ import numpy as np
 from lostmotion.laws.distributions import of_tolerance
 from lostmotion.laws.fits import (
     CUSTOMARY_SHARE,
+    ClearanceRange,
     Finish,
-    Spread,
-    clearance_spread,
+    clearance_range,
     effective_interference,
     raceway_diameter,
     thermal_loss,
@@ -72,16 +72,16 @@ class MountedBearing(Sourced):
         return "roller"
 
     @functools.cached_property
-    def spreads(self) -> dict[str, Spread]:
+    def spreads(self) -> dict[str, ClearanceRange]:
         """Return the mean, limits and spread of the clearance at each of `STEPS`."""
         shaft, housing, heating = self._losses(*(np.array(_limits(each)) for each in self._stated[1:]))
         delivered = _limits(self.clearance)
         shares = self.inner_share, self.outer_share
         inner, outer, lost = _pair(shaft), _pair(housing), _pair(heating)
         return {
-            "delivered": clearance_spread(delivered, (0.0, 0.0)),
-            "mounted": clearance_spread(delivered, inner, outer, (0.0, 0.0), *shares),
-            "working": clearance_spread(delivered, inner, outer, lost, *shares),
+            "delivered": clearance_range(delivered, (0.0, 0.0)),
+            "mounted": clearance_range(delivered, inner, outer, (0.0, 0.0), *shares),
+            "working": clearance_range(delivered, inner, outer, lost, *shares),
         }
 
     @functools.cached_property

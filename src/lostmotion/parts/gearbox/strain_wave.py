@@ -33,7 +33,7 @@ class StrainWaveGearbox(TurningFigures):
     @property
     def ratio(self) -> float:
         """Return the turns of the wave generator per turn of the output, negative with the circular spline held."""
-        return strain_wave_ratio(self.flexspline_teeth, self.circular_spline_teeth, flexspline_held=self.held == "flexspline")
+        return strain_wave_ratio(self.flexspline_teeth, self.circular_spline_teeth, flexspline_fixed=self.held == "flexspline")
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
