@@ -1,8 +1,8 @@
 """Equilibrium of a shaft on rolling bearings under any load: radial and axial shift and tilt, five degrees of freedom.
 
-Every contact can only push, Q = K delta^n. The closure of a contact is a convex function of the shaft's displacement (a distance for balls, linear
-for rollers), so the stored energy is convex too: there is one equilibrium, found by Newton's method with a line search. Rings and shaft are rigid,
-speeds low, no friction; cages and ribs carry no load.
+Contacts are unilateral: they push with Q = K delta^n and do not pull. The closure delta of a contact is a convex function of the shaft's displacement
+(a distance for balls, linear for rollers), so the stored energy is convex too. So there is one equilibrium, found by Newton's method with a line
+search. Valid for rigid rings and shaft, low speed and no friction; cages and ribs carry no load.
 
 Frame: z along the shaft, right-handed. A displacement is (x, y, z, about x, about y) of the shaft relative to the housing, m and rad; a load (Fx, Fy,
 Fz, Mx, My) is what the shaft exerts on the bearings, N and N m, both about the frame's origin.
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 class ShaftEquilibrium:
     """The equilibrium of a shaft.
 
-    displacement  (case, 5) m, rad; NaN where no equilibrium was found
-    loads         one (case, element) per row, N
-    residual      (case,) unbalanced share of the load (moments over half the largest pitch diameter): 1e-11, or rounding
+    displacement  (case, 5) m and rad; NaN where no equilibrium was found
+    loads         loads on the elements of each row (case, element), N
+    residual      (case,) unbalanced load over the load, with moments over half the largest pitch diameter: 1e-11, or rounding
                   where preload or stiffness is many times the load
     converged     (case,) false where the bearings cannot support the load
-    stiffness     (case, 5, 5) the derivative of the load at the displacement, N/m, N/rad, N m/rad
+    stiffness     (case, 5, 5) derivative of the load at the displacement, N/m, N/rad, N m/rad
     """
 
     displacement: Floats
@@ -49,10 +49,13 @@ class ShaftEquilibrium:
 
 
 def shaft_equilibrium(seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0) -> ShaftEquilibrium:
-    """Return the displacement of a shaft on these rows under loads (case, 5), and the load on each element.
+    """Return the displacement of a shaft on these rows under loads, and the load on each element.
 
-    `clearance` (case,) or one for all: radial internal clearance of every row, m, diametral; negative for preload. In directions with no load and no
-    stiffness the shaft stays at the centre. A case without equilibrium is marked and NaN. Raises ValueError for loads of another shape or not finite.
+    load       (case, 5) N and N m
+    clearance  (case,), or one for all cases: radial internal clearance of every row, m, diametral; negative for preload
+
+    In directions with no load and no stiffness the shaft stays at the centre. A case without equilibrium is NaN and not `converged`. Raises
+    ValueError for loads of another shape or not finite.
     """
     from lostmotion.laws.rolling.equilibrium_kernel import solve_cases
 
@@ -61,7 +64,7 @@ def shaft_equilibrium(seats: Sequence[Seat], load: ArrayLike, clearance: Floats 
         raise ValueError(f"loads must be finite and of shape (case, 5), not {loads.shape}")
     cases = len(loads)
     play = np.array(np.broadcast_to(np.asarray(clearance, dtype=float), cases))
-    # Tilts as metres at half the largest pitch diameter, so that all five have the same unit.
+    # Tilts are expressed in metres at half the largest pitch diameter, so that all five components have the same unit.
     reach = max(seat.row.pitch_diameter for seat in seats) / 2
     scale = np.array([1, 1, 1, 1 / reach, 1 / reach])
     wanted = loads * scale

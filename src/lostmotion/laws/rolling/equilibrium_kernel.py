@@ -1,4 +1,4 @@
-"""Kernel of the shaft's equilibrium: many contacts that can only push, solved case by case. Compiled once by Numba and cached; single-threaded.
+"""Kernel of the shaft's equilibrium: many unilateral contacts, solved case by case. Compiled by Numba and cached; single-threaded.
 
 The stored energy is convex in the displacement, so Newton's method with a line search on the energy converges to its only minimum. Displacements are
 in metres throughout: tilts are multiplied by `reach`.
@@ -11,12 +11,12 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-_STEPS: Final = 2000  # hundreds where a very small load in a large play closes one contact after another
+_STEPS: Final = 2000  # hundreds of steps are needed where a very small load in a large clearance closes one contact after another
 _TRIES: Final = 40  # per step
 _FIRST: Final = 1e-6  # m, the first step
 _CONVERGED: Final = 1e-11
 _ROUNDING: Final = 5e-16
-# Directions below this share of the largest stiffness count as free: without load they do not move.
+# Directions with less than this share of the largest stiffness count as free: without load they do not move.
 _SOFTEST: Final = 1e-12
 _POINT: Final = 1.5  # exponent of a point contact, computed faster by a square root
 
@@ -25,7 +25,7 @@ _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, 
 
 @_jit
 def _closed(contact, clearance, displacement):
-    """Return a contact's closure, the size of the terms of that difference, and its direction (components of across and along)."""
+    """Return the closure of a contact (m), the magnitude of its terms (for rounding), and its direction (components of across and along)."""
     radial, axial = contact.radial - contact.share * clearance, contact.axial
     start = radial
     for k in range(5):
@@ -33,7 +33,7 @@ def _closed(contact, clearance, displacement):
         axial += contact.along[k] * displacement[k]
     if contact.apart == 0.0:
         return radial, abs(radial) + 2.0 * abs(start), 1.0, 0.0
-    if axial <= 0.0 and not contact.shoulders:  # on the side without a shoulder the ball stays at the bottom of the groove
+    if axial <= 0.0 and not contact.shoulders:  # towards the side without a shoulder the ball stays at the bottom of the groove
         return abs(radial) - contact.apart, abs(radial), 1.0 if radial > 0.0 else -1.0, 0.0
     length = np.sqrt(radial * radial + axial * axial)
     return length - contact.apart, length, radial / length, axial / length
@@ -41,13 +41,13 @@ def _closed(contact, clearance, displacement):
 
 @_jit
 def _push(contact, approach):
-    """Return the force (N) of a contact closed by `approach`."""
+    """Return the force (N) of a contact with the closure `approach` (m)."""
     return contact.stiffness * (approach * np.sqrt(approach) if contact.exponent == _POINT else approach**contact.exponent)
 
 
 @_jit
 def _hold(contacts, clearance, displacement, held, slope, way, bow):
-    """Add the load supported at a displacement to `held` (5,), its derivative to `slope` (5, 5; lower half). Return the rounding of the sums, N."""
+    """Write the supported load to `held` (5,) and its derivative to `slope` (5, 5; lower triangle). Return the rounding of the sums, N."""
     noise = 0.0
     for k in range(5):
         held[k] = 0.0
@@ -82,7 +82,7 @@ def _dot(one, other):
 
 @_jit
 def _step(slope, lack, root, step):
-    """Solve slope step = lack by Cholesky's factor `root`, with almost no step along directions without stiffness and load."""
+    """Solve slope step = lack by Cholesky factorisation (`root`), with almost no step along directions without stiffness and load."""
     largest = 1.0
     for k in range(5):
         largest = max(largest, slope[k, k])
@@ -108,10 +108,10 @@ def _step(slope, lack, root, step):
 
 @_jit
 def _balance(contacts, clearance, wanted, reach, displacement, held, slope, trial, lack, step, root, way, bow):
-    """Find the displacement where the contacts support the load. Return the residual (N) and its ratio to the tolerance: above 1, no equilibrium.
+    """Find the displacement at which the contacts support the load. Return the residual (N) and its ratio to the tolerance; above 1: no equilibrium.
 
-    Where no contact is closed, the step follows the load and is doubled until contacts support half of it; all others are Newton steps. Each is
-    shortened until the energy's slope along it has fallen to half or less in magnitude.
+    Where no contact is closed, the step is along the load and is doubled until contacts support half of it. All other steps are Newton's. Each step
+    is shortened until the magnitude of the energy's slope along it has fallen to half or less.
     """
     size = np.sqrt(_dot(wanted, wanted))
     for k in range(5):
@@ -153,7 +153,7 @@ def _balance(contacts, clearance, wanted, reach, displacement, held, slope, tria
                 step[k] = wanted[k] * (_FIRST / size)
         else:
             _step(slope, lack, root, step)
-            # No step beyond the distance so far plus the play: directions without support yet must not diverge.
+            # No step is longer than the distance so far plus the clearance, so that directions without support do not diverge.
             cut = min(1.0, (far + abs(clearance) + _FIRST) / np.sqrt(_dot(step, step)))
             for k in range(5):
                 step[k] *= cut
@@ -175,7 +175,7 @@ def solve_cases(
     residual,  # out (case,) N
     converged,  # out (case,)
 ):
-    """Solve all cases; where no equilibrium is found all but the residual is NaN."""
+    """Solve all cases. Where no equilibrium is found, all results but the residual are NaN."""
     held, trial, lack, step, way, bow = np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5)
     half, root = np.zeros((5, 5)), np.zeros((5, 5))
     for case in range(wanted.shape[0]):

@@ -1,8 +1,8 @@
-"""Rolling bearings under radial load: every ball or roller is a spring that can only push, after half the clearance is closed.
+"""Rolling bearings under radial load: every ball or roller is a unilateral spring behind half of the clearance.
 
 The load on an element at the angle psi from the load's direction is K (dr cos psi - G/2)^n, zero where that is negative; n = 3/2 for balls (Hertz's
-point contact), 10/9 for rollers (Palmgren's line contact). So a bearing is a dead band followed by a stiffening spring: never one number. Rings are
-rigid, speeds low, contacts dry and elastic.
+point contact), 10/9 for rollers (Palmgren's line contact). So a bearing has a dead band followed by a hardening spring, and no single stiffness.
+Valid for rigid rings, low speed, and dry, elastic contacts.
 
 Source: T. Harris, Rolling Bearing Analysis, 4th ed., 2001, chapters 2, 6 and 7; elliptic integrals after H. Hertz, 1881.
 """
@@ -32,9 +32,11 @@ _ROUNDING: Final = 1e-14
 def point_stiffness(curvature: float, difference: float, modulus: float) -> float:
     """Return K (N/m^1.5) of an elliptic point contact, Q = K delta^1.5.
 
-    `curvature` the sum of the four curvatures of the two bodies (1/m, hollow ones negative), positive; `difference` F(rho), 0..1, the relative
-    difference between the sums of the two planes; `modulus` E* (Pa), 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Exact for contacts small compared with
-    the bodies. Source: Harris, eqs. (6.23)-(6.40). Raises ValueError for impossible curvatures.
+    curvature   sum of the four principal curvatures of the two bodies, 1/m, concave ones negative; positive
+    difference  F(rho), 0..1: relative difference between the sums of curvatures in the two principal planes
+    modulus     E*, Pa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
+
+    Exact for contacts small compared with the bodies. Source: Harris, eqs. (6.23)-(6.40). Raises ValueError for impossible curvatures.
     """
     if not (curvature > 0 and 0 <= difference < 1 and modulus > 0):
         raise ValueError("a point contact needs a sum of curvatures above zero, a difference within 0..1 and a modulus above zero")
@@ -45,7 +47,7 @@ def point_stiffness(curvature: float, difference: float, modulus: float) -> floa
 
 
 def _ellipse(difference: float) -> tuple[float, float, float]:
-    """Return the ratio of the contact's axes and its complete elliptic integrals K and E."""
+    """Return the ratio of the axes of an elliptic contact, and the complete elliptic integrals K and E of that ratio."""
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
 
@@ -91,7 +93,8 @@ def roller_pressure(
 ) -> Floats:
     """Return the pressure (Pa) between rollers under these loads (N) and the inner race, uniform over their effective length (m).
 
-    Without the peaks at the ends of a tilted roller. `roller` and `pitch` diameter m, `angle` of contact rad.
+    The stress concentration at the ends of a tilted roller is not included. `roller` and `pitch` diameter m, `angle` of contact rad, `material` (E,
+    nu).
     """
     gamma = roller * math.cos(angle) / pitch
     young, poisson = material
@@ -108,8 +111,12 @@ def ball_stiffness(
 ) -> float:
     """Return K (N/m^1.5) of a ball between its two races, Q = K delta^1.5.
 
-    `ball` and `pitch` diameter m; grooves as radius over ball diameter, above 0.5 (0.515-0.53 is usual); `angle` of contact rad; material (E, nu) of
-    balls and rings. Source: Harris, eqs. (2.28)-(2.31), (7.4). Raises ValueError for a groove narrower than its ball, or balls larger than the pitch.
+    ball, pitch                 diameters, m
+    inner_groove, outer_groove  groove radius over ball diameter, above 0.5; usually 0.515 to 0.53
+    angle                       contact angle, rad
+    material                    Young's modulus, Pa, and Poisson's ratio of balls and rings
+
+    Source: Harris, eqs. (2.28)-(2.31), (7.4). Raises ValueError for a groove narrower than its ball, or balls larger than the pitch diameter.
     """
     gamma = ball * math.cos(angle) / pitch
     if not (min(inner_groove, outer_groove) > 0.5 and 0 < gamma < 1):  # noqa: PLR2004 - the ball's own radius
@@ -126,50 +133,55 @@ def ball_stiffness(
 def roller_stiffness(length: float) -> float:
     """Return K (N/m^(10/9)) of a steel roller of this effective length (m) between its two races, Q = K delta^(10/9).
 
-    Palmgren's 3.84e-5 Q^0.9/l^0.8 (N, mm) at each race. 4 % stiffer than the 35 948 N/mm^(10/9) of ISO/TS 16281, which other makers use.
+    Palmgren's approach of 3.84e-5 Q^0.9/l^0.8 (N, mm) at each race. It is 4 % stiffer than by the 35 948 N/mm^(10/9) of ISO/TS 16281, which other
+    makers use.
     """
     return float((2 * palmgren_factor(length)) ** -ROLLER_EXPONENT)
 
 
 def element_angles(count: int, first: float = 0.0) -> Floats:
-    """Return the angles (count,) of evenly spaced elements from the load's direction, the first of them at `first` (rad)."""
+    """Return the angles (count,), rad, of evenly spaced elements, the first of them at `first`."""
     return first + 2 * math.pi * np.arange(count) / count
 
 
 def radial_shift(load: Floats | float, clearance: Floats | float, stiffness: float, exponent: float, angles: Floats) -> Floats:
-    """Return the shift (m, shape of load and clearance together) of the inner ring from the centre of its clearance under a radial load (N, >= 0).
+    """Return the displacement dr (m) of the inner ring from the centre of its clearance under a radial load.
 
-    Sum over elements of K (dr cos psi - G/2)^n cos psi = load. The ring crosses the clearance without resistance, so any load shifts it by more than
-    G/2; without load it stays at the centre, zero. `stiffness` K, `exponent` n of one element (`ball_stiffness`, `roller_stiffness`); `angles`
-    (element,) rad from the load. Lateral forces of elements that are unevenly placed about the load are ignored. Raises ValueError for a negative
-    load or elements that cannot support it, DidNotConvergeError where balance to 1e-11 of the load is not found.
+    load       N, zero or more, any shape
+    clearance  G, diametral, m, of a shape that broadcasts with the load; negative for preload
+    stiffness  K of one element (`ball_stiffness`, `roller_stiffness`), with its exponent n
+    angles     (element,) from the direction of the load, rad
+
+    Solves: sum over elements of K (dr cos psi - G/2)^n cos psi = load. The ring moves through the clearance without resistance, so any load displaces
+    it by more than G/2; without load it is at the centre, dr = 0. Lateral forces of elements that are not symmetric about the load are neglected.
+    Raises ValueError for a negative load or elements that cannot support it, DidNotConvergeError where no balance to 1e-11 of the load is found.
     """
     force, play = np.broadcast_arrays(np.asarray(load, dtype=float), np.asarray(clearance, dtype=float))
     cosine = np.cos(angles)
-    if not (force >= 0).all() or not cosine.max(initial=-1.0) > 1e-6:  # noqa: PLR2004 - an element beside the load supports nothing
+    if not (force >= 0).all() or not cosine.max(initial=-1.0) > 1e-6:  # noqa: PLR2004 - an element at a right angle to the load supports none of it
         raise ValueError("a load of zero or more is needed, and an element on its side")
 
-    # Measured from the clearance's edge, or the centre of a preloaded bearing, so that small shifts keep their digits.
+    # Displacements are measured from the edge of the clearance, or from the centre of a preloaded bearing, for accuracy where they are small.
     edge = np.maximum(play, 0.0) / 2
 
-    def held(beyond: Floats) -> tuple[Floats, Floats, Floats]:
+    def imbalance(beyond: Floats) -> tuple[Floats, Floats, Floats]:
         approach = np.maximum(beyond[..., None] * cosine - (edge[..., None] * (1 - cosine) + np.minimum(play, 0.0)[..., None] / 2), 0.0)
         each = stiffness * approach**exponent
         slope = np.divide(exponent * each, approach, out=np.zeros_like(each), where=approach > 0)
-        # Balanced preload has rounding of its own, whatever the load.
+        # Preload forces that balance each other leave rounding that does not depend on the load.
         rounding = _ROUNDING * each.sum(axis=-1)
         return each @ cosine - force, slope @ cosine**2, rounding
 
     low = np.zeros_like(force)
     high = (force / stiffness) ** (1 / exponent) + np.abs(play) + 1e-12
     for _ in range(_ITERATIONS):
-        short = held(high)[0] < 0
+        short = imbalance(high)[0] < 0
         if not short.any():
             break
         high = np.where(short, 2 * high, high)
     beyond = high
     for _ in range(_ITERATIONS):
-        over, slope, rounding = held(beyond)
+        over, slope, rounding = imbalance(beyond)
         settled = (np.abs(over) <= _CONVERGED * force + rounding) | (force == 0)
         if settled.all():
             return np.where(force > 0, beyond + edge, 0.0)

@@ -1,8 +1,9 @@
 """Rows of rolling elements, described by their contacts: direction, position and stiffness.
 
-There are two kinds of contacts. A straight one (roller, slice of a roller) closes by radial + across . displacement. A ball between two grooves
-closes by the change of distance between the grooves' centres: hypot(radial + across . displacement, axial + along . displacement) - apart. Both are
-convex in the displacement (x, y, z, about x, about y; m and rad) of the inner ring. Each loses its share of the row's clearance from `radial`.
+There are two kinds of contacts. The closure of a straight one (roller, slice of a roller) is radial + across . displacement. The closure of a ball
+between two grooves is the change of distance between the groove centres: hypot(radial + across . displacement, axial + along . displacement) - apart.
+Both are convex in the displacement (x, y, z, about x, about y; m and rad) of the inner ring. A share of the row's clearance is subtracted from
+`radial`.
 
 Source: ISO/TS 16281:2008, 4.2 and 4.3 (balls and sliced rollers); T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7.
 """
@@ -28,12 +29,12 @@ if TYPE_CHECKING:
 CONTACT: Final = np.dtype(
     [
         ("element", np.int64),  # index in the row
-        ("stiffness", float),  # K and n of the force K closing^n, N
+        ("stiffness", float),  # K and n of the force K closure^n, N
         ("exponent", float),
         ("share", float),  # share of the radial clearance in the contact's gap
         ("radial", float),  # m, without displacement and clearance
         ("axial", float),
-        ("apart", float),  # m, between the grooves' centres without load; 0: a straight contact
+        ("apart", float),  # m, between the groove centres without load; 0 for a straight contact
         ("shoulders", bool),  # whether a ball is supported in both axial directions, or towards +axial only
         ("across", float, 5),  # change of `radial` and `axial` per displacement
         ("along", float, 5),
@@ -60,7 +61,7 @@ class Row(ABC):
     @property
     @abstractmethod
     def contacts(self) -> Contacts:
-        """Return the contacts (contact,) of the type CONTACT."""
+        """Return the contacts (contact,) as a structured array of the type CONTACT."""
 
     def _contacts(self, element: Any, **fields: Any) -> Contacts:  # noqa: ANN401 - whatever broadcasts
         out = np.zeros(len(element), CONTACT)
@@ -75,10 +76,11 @@ class Row(ABC):
 class BallRow(Row):
     """A row of balls: deep-groove (contact_angle 0, both shoulders) or angular-contact (above 0, a shoulder against +z only).
 
-    ball, pitch   diameters, m
-    grooves       radius of the inner and outer groove over the ball's diameter
-    contact_angle rad; without load the balls of an angular-contact row just touch at this angle
-    first         angle of the first ball from x, rad
+    ball, pitch    diameters, m
+    grooves        radius of the inner and outer groove over the ball's diameter
+    contact_angle  rad; without load the balls of an angular-contact row just touch at this angle
+    material       Young's modulus, Pa, and Poisson's ratio of balls and rings
+    first          angle of the first ball from x, rad
     """
 
     count: int
@@ -121,8 +123,10 @@ class BallRow(Row):
 class RollerRow(Row):
     """A row of cylindrical rollers, divided into slices so that a tilt loads their ends; they carry no axial load.
 
-    length, roller, pitch  effective length, diameter, pitch diameter, m
-    crowned       rollers with the profile of ISO/TS 16281, 0.35 µm per mm of diameter x ln(1/(1 - (2x/l)^2)), at each race
+    length, roller, pitch  effective length, diameter and pitch diameter, m
+    slices                 number of slices of each roller
+    crowned                rollers with the profile of ISO/TS 16281, 0.35 µm per mm of diameter x ln(1/(1 - (2x/l)^2)), at each race
+    first                  angle of the first roller from x, rad
     """
 
     count: int
@@ -145,7 +149,7 @@ class RollerRow(Row):
 
     @property
     def contacts(self) -> Contacts:
-        """Return one contact per slice: closed by the ring's shift there, less half the clearance and the profile at both races."""
+        """Return one contact per slice. Its closure is the ring's displacement there, less half the clearance and the profile at both races."""
         angles = np.repeat(element_angles(self.count, self.first), self.slices)
         place = np.tile(((np.arange(self.slices) + 0.5) / self.slices - 0.5) * self.length, self.count)
         profile = -0.00035 * self.roller * np.log1p(-((2 * place / self.length) ** 2)) if self.crowned else np.zeros_like(place)
@@ -156,11 +160,13 @@ class RollerRow(Row):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CrossedRow(Row):
-    """One row of crossed rollers, alternately inclined, so that one pair of rings carries every load.
+    """One row of crossed rollers, alternately inclined, so that one pair of rings carries loads in all directions.
 
-    lean          angle of the contacts from the plane of the bearing, rad
+    length, pitch  effective length of a roller and pitch diameter, m
+    lean           angle of the lines of contact from the plane of the bearing, rad
+    first          angle of the first roller from x, rad
 
-    A negative clearance is preload, the usual state of these bearings.
+    A negative clearance is preload, the usual state of these bearings. Raises ValueError for an odd number of rollers.
     """
 
     count: int
@@ -170,7 +176,7 @@ class CrossedRow(Row):
     first: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse an odd number, with which two neighbours would have the same inclination."""
+        """Refuse an odd number of rollers, with which two neighbours would have the same inclination."""
         if self.count % 2:
             raise ValueError("crossed rollers come in pairs: an even count is needed")
 
@@ -193,7 +199,7 @@ class CrossedRow(Row):
 
 
 def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Return the radial and the axial motion of the inner race at each element, per unit displacement (element, 5)."""
+    """Return the radial and the axial motion of the inner race at each element per unit displacement, both (element, 5)."""
     cosine, sine, zero = np.cos(angles), np.sin(angles), np.zeros_like(angles)
     across = np.stack([cosine, sine, zero, zero, zero], axis=-1)
     along = np.stack([zero, zero, zero + 1, radius * sine, -radius * cosine], axis=-1)
@@ -202,9 +208,13 @@ def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """A row on the shaft at the height `at` (m) along z. `mirrored`: its shoulder faces -z. `preload_shift` (m): along its own +z before any load.
+    """A row on the shaft.
 
-    Two mirrored angular-contact rows with the same `preload_shift` are a preloaded pair.
+    at             position along z, m
+    mirrored       whether its shoulder faces -z
+    preload_shift  displacement of its inner ring along its own +z before any load, m
+
+    Two angular-contact rows, one of them mirrored, with the same `preload_shift` are a preloaded pair.
     """
 
     row: Row
@@ -214,7 +224,7 @@ class Seat:
 
     @property
     def view(self) -> Floats:
-        """Return the matrix (5, 5) from the shaft's displacement to the row's own."""
+        """Return the matrix (5, 5) from the shaft's displacement to that of the row."""
         view = np.eye(5)
         view[0, 4], view[1, 3] = self.at, -self.at
         if self.mirrored:
@@ -223,7 +233,7 @@ class Seat:
 
     @property
     def contacts(self) -> Contacts:
-        """Return the row's contacts in terms of the shaft's displacement."""
+        """Return the contacts of the row as functions of the shaft's displacement."""
         out = self.row.contacts
         out["radial"] += out["across"][:, 2] * self.preload_shift
         out["axial"] += out["along"][:, 2] * self.preload_shift

@@ -1,11 +1,12 @@
-"""Displacement of a shaft on two rows of rolling elements, read from a table: microseconds per load instead of a Newton solution.
+"""Displacement of a shaft on two rows of rolling elements by interpolation in a table, in microseconds per load instead of a Newton solution.
 
-A row whose own tilt matters little depends on two quantities: its radial reaction, which follows from statics, and its part of the axial force. So
-the shaft's displacement follows from three numbers, the magnitudes of the two reactions and the axial force, whatever the reactions' directions;
-`shaft_equilibrium` fills the table. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean) apart.
+The displacement of a row depends on its radial reaction, which follows from statics, and on its part of the axial force; its own tilt has little
+effect. So the shaft's displacement follows from three numbers: the magnitudes of the two radial reactions, in whatever directions, and the axial
+force. `shaft_equilibrium` fills the table. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean)
+apart.
 
-Exact where rows carry no moment of their own and the elements are many. The tests measure the error for few balls and wide rows
-(tests/laws/test_rolling_table.py). The angular position of the elements is averaged. The pair must be symmetric about its centre.
+Exact where the rows carry no moment of their own and have many elements. tests/laws/test_rolling_table.py measures the error for few balls and for
+wide rows. The result is the mean over angular positions of the elements. The pair must be symmetric about its centre.
 """
 
 from __future__ import annotations
@@ -26,26 +27,32 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# Nodes over the size of the load, its split between the rows, and its part along the axis.
+# Numbers of nodes over the magnitude of the load, its split between the rows, and its axial part.
 _NODES: Final = (17, 11, 13)
 # With one shoulder per row, the load passes from one row to the other within a few degrees.
 _NODES_ANGULAR: Final = (17, 15, 17)
-# With crossed rollers the load passes from one family to the other within a few degrees; their contacts are faster to solve.
+# With crossed rollers the load passes from one family to the other within a few degrees. Their contacts are solved faster.
 _NODES_CROSSED: Final = (17, 21, 21)
+# Exponent by which nodes are concentrated near zero axial load.
 _DENSER: Final = 1.5
-# Rotation by a quarter of the elements' spacing, where the shifts equal their average over a turn.
+# Rotation, as a share of the spacing of the elements, at which the displacements equal their average over a turn.
 _BETWEEN: Final = 0.25
-# The lowest node as share of the top: a load that closes any play with negligible deformation.
+# Lowest load of the table over the largest: it closes any clearance with negligible deformation.
 _BOTTOM: Final = 1e-8
-# A tighter fit than this (m) is a preload; a lesser one is lost under loads far below those of the table.
+# A negative clearance beyond this (m) is a preload; a smaller one is lost under loads far below those of the table.
 _LEAST_PRELOAD: Final = 3e-7
-# Distance of the table's edge from a row without load, rad: there the row would be free in its play.
+# Distance (rad) of the edge of the table from a row without load, which would be free in its clearance.
 _RIM: Final = 2e-3
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two rows, or one of crossed rollers. `span` (m) between the points where their forces meet the axis; `axial`: whether they carry axial load."""
+    """Two rows of rolling elements, or one row of crossed rollers.
+
+    seats  the rows on the shaft
+    span   distance between the points where their forces intersect the axis, m
+    axial  whether they carry axial load
+    """
 
     seats: tuple[Seat, ...]
     span: float
@@ -57,11 +64,18 @@ class Pair:
         return self.seats[0].row.spring[1]
 
     def turned(self, share: float) -> Pair:
-        """Return the same pair with its elements rotated by this share of their spacing."""
+        """Return this pair with its elements rotated by a share of their spacing."""
         return replace(self, seats=tuple(replace(seat, row=_turned(seat.row, share)) for seat in self.seats))
 
     def solve(self, behind: Floats, ahead: Floats, along: Floats, clearance: float) -> tuple[Floats, Floats, Floats]:
-        """Return the radial shift of the rows behind and ahead and the axial one (m), under reactions in one plane (N). Errors as `ShiftTable`."""
+        """Return the radial displacements of the rows behind and ahead and the axial displacement of the shaft (load,), m.
+
+        behind, ahead  (load,) radial reactions of the rows in one plane, N
+        along          (load,) axial force, N
+        clearance      of both rows, m
+
+        Raises DidNotConvergeError for a load without equilibrium.
+        """
         zero = np.zeros_like(behind)
         loads = np.stack([behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1)
         found = shaft_equilibrium(self.seats, loads, clearance)
@@ -87,10 +101,10 @@ def _nodes(row: object) -> tuple[int, int, int]:
 
 
 class ShiftTable:
-    """Shifts of a pair over its loads up to `top` (N, all reactions together) at one clearance (m); above it each load is solved."""
+    """Displacements of a pair at one clearance (m), for loads up to `top` (N, all reactions together); larger loads are solved one by one."""
 
     def __init__(self, pair: Pair, clearance: float, top: float) -> None:
-        """Fill the table. Raises DidNotConvergeError where `shaft_equilibrium` finds none, ValueError for a top that is not positive."""
+        """Fill the table. Raises DidNotConvergeError for a load without equilibrium, ValueError for a `top` that is not positive and finite."""
         from scipy.interpolate import NdBSpline, make_interp_spline
 
         if not (math.isfinite(top) and top > 0):
@@ -99,14 +113,14 @@ class ShiftTable:
         nodes = _nodes(pair.seats[0].row)
         axes = [np.linspace(0, 1, nodes[0]), np.linspace(_RIM, math.pi / 2 - _RIM, nodes[1])]
         if pair.axial:
-            # Denser near zero axial load, where the axial shift changes fastest.
+            # Denser near zero axial load, where the axial displacement changes fastest.
             axes.append((math.pi / 2 - _RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
         grid = np.meshgrid(*axes, indexing="ij")
         behind, ahead, along = self._loads(grid[0].ravel(), grid[1].ravel(), grid[2].ravel() if pair.axial else np.zeros(grid[0].size))
         values = np.stack(pair.turned(_BETWEEN).solve(behind, ahead, along, clearance), axis=-1)
         coefficients = values.reshape(*grid[0].shape, 3) / self._growth(grid[0])[..., None]
         if pair.axial:
-            # The mirrored pair: rows and axial direction exchanged.
+            # Negative axial forces by symmetry: rows and axial direction are exchanged.
             mirrored = coefficients[:, ::-1, :0:-1][..., [1, 0, 2]] * [1, 1, -1]
             coefficients = np.concatenate([mirrored, coefficients], axis=2)
             axes[2] = np.concatenate([-axes[2][:0:-1], axes[2]])
@@ -118,9 +132,10 @@ class ShiftTable:
         self._spline: NdBSpline = NdBSpline(tuple(knots), coefficients, 3)
 
     def shifts(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
-        """Return the shifts of the rows behind and ahead along their reactions, and of the shaft along its axis (load, 3; m).
+        """Return the displacements of the rows behind and ahead along their reactions, and of the shaft along its axis: (load, 3), m.
 
-        `behind`, `ahead` (load,): magnitudes of the radial reactions, N, zero or more; `along` (load,): axial force, signed.
+        behind, ahead  (load,) magnitudes of the radial reactions, N
+        along          (load,) axial force, signed, N
         """
         size, split, lean = self._coordinates(behind, ahead, along)
         out = self._at(np.minimum(size, 1.0), split, lean)
@@ -130,12 +145,12 @@ class ShiftTable:
         return out
 
     def edges(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
-        """Return the shifts (load, 3; m) at the edge of the play in the direction of these loads, before any deformation; zero without play."""
+        """Return the displacements (load, 3), m, at which these loads begin to deform the contacts: at the edge of the clearance; zero without it."""
         _, split, lean = self._coordinates(behind, ahead, along)
         if self.clearance <= 0:
             return np.zeros((len(split), 3))
         found = self._at(np.zeros_like(split), split, lean)
-        # The table overshoots slightly at corners of the edge; the shaft never moves against its load.
+        # The interpolation overshoots slightly at corners of the edge; the shaft never moves against its load.
         found[:, :2] = np.maximum(found[:, :2], 0.0)
         return found
 
@@ -147,10 +162,10 @@ class ShiftTable:
         return np.asarray(self._spline(np.stack(points, axis=-1)) * self._growth(size)[:, None])
 
     def _growth(self, size: Floats) -> Floats:
-        """Return the growth of the shifts with the load, by which the table's values are divided, so that light loads keep their digits.
+        """Return the factor by which displacements grow with the load; the table stores their ratio to it, for accuracy under light loads.
 
-        Preloaded rows deform in proportion to a light load. With play, or just closed, shifts do not fall with the load as fast as the contacts'
-        power: a row without load is free to move.
+        Preloaded rows deform in proportion to a light load. With clearance, or rows that just touch, the factor is one: a row without load is free to
+        move, so displacements do not vanish with the load.
         """
         preloaded = self.clearance <= -_LEAST_PRELOAD or (self.clearance <= 0 and any(seat.preload_shift for seat in self.pair.seats))
         if not preloaded:
@@ -158,14 +173,14 @@ class ShiftTable:
         return np.asarray(np.maximum(size, _BOTTOM ** (1 / self.pair.exponent / 2)) ** (2 * self.pair.exponent))
 
     def _coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return loads by magnitude and direction, each component to the contacts' power: over them shifts are nearly linear."""
+        """Return magnitude and direction of loads, with components to the power 1/n of the contacts, in which displacements are nearly linear."""
         power = 1 / self.pair.exponent
         one, two, axial = behind**power, ahead**power, np.sign(along) * np.abs(along) ** power
         whole = np.sqrt(one**2 + two**2 + axial**2)
         return np.sqrt(whole / self.top**power), np.arctan2(two, one), np.arctan2(axial, np.hypot(one, two))
 
     def _loads(self, size: Floats, split: Floats, lean: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the loads at the nodes, the inverse of `_coordinates`."""
+        """Return the loads at the nodes: the inverse of `_coordinates`."""
         power = self.pair.exponent
         whole = np.maximum(size**2, _BOTTOM ** (1 / power)) * self.top ** (1 / power)
         one, two = whole * np.cos(lean) * np.cos(split), whole * np.cos(lean) * np.sin(split)
@@ -175,5 +190,5 @@ class ShiftTable:
 
 @functools.lru_cache(maxsize=64)
 def shift_table(pair: Pair, clearance: float, top: float) -> ShiftTable:
-    """Return the table of this pair, computed once for all joints with the same bearings."""
+    """Return the table of this pair, cached for all joints with the same bearings. Arguments and errors as `ShiftTable`."""
     return ShiftTable(pair, clearance, top)
