@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.special import betainc
-from scipy.stats import binomtest
+from scipy.stats import binomtest, t
 
 from lostmotion import sample_poses
 from lostmotion.error_model import error_bins, intervals
@@ -160,6 +160,21 @@ def test_a_99_percent_interval_of_few_robots_ends_below_all_samples():
     assert np.isnan(alone.low)
     assert np.isnan(alone.high)
     assert np.isnan(pooled_mean(rng.normal(size=(8, 1))).low)
+
+
+def test_where_robots_and_poses_differ_their_variances_are_those_of_an_analysis_of_variance():
+    """The mean over robots that all visit the same sets of poses: its variance is (MS robots + MS sets - MS residual) / number of cells."""
+    rng = np.random.default_rng(12)
+    sets, robots = 8, 30
+    values = rng.normal(0, 1, robots) + rng.normal(0, 0.7, (sets, 1)) + rng.normal(0, 0.8, (sets, robots))
+    rest = values - values.mean(axis=0) - values.mean(axis=1, keepdims=True) + values.mean()
+    squares = np.array(
+        [sets * values.mean(axis=0).var(ddof=1), robots * values.mean(axis=1).var(ddof=1), -(rest**2).sum() / (sets - 1) / (robots - 1)]
+    ) / (sets * robots)
+    found = intervals.two_way(values)
+    freedom = squares.sum() ** 2 / (squares**2 / [robots - 1, sets - 1, (sets - 1) * (robots - 1)]).sum()  # Satterthwaite
+    assert (found.of_robots, found.of_poses) == pytest.approx((squares[0], squares[1] + squares[2]), rel=1e-12)
+    assert found.half == pytest.approx(t(freedom).ppf(0.975) * np.sqrt(squares.sum()), rel=1e-9)
 
 
 def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():

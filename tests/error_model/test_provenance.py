@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.error_model.provenance import KINDS, states
+from lostmotion.error_model.provenance import KINDS, refuse_undescribed, states
+from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.base import Base
@@ -131,3 +132,12 @@ def test_a_typical_material_makes_the_stiffness_of_a_drawn_gearbox_assumed_and_n
     shoulder = states(drawn).joints[1].states
     kinds = ("backlash", "stiffness", "hysteresis", "transmission error", "bearing")
     assert [shoulder[kind] for kind in kinds] == ["stated", "assumed", "stated", "stated", "stated"]
+
+
+def test_an_arm_without_error_sources_is_refused_with_an_entry_for_its_first_joint():
+    """The refusal shows a backlash to fill in at the first joint, in the unit of its motion: arcmin of a turning joint, µm of a sliding one."""
+    slide = PrismaticJoint(name="B", limits=(0.0, 1.0))
+    for joints, entry in (((joint(), slide), ("joints.A", "1 arcmin")), ((slide, joint()), ("joints.B", "20 µm"))):
+        with pytest.raises(InputError) as refused:
+            refuse_undescribed(Arm(name="bare", joints=joints))
+        assert all(word in str(refused.value) for word in entry)

@@ -274,8 +274,16 @@ def test_an_i_section_is_an_outer_bar_less_two_at_its_sides():
     bars = 2 * rectangle_section(0.05, 0.008, 0.3).torsion + rectangle_section(0.005, 0.084, 0.3).torsion
     assert section.torsion == pytest.approx(bars, rel=0.06)
     assert 0 < section.shear_y < 1
-    # without Poisson's effect a thin I's factor is near that of its web alone carrying the force
-    assert i_section(0.05, 0.1, 0.001, 0.001, 0.0).shear_z == pytest.approx(0.1 / (0.1 + 2 * 0.05), rel=0.1)
+
+
+@pytest.mark.parametrize(("width", "height"), [(0.05, 0.1), (0.1, 0.05), (0.02, 0.2)])
+def test_an_i_section_shears_by_the_energy_in_its_web_and_flanges(width: float, height: float):
+    """Without Poisson's effect Cowper's factor of a thin I is that of the shear-flow energy: I^2 / (A x integral of S^2/t)."""
+    web, flange = 1e-6, 2e-6
+    section = i_section(width, height, web, flange, 0.0)
+    outside = quad(lambda s: (flange * s * height / 2) ** 2 / flange, 0, width / 2)[0]
+    inside = quad(lambda s: (flange * width * height / 2 + web * (height**2 / 8 - s**2 / 2)) ** 2 / web, 0, height / 2)[0]
+    assert section.shear_z == pytest.approx(section.i_y**2 / (section.area * (4 * outside + 2 * inside)), rel=1e-3)
 
 
 def test_parallel_layers_share_a_load():

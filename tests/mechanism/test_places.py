@@ -116,6 +116,7 @@ def test_every_place_is_attached_to_the_place_that_it_names(seed: int):
         expected = by_hand(arm, each)
         np.testing.assert_allclose(at[:, k], [expected[name] for name in arm.places], atol=1e-13)
     np.testing.assert_allclose(tool_points(arm, q), at[-1, :, :3, 3], atol=1e-14)
+    assert all(place.parent < number for number, place in enumerate(arm.tree.places))  # the base has none, which is -1
 
 
 @pytest.mark.parametrize("seed", range(40))
