@@ -1,4 +1,4 @@
-"""The elastic annulus against closed forms, an independent finite-element solution, and what must hold for every linear body."""
+"""The elastic annulus against closed forms, an independent finite-element solution, and reciprocity and energy of linear bodies."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def test_a_traction_of_short_wavelength_deforms_a_half_plane(body: Annulus):
 
 @pytest.mark.parametrize("body", BODIES[:3])
 def test_finite_elements_agree(body: Annulus):
-    """Loads at five unequally spaced places, radial and tangential, against an independent solution on a polar grid."""
+    """Compliances for radial and tangential loads at five positions agree with finite elements on a polar grid."""
     angles, half = np.array([0.1, 0.35, 1.2, 2.9, 4.4]), 0.12
     ours, theirs = both_ways(body, angles, half), finite_elements(body, angles, half, 16, 240)
     assert np.abs(ours - theirs).max() < 1e-4 * np.abs(ours).max()
@@ -155,7 +155,7 @@ def test_the_sum_over_harmonics_has_converged(body: Annulus, exponent: float):
 
 @pytest.mark.parametrize("exponent", [ELLIPTIC, 0.0, CORNERED])
 def test_spectrum_is_the_loads_fourier_transform(exponent: float):
-    """Gauss-Jacobi quadrature of (1 - x^2)^exponent cos(n x)."""
+    """The spectrum of a load is its Fourier integral of (1 - x^2)^exponent cos(n x), by Gauss-Jacobi quadrature."""
     from scipy.special import roots_jacobi
 
     x, weight = roots_jacobi(60, exponent, exponent)
@@ -164,7 +164,7 @@ def test_spectrum_is_the_loads_fourier_transform(exponent: float):
 
 
 def test_stress_at_a_square_inner_corner():
-    """Williams' condition for 270 degrees: sin(3 pi s/2) = s."""
+    """The exponent at a square inner corner satisfies Williams' condition for 270 degrees, sin(3 pi s/2) = s."""
     s = CORNERED + 1
     assert math.sin(1.5 * math.pi * s) == pytest.approx(s, abs=1e-9)
 
@@ -172,7 +172,7 @@ def test_stress_at_a_square_inner_corner():
 @settings(max_examples=60, deadline=None)
 @given(annuli(), st.lists(st.floats(-3.1, 3.1), min_size=3, max_size=3), st.lists(st.floats(-3.1, 3.1), min_size=3, max_size=3), st.floats(0.05, 0.5))
 def test_every_body_is_reciprocal_and_stores_energy(body: Annulus, angles: list[float], slants: list[float], half: float):
-    """Maxwell and Betti, per harmonic before any symmetry is imposed; positive energy; displacements are inversely proportional to the modulus."""
+    """Compliances are symmetric (Maxwell, Betti) and positive for each harmonic, and inversely proportional to the modulus."""
     own = edge_compliance(body, 40)
     np.testing.assert_allclose(own, own.swapaxes(1, 2), rtol=1e-6, atol=1e-6 * np.abs(own).max())
     flexible = flexibility(body, np.array(angles), np.array(slants), half)
@@ -191,7 +191,7 @@ def test_a_larger_fixed_region_is_never_softer(body: Annulus, share: float, slan
 
 
 def test_impossible_annuli_are_refused_with_all_reasons():
-    """Each wrong value is named once."""
+    """Impossible values are refused, each one named once."""
     with pytest.raises(ValueError, match=r"width is -1.*Poisson's ratio is 0\.6.*plane is 'bent'"):
         Annulus(0.05, 0.06, -1, 210e9, 0.6, "bent")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="two radii are the same"):

@@ -25,7 +25,7 @@ LAWS = ["johnson", "palmgren"]
 
 
 def test_two_steel_bodies_halve_the_modulus():
-    """Two equal bodies have half of E/(1 - nu^2) together; against a rigid one, the whole."""
+    """The equivalent modulus of two equal bodies is half of E/(1 - nu^2); of one against a rigid body it is all of it."""
     assert pytest.approx(STEEL / (1 - 0.09) / 2) == BOTH
     assert equivalent_modulus(STEEL, 0.3, math.inf, 0) == pytest.approx(2 * BOTH)
     with pytest.raises(ValueError, match="elastic"):
@@ -81,7 +81,7 @@ def test_johnsons_law_is_that_of_two_half_cylinders():
 
 
 def test_palmgrens_law_is_the_printed_one():
-    """1 000 N on 10 mm: 3.84e-5 x 1000^0.9/10^0.8 mm = 3.0502 um."""
+    """The approach under 1 000 N on 10 mm is 3.84e-5 x 1000^0.9/10^0.8 mm = 3.0502 µm."""
     assert float(approach("palmgren", np.array(1000.0), 0.010, np.array(4e-3), BOTH)) * 1e6 == pytest.approx(3.0502, abs=5e-5)
     assert palmgren_factor(1e-3) == pytest.approx(3.84e-8)
 
@@ -113,7 +113,7 @@ def test_beyond_its_range_johnsons_law_is_nan():
 
 @pytest.mark.parametrize("law", LAWS)
 def test_bodies_out_of_contact_do_not_push(law: str):
-    """No force, no approach; and cylinders that do not touch exert no force."""
+    """Without force there is no approach, and cylinders that do not touch exert no force."""
     np.testing.assert_array_equal(contact_force(law, np.array([-1e-6, 0.0]), 0.01, np.array(4e-3), BOTH), 0)
     assert float(approach(law, np.array(0.0), 0.01, np.array(4e-3), BOTH)) == 0
 

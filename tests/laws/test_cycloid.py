@@ -1,4 +1,4 @@
-"""Cycloidal geometry against its own motion: pins in contact, normals through the pitch point, a disc rotated until it jams."""
+"""Cycloidal geometry against the motion of the stage: pins in contact, normals through the pitch point, rotation to first contact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lostmotion.laws.cycloid.geometry import (
     arms,
     contact_radius,
     curvature,
-    first_contact_error,
+    first_contact_angle,
     flank,
     gaps,
     gaps_from_pins,
@@ -37,8 +37,8 @@ from tests.laws.closed_forms import averaged_error
 LARGE = Stage(0.0775, 0.004, 0.0015, 40)
 SMALL = Stage(0.034, 0.004, 0.0015, 14)
 PAPER_LIKE = Stage(0.1, 0.002, 0.001, 40, "lobe envelope")
-TWIN = Stage(0.0775, 0.002, 0.0012, 30, "planet pins")
-STAGES = [LARGE, SMALL, PAPER_LIKE, TWIN]
+PLANET_PINS = Stage(0.0775, 0.002, 0.0012, 30, "planet pins")
+STAGES = [LARGE, SMALL, PAPER_LIKE, PLANET_PINS]
 
 
 def as_complex(plane: np.ndarray) -> np.ndarray:
@@ -47,7 +47,7 @@ def as_complex(plane: np.ndarray) -> np.ndarray:
 
 
 def distances(stage: Stage, places: np.ndarray, made: Modification | None = None) -> np.ndarray:
-    """Return the distance of each place (complex) in the toothed wheel's frame from its flank: a fine scan, then Newton on the normal's foot."""
+    """Return the distance of each point (complex) in the toothed wheel's frame from its flank, by a fine scan and Newton steps along the normal."""
     scan = np.linspace(0, 2 * math.pi, 400 * stage.lobes, endpoint=False)
     curve = as_complex(flank(stage, scan, made)[0])
     out = np.empty(len(places))
@@ -63,10 +63,10 @@ def distances(stage: Stage, places: np.ndarray, made: Modification | None = None
 
 
 def pins_in_wheel(stage: Stage, crank: float, extra: float = 0.0) -> np.ndarray:
-    """Return the pin centres in the toothed wheel's frame at a crank angle, the planet rotated by `extra` more; complex, (N,)."""
+    """Return the pin centres (N,), complex, in the toothed wheel's frame at a crank angle, with the planet rotated by an additional angle `extra`."""
     centre, turn = planet_pose(stage, np.array(crank))
     ring = stage.ring_radius * np.exp(2j * math.pi / stage.pins * np.arange(stage.pins))
-    if stage.twin:
+    if stage.has_planet_pins:
         return as_complex(centre) + ring * np.exp(1j * (float(turn) + extra))
     return (ring - as_complex(centre)) * np.exp(-1j * (float(turn) + extra))
 
@@ -74,7 +74,7 @@ def pins_in_wheel(stage: Stage, crank: float, extra: float = 0.0) -> np.ndarray:
 @pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
 @pytest.mark.parametrize("crank", [0.0, 0.3, 1.7, -2.6, 12.0])
 def test_every_pin_touches_the_flank_at_every_crank_angle(stage: Stage, crank: float):
-    """With the planet at the crank's pose all N pins touch the unmodified flank, none cuts into it, to 1e-12 m."""
+    """At every crank angle all N pins touch the unmodified flank and none interferes with it, to 1e-12 m."""
     np.testing.assert_allclose(distances(stage, pins_in_wheel(stage, crank)), stage.pin_radius, rtol=0, atol=1e-12)
 
 
@@ -83,7 +83,7 @@ def test_every_pin_touches_at_its_parameter(stage: Stage):
     """For a whole turn of the crank, a pin's centre lies one pin radius along the normal from the flank's point at its own parameter, to 1e-15 m."""
     for crank in np.linspace(-3, 9, 41):
         pin = 2 * math.pi / stage.pins * np.arange(stage.pins)
-        t = pin - crank / stage.pins if stage.twin else pin + crank / stage.lobes
+        t = pin - crank / stage.pins if stage.has_planet_pins else pin + crank / stage.lobes
         points, normal = flank(stage, t)
         np.testing.assert_allclose(as_complex(points + stage.pin_radius * normal), pins_in_wheel(stage, crank), rtol=0, atol=1e-15)
 
@@ -94,10 +94,10 @@ def test_all_normals_meet_in_the_pitch_point(stage: Stage):
     theta = pin_angles(stage, np.linspace(0, 1, 7))
     normal = normals(stage, theta)
     pin = stage.ring_radius * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-    pitch = np.array([stage.planet_pitch_radius if stage.twin else stage.ring_pitch_radius, 0.0])
+    pitch = np.array([stage.planet_pitch_radius if stage.has_planet_pins else stage.ring_pitch_radius, 0.0])
     lever = pin - pitch
     np.testing.assert_allclose(lever[..., 0] * normal[..., 1] - lever[..., 1] * normal[..., 0], 0, atol=1e-15)
-    about = pin - [0.0 if stage.twin else stage.eccentricity, 0.0]
+    about = pin - [0.0 if stage.has_planet_pins else stage.eccentricity, 0.0]
     np.testing.assert_allclose(about[..., 0] * normal[..., 1] - about[..., 1] * normal[..., 0], arms(stage, theta), atol=1e-15)
     np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, rtol=1e-14)
     slant = np.abs(arms(stage, theta)) / np.linalg.norm(about, axis=-1)
@@ -105,28 +105,28 @@ def test_all_normals_meet_in_the_pitch_point(stage: Stage):
 
 
 @pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
-def test_the_flank_curves_as_stated(stage: Stage):
-    """Curvature by differences of the flank's own normal agrees with the closed form, offset included."""
+def test_the_curvature_of_the_flank_is_the_closed_form(stage: Stage):
+    """The curvature of the flank from differences of its normal agrees with the closed form, including the offset by the pin radius."""
     t = np.linspace(0.01, 2 * math.pi / stage.lobes, 50)
     h = 1e-6
     ahead, behind = flank(stage, t + h), flank(stage, t - h)
     turning = np.angle(as_complex(ahead[1]) / as_complex(behind[1]))
     step = ahead[0] - behind[0]
     along = as_complex(step) / (1j * as_complex(flank(stage, t)[1]))  # along the flank, counted as the outward normal turns
-    theta = stage.lobes * t * (1 if stage.twin else -1)
+    theta = stage.lobes * t * (1 if stage.has_planet_pins else -1)
     locus = 1 / curvature(stage, theta)
-    radius = locus + stage.pin_radius if stage.twin else locus - stage.pin_radius
+    radius = locus + stage.pin_radius if stage.has_planet_pins else locus - stage.pin_radius
     np.testing.assert_allclose(np.abs(turning / along.real), np.abs(1 / radius), rtol=1e-5)
-    both = 1 / stage.pin_radius + (-1 if stage.twin else 1) / radius
+    both = 1 / stage.pin_radius + (-1 if stage.has_planet_pins else 1) / radius
     np.testing.assert_allclose(contact_radius(stage, theta), 1 / both, rtol=1e-10)
 
 
 @pytest.mark.parametrize("stage", STAGES, ids=lambda s: f"{s.kind} {s.pins}")
 def test_undercut_begins_where_the_flank_turns_back(stage: Stage):
     """Just below the largest pin radius the flank runs forward everywhere; just above it runs back somewhere."""
-    limit = undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, twin=stage.twin)
+    limit = undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, planet_pins=stage.has_planet_pins)
     theta = np.linspace(0, math.pi, 20001)
-    sign = 1 if stage.twin else -1
+    sign = 1 if stage.has_planet_pins else -1
     assert (1 + sign * 0.9999 * limit * curvature(stage, theta)).min() > 0
     assert (1 + sign * 1.0001 * limit * curvature(stage, theta)).min() < 0
     assert smallest_convex_radius(stage) == pytest.approx(limit - stage.pin_radius)
@@ -161,7 +161,7 @@ def test_the_longest_arm_is_where_the_cosine_is_k1():
         assert arms(stage, np.linspace(-4, 4, 999)).max() <= stage.planet_pitch_radius * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("stage", [LARGE, SMALL, TWIN], ids=lambda s: f"{s.kind} {s.pins}")
+@pytest.mark.parametrize("stage", [LARGE, SMALL, PLANET_PINS], ids=lambda s: f"{s.kind} {s.pins}")
 @pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=2e-5), Modification(2e-6, 3e-6, 1e-5)])
 def test_gaps_are_those_of_the_modified_flank(stage: Stage, made: Modification):
     """The stated gap at each pin is the distance from the pin to the modified flank, to second order in the material removed."""
@@ -173,7 +173,7 @@ def test_gaps_are_those_of_the_modified_flank(stage: Stage, made: Modification):
 
 
 def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: int) -> float:
-    """Return the rotation of the planet until a pin touches: bisection on the smallest distance of the pins."""
+    """Return the rotation (rad) of the planet until a pin touches, by bisection on the smallest distance of the pins."""
     low, high = 0.0, 2 * play(stage, made)
     for _ in range(16):  # to 3e-5 of the play
         middle = (low + high) / 2
@@ -184,7 +184,7 @@ def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: in
 
 @pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5)], ids=["roller", "circle"])
 def test_play_is_the_free_rotation_of_the_disc(made: Modification):
-    """Rotated until it jams, at four crank angles, the disc has the formula's play or up to 3.5 % more."""
+    """The free rotation of the disc between contacts, at four crank angles, is the formula's play or up to 3.5 % more."""
     for crank in np.linspace(0, 2 * math.pi / SMALL.pins, 4, endpoint=False):
         free = sum(turned_until_jammed(SMALL, float(crank), made, side) for side in (-1, 1))
         assert 0.999 <= free / play(SMALL, made) <= 1.035
@@ -196,19 +196,23 @@ def test_gaps_determine_the_play_between_the_pins():
         for made in (Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=1e-4)):
             theta = pin_angles(stage, np.linspace(0, 2 * math.pi / stage.pins, 500))
             gap = gaps(stage, theta, made)
-            free = first_contact_error(stage, theta, gap) + first_contact_error(stage, -theta, gap)
+            free = first_contact_angle(stage, theta, gap) + first_contact_angle(stage, -theta, gap)
             assert free.min() >= play(stage, made) * (1 - 1e-12)
             assert free.max() <= play(stage, made) * most
 
 
-@pytest.mark.parametrize("stage", [LARGE, TWIN], ids=["disc", "twin"])
+@pytest.mark.parametrize("stage", [LARGE, PLANET_PINS], ids=["disc", "planet pins"])
 def test_a_misplaced_pin_changes_its_gap(stage: Stage):
-    """Each pin moved or enlarged by 0.1 um changes its distance to the flank by the law."""
+    """Moving or enlarging a pin by 0.1 µm changes its distance to the flank as the law states."""
     crank, d = 0.7, 1e-7
     theta = pin_angles(stage, np.array([crank]))[0]
     pins = pins_in_wheel(stage, crank)
-    centre = 0.0 if stage.twin else -as_complex(planet_pose(stage, np.array(crank))[0]) * np.exp(-1j * float(planet_pose(stage, np.array(crank))[1]))
-    outward = pins - centre if not stage.twin else pins - as_complex(planet_pose(stage, np.array(crank))[0])
+    centre = (
+        0.0
+        if stage.has_planet_pins
+        else -as_complex(planet_pose(stage, np.array(crank))[0]) * np.exp(-1j * float(planet_pose(stage, np.array(crank))[1]))
+    )
+    outward = pins - centre if not stage.has_planet_pins else pins - as_complex(planet_pose(stage, np.array(crank))[0])
     outward /= np.abs(outward)
     for radial, across in ((d, 0.0), (0.0, d), (d, -d)):
         moved = pins + radial * outward + across * 1j * outward
@@ -218,22 +222,22 @@ def test_a_misplaced_pin_changes_its_gap(stage: Stage):
 
 
 def test_errors_of_many_pins_average():
-    """With all driving flanks loaded, independent normal errors of 1 um scatter the output by 2 s/(e z sqrt N); unloaded, the extreme is far off."""
+    """With all driving flanks loaded, independent normal errors s of 1 µm scatter the output by 2 s/(e z sqrt N); without load by much more."""
     rng = np.random.default_rng(5)
     gap = 1e-6 * rng.standard_normal((20000, 40))
     theta = pin_angles(LARGE, np.array([0.2]))[0]
     expected = 2e-6 / (LARGE.planet_pitch_radius * math.sqrt(40))
     assert averaged_error(LARGE, theta, gap).std() == pytest.approx(expected, rel=0.02)
-    assert first_contact_error(LARGE, theta, gap).mean() < -3 * expected
+    assert first_contact_angle(LARGE, theta, gap).mean() < -3 * expected
 
 
 def test_ratios_follow_from_the_motion():
-    """With the ring fixed the planet turns back once per z turns of the crank; in the planet's frame the motion has the ring's ratio."""
+    """With the ring fixed the planet turns backwards once per z turns of the crank; relative to the planet the ring has its own ratio."""
     for stage in STAGES:
         _, turn = planet_pose(stage, np.array(2 * math.pi))
         assert 2 * math.pi / float(turn) == pytest.approx(ratio(stage))
         assert (2 * math.pi - float(turn)) / -float(turn) == pytest.approx(ratio(stage, "carrier"))
-    assert (ratio(LARGE), ratio(LARGE, "carrier"), ratio(TWIN), ratio(TWIN, "carrier")) == (-39, 40, -30, 31)
+    assert (ratio(LARGE), ratio(LARGE, "carrier"), ratio(PLANET_PINS), ratio(PLANET_PINS, "carrier")) == (-39, 40, -30, 31)
 
 
 @pytest.mark.parametrize("stage", [PAPER_LIKE, Stage(0.05, 0.003, 0.0012, 20, "lobe envelope"), Stage(0.034, 0.004, 0.0015, 14, "lobe envelope")])
@@ -255,7 +259,7 @@ def test_an_envelope_ring_is_the_boundary_of_the_swept_disc(stage: Stage):
 
 
 def test_an_envelope_ring_keeps_the_pins_arc_near_the_crest():
-    """On both sides of the crest the ring is the pin's arc to rounding: over 19.35 % of the pitch of one stage, 10 to 39 % of a published ring."""
+    """On both sides of the crest the ring is exactly the arc of the pin: over 19.35 % of the pitch of one stage, 10 to 39 % of a published ring."""
     shares = []
     for stage in (Stage(0.05, 0.003, 0.0012, 20, "lobe envelope"), PAPER_LIKE):
         pitch = as_complex(ring_pitch(stage, 4001))
@@ -279,11 +283,11 @@ def test_a_ring_of_plain_arcs_clears_the_disc():
 
 def test_the_ring_around_planet_pins_is_its_flank():
     """Planet pins: one pitch of the ring lies on the toothed wheel's flank, and closes after z copies."""
-    pitch = ring_pitch(TWIN, 201)
-    whole = repeat_pitch(pitch, TWIN.lobes)
+    pitch = ring_pitch(PLANET_PINS, 201)
+    whole = repeat_pitch(pitch, PLANET_PINS.lobes)
     assert np.hypot(*pitch[0]) == pytest.approx(np.hypot(*pitch[-1]), rel=1e-12)
-    assert len(whole) == TWIN.lobes * (len(pitch) - 1)
-    assert np.hypot(*whole.T).max() == pytest.approx(TWIN.ring_radius + TWIN.pin_radius + TWIN.eccentricity, rel=1e-9)
+    assert len(whole) == PLANET_PINS.lobes * (len(pitch) - 1)
+    assert np.hypot(*whole.T).max() == pytest.approx(PLANET_PINS.ring_radius + PLANET_PINS.pin_radius + PLANET_PINS.eccentricity, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -321,7 +325,7 @@ def test_a_flat_valley_has_no_radius():
 
 @pytest.mark.parametrize("circle", [-8e-6, -3e-6])
 def test_play_of_a_disc_cut_on_a_larger_pin_circle(circle):
-    """The true profile rotated about its centre until a pin touches, in both directions, over a pitch of the crank: the minimum is the play."""
+    """The play is the smallest free rotation of the true profile between contacts in both directions, over a pitch of the crank."""
     stage, made = Stage(0.064, 0.003, 0.0013, 40), Modification(roller=1e-5, circle=circle)
     points = flank(stage, np.linspace(0, 2 * np.pi, 80_001), made)[0] @ [1, 1j]
     pins = stage.ring_radius * np.exp(2j * np.pi * np.arange(40) / 40)

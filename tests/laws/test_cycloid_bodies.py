@@ -41,7 +41,7 @@ def stages(draw: st.DrawFn) -> Stage:
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_thin_hub_leaves_torsion_alone(stage: Stage):
-    """Towards a hub of zero radius torsion, T/(4 pi G b a^2), dominates: so the forces' moment is exact, for every kind."""
+    """For a very small hub the compliance is that of torsion, T/(4 pi G b a^2), so the moment of the forces is exact, for every kind."""
     hub = 1e-4
     torsion = (hub**-2 - _rim(stage, "planet") ** -2) / (4 * math.pi * SHEAR * WIDTH)
     assert disc_body(stage, hub, WIDTH, YOUNG, NU, crank=0.1) == pytest.approx(torsion, rel=1e-3)
@@ -90,7 +90,7 @@ def test_a_slanted_half_ellipse_on_a_half_plane(slant: float, nu_plane: float):
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
 def test_the_loaded_arc_hardly_matters(share: float):
-    """At a wavy rim another arc than the quarter wavelength, with its own local correction, yields the same disc to 2 %: nothing is counted twice.
+    """Another loaded arc than a quarter wavelength, with its own local correction, changes the compliance of the disc by at most 2 %.
 
     Assembled independently from `annulus.flexibility`.
     """
@@ -110,7 +110,7 @@ def test_the_loaded_arc_hardly_matters(share: float):
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_contact_and_bodies_together_store_energy(stage: Stage):
-    """The body alone can have a negative diagonal where Johnson's law counts too deep; together with the loaded contacts it stores energy."""
+    """The matrix of the body alone can have a negative diagonal, where Johnson's law includes too much; with the loaded contacts it is positive."""
     answer = load_sharing(stage, Flanks(WIDTH, PLANE / 2), [200.0], [0.05]).checked()
     forces = answer.forces[0, 0, 0]
     on = forces > 0
@@ -124,7 +124,7 @@ def test_contact_and_bodies_together_store_energy(stage: Stage):
 @pytest.mark.parametrize("stage", STAGES)
 def test_the_compliance_repeats_with_the_pins(stage: Stage):
     """The crank rotated by one pin's share shifts the forces by one pin; the opposite torque mirrors the drive."""
-    pitch = 2 * math.pi / stage.pins / (stage.lobes / stage.pins if stage.twin else 1)
+    pitch = 2 * math.pi / stage.pins / (stage.lobes / stage.pins if stage.has_planet_pins else 1)
     for body, edge in ((disc_body, 0.02), (ring_body, 0.12)):
         here = body(stage, edge, WIDTH, YOUNG, NU, crank=0.03)
         assert body(stage, edge, WIDTH, YOUNG, NU, crank=0.03 + pitch) == pytest.approx(here, rel=1e-9)
@@ -156,7 +156,7 @@ def test_plane_stress_is_softer():
 
 
 def test_impossible_bodies_are_refused():
-    """Too large a hub, too small a ring, forces that do not fit, pull, or have no moment."""
+    """A hub that is too large, a ring that is too small, and forces of a wrong shape, negative or without moment are refused."""
     stage = STAGES[0]
     with pytest.raises(ValueError, match=r"hub's radius is 46 mm, but teeth or seats reach in to 45\.8 mm"):
         disc_body(stage, 0.046, WIDTH, YOUNG, NU)

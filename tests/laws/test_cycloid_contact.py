@@ -28,7 +28,7 @@ from tests.laws.closed_forms import approach, averaged_error, contact_force, lar
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 RV_LIKE = Stage(0.0775, 0.004, 0.0015, 40)
 SMALL = Stage(0.034, 0.004, 0.0015, 14)
-TWIN = Stage(0.0775, 0.002, 0.0012, 30, "planet pins")
+PLANET_PINS = Stage(0.0775, 0.002, 0.0012, 30, "planet pins")
 SPRINGS = Flanks(0.015, STEEL, "linear", stiffness=2e8)
 HERTZ = Flanks(0.015, STEEL)
 ALL_FLANKS = [SPRINGS, HERTZ, Flanks(0.015, STEEL, "palmgren"), Flanks(0.015, STEEL, bending=2e-9), Flanks(0.015, STEEL, "palmgren", bending=2e-9)]
@@ -52,10 +52,10 @@ def by_root_finder(stage: Stage, flanks: Flanks, torque: float, crank: float, ga
     theta = pin_angles(stage, np.array([crank]))[0]
     radius = contact_radius(stage, theta)
     pin = stage.ring_radius * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-    pitch = [stage.planet_pitch_radius if stage.twin else stage.ring_pitch_radius, 0.0]
-    centre = [0.0 if stage.twin else stage.eccentricity, 0.0]
+    pitch = [stage.planet_pitch_radius if stage.has_planet_pins else stage.ring_pitch_radius, 0.0]
+    centre = [0.0 if stage.has_planet_pins else stage.eccentricity, 0.0]
     outward = (pin - pitch) / np.linalg.norm(pin - pitch, axis=-1)[:, None]
-    touch = pin + (1 if stage.twin else -1) * stage.pin_radius * outward - centre
+    touch = pin + (1 if stage.has_planet_pins else -1) * stage.pin_radius * outward - centre
     length = stage.planet_pitch_radius
     thrust = -4 * abs(torque) / (math.pi * supports.pin_circle)
 
@@ -76,7 +76,7 @@ def by_root_finder(stage: Stage, flanks: Flanks, torque: float, crank: float, ga
     return np.array([x, y, turned / length + torque / supports.output])
 
 
-@pytest.mark.parametrize("stage", [RV_LIKE, SMALL, TWIN], ids=["rv", "small", "twin"])
+@pytest.mark.parametrize("stage", [RV_LIKE, SMALL, PLANET_PINS], ids=["rv", "small", "planet pins"])
 @pytest.mark.parametrize("flanks", ALL_FLANKS, ids=lambda f: f"{f.law} {f.bending}")
 def test_a_root_finder_in_three_unknowns_agrees(stage: Stage, flanks: Flanks):
     """Forces, lever arms and springs in the plane, solved by SciPy's root finder, lead to the same rotation and bearing force."""
@@ -91,7 +91,7 @@ def test_a_root_finder_in_three_unknowns_agrees(stage: Stage, flanks: Flanks):
             np.testing.assert_allclose(ours.bearing_force[i, j, 0], HELD.bearing * np.hypot(*expected[:2]), rtol=1e-6)
 
 
-@pytest.mark.parametrize("stage", [RV_LIKE, SMALL, TWIN], ids=["rv", "small", "twin"])
+@pytest.mark.parametrize("stage", [RV_LIKE, SMALL, PLANET_PINS], ids=["rv", "small", "planet pins"])
 def test_equal_springs_share_by_their_arms(stage: Stage):
     """Equal linear springs, no gaps, rigid bearing: F_i = T l_i/sum(l^2), and K = k_c sum(l^2), to 1e-12; half the pins carry."""
     crank = np.linspace(0.01, 1, 5)
@@ -133,7 +133,7 @@ def test_springs_in_series_add_their_compliances():
 
 
 @given(
-    st.sampled_from([RV_LIKE, SMALL, TWIN]),
+    st.sampled_from([RV_LIKE, SMALL, PLANET_PINS]),
     st.sampled_from(ALL_FLANKS),
     st.floats(-1e3, 1e3).filter(lambda t: abs(t) > 0.1),
     st.floats(-7, 7),
@@ -146,7 +146,7 @@ def test_springs_in_series_add_their_compliances():
 @example(RV_LIKE, SPRINGS, -0.15603473164999626, 0.0, -5.0, 2361097373, 1e8, math.inf)  # at first only a lobe on the line of centres touches
 @settings(deadline=None, max_examples=300)
 def test_every_load_has_an_equilibrium(stage, flanks, torque, crank, spread, seed, bearing, circle):  # noqa: PLR0913, PLR0917 - one drawn drive
-    """Whatever gaps, interference, torque and bearing: contacts only push, and their moments make up the torque to 1e-9 of it.
+    """For any gaps, interference, torque and bearing, contacts only push, and their moments add up to the torque, to 1e-9.
 
     Only where a load is beyond the law of approach may a case not converge, and then it is NaN.
     """
@@ -189,7 +189,7 @@ def test_stiffness_is_the_slope_of_the_wind_up_curve(flanks: Flanks, supports: S
 
 
 def test_the_output_never_turns_back_as_the_load_grows():
-    """More torque, more wind-up, whatever the gaps; a reversed load mirrors a symmetric drive."""
+    """Wind-up grows with the torque for any gaps; a reversed load mirrors the rotation of a symmetric drive."""
     gap = 3e-6 * np.random.default_rng(2).random((50, 40))
     ours = load_sharing(RV_LIKE, HERTZ, np.linspace(-500, 500, 41), [0.1], gap, HELD)
     assert (np.diff(ours.rotation, axis=0) >= 0).all()
@@ -200,7 +200,7 @@ def test_the_output_never_turns_back_as_the_load_grows():
 
 @pytest.mark.parametrize("member", ["width", "modulus", "bending", "bearing", "output"])
 def test_any_softer_member_softens_the_drive(member: str):
-    """Halve the stiffness of any one member: the drive winds up more and is softer."""
+    """With half the stiffness of any one member, the drive winds up more and is softer."""
     flanks, supports = Flanks(0.015, STEEL, bending=1e-9), Supports(3e8, 1e6, 0.05)
     if member in {"width", "modulus"}:
         softer = replace(flanks, **{member: getattr(flanks, member) / 2}), supports
@@ -215,7 +215,7 @@ def test_any_softer_member_softens_the_drive(member: str):
 
 @pytest.mark.parametrize("made", [Modification(roller=1e-5), Modification(circle=1e-5), Modification(turn=1e-4)], ids=["roller", "circle", "turn"])
 def test_a_small_load_takes_up_the_play(made: Modification):
-    """From a hundredth of a newton metre one way to the same the other, a disc on a rigid bearing turns through its play and hardly more."""
+    """Between torques of plus and minus a hundredth of a newton metre, a disc on a rigid bearing turns by its play and hardly more."""
     crank = np.linspace(0, 0.157, 20)
     gap = gaps(RV_LIKE, pin_angles(RV_LIKE, crank), made)[:, None, :]
     ours = load_sharing(RV_LIKE, HERTZ, [-1e-2, 1e-2], crank, gap).checked()
@@ -284,7 +284,7 @@ def test_errors_average_under_load():
 
 
 def test_friction_is_the_work_of_sliding():
-    """The sliding distance of each flank by finite motion, times mu times its force, is the friction at the output; efficiency follows."""
+    """Friction at the output is the sum over flanks of mu, force and sliding distance, the latter by finite motion; efficiency follows."""
     crank, mu, step = 0.4, 0.08, 1e-7
     ours = load_sharing(RV_LIKE, HERTZ, [200.0], [crank])
     theta = pin_angles(RV_LIKE, np.array([crank]))[0]
@@ -304,7 +304,7 @@ def test_friction_is_the_work_of_sliding():
 
 
 def test_rollers_have_less_friction_than_lobes():
-    """Lobes at a coefficient of 0.08 lose several times as much as rollers at 0.005; without load the efficiency is zero."""
+    """Lobes with a friction coefficient of 0.08 have several times the loss of rollers with 0.005; without load the efficiency is zero."""
     ours = load_sharing(RV_LIKE, HERTZ, [200.0], [0.0])
     bare, rollers = (float(efficiency(np.array(200.0), friction_torque(RV_LIKE, [0.0], ours, Friction(mu)))[0, 0, 0]) for mu in (0.08, 0.005))
     assert 0.8 < bare < 0.95 < rollers < 1

@@ -18,10 +18,10 @@ from lostmotion.laws.cycloid.drive import (
     Eccentric,
     OutputPins,
     crank_angles_of_pitch,
-    crank_lever,
-    crank_play,
+    crank_force_per_torque,
     loaded_disc,
     nominal_gaps,
+    play_per_crank_clearance,
     wind_up_by_member,
 )
 from lostmotion.laws.cycloid.geometry import Modification, Stage, normals, pin_angles
@@ -52,7 +52,7 @@ def test_equal_springs_have_the_closed_forms():
 
 @pytest.mark.parametrize("cranks", [2, 3, 5])
 def test_crankshafts_support_a_disc_as_a_stiffness_matrix_does(cranks):
-    """A disc on n springs around a circle, under the mesh's force through the pitch point: shift and turn by the 3 x 3 stiffness matrix."""
+    """A disc on n springs around a circle, under the force of the mesh, moves as its 3 x 3 stiffness matrix states."""
     circle, spring, torque = 0.036, 3e8, 300.0
     drive = replace(SPRINGS, eccentric=Eccentric(bearing=spring, cranks=cranks, circle=circle))
     places = circle * np.exp(2j * math.pi * np.arange(cranks) / cranks + 0.3j)
@@ -78,17 +78,17 @@ def _mesh_force(drive: Drive, torque: float, crank: float) -> np.ndarray:
 
 
 def test_each_crank_carries_its_part_of_force_and_torque():
-    """The mean over a turn of |T/(n e z) y + T/(n Rc) t|, vectors added by hand."""
+    """The force on each crankshaft is the mean over a turn of |T/(n e z) y + T/(n Rc) t|, as a sum of vectors."""
     drive = replace(SPRINGS, eccentric=Eccentric(bearing=3e8, cranks=3, circle=0.036))
     at = np.linspace(0, 2 * math.pi, 10_001)[:-1]
     force = np.array([[0.0], [1 / LEVER]]) + np.array([-np.sin(at), np.cos(at)]) / 0.036
-    assert crank_lever(drive) == pytest.approx(np.hypot(*force).mean() / 3, rel=1e-6)
-    assert crank_lever(SPRINGS) == pytest.approx(1 / LEVER)
-    assert crank_play(SPRINGS) == pytest.approx(1 / LEVER)
+    assert crank_force_per_torque(drive) == pytest.approx(np.hypot(*force).mean() / 3, rel=1e-6)
+    assert crank_force_per_torque(SPRINGS) == pytest.approx(1 / LEVER)
+    assert play_per_crank_clearance(SPRINGS) == pytest.approx(1 / LEVER)
 
 
 def test_a_rolling_bearing_has_the_secant_stiffness_of_its_load():
-    """Rollers stiffen: the eccentric's wind-up per torque falls with the load, and is the bearing's own shift over e z."""
+    """Rollers stiffen with load: the eccentric's wind-up per torque decreases, and is the displacement of the bearing over e z."""
     rollers = Eccentric(elements=16, element_stiffness=roller_stiffness(0.0105))
     drive = replace(SPRINGS, eccentric=rollers)
     torque = np.array([10.0, 100.0, 1000.0])
@@ -124,7 +124,7 @@ GIVEN = Drive(
 @settings(max_examples=40, deadline=None)
 @given(st.floats(1.05, 5.0), st.floats(20.0, 800.0), st.sampled_from(range(8)))
 def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
-    """Whichever spring becomes softer, the whole winds up more."""
+    """A softer spring in any member increases the wind-up of the drive."""
     eccentric, flanks, output = GIVEN.eccentric, GIVEN.flanks, GIVEN.output
     assert output is not None
     softer = (
@@ -146,14 +146,14 @@ def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
     [{"bearing": 0.0}, {"shaft": -1.0}, {"elements": 2, "element_stiffness": 1e9}, {"elements": 9}, {"cranks": 2}, {"circle": 0.03}, {"cranks": 0}],
 )
 def test_impossible_eccentrics_are_refused(wrong):
-    """Springs without stiffness, bearings with too few elements, a single crank off the centre."""
+    """Springs without stiffness, bearings with too few elements and a single crank off the centre are refused."""
     with pytest.raises(ValueError, match=r"eccentric|bearing"):
         Eccentric(**wrong)
 
 
 @pytest.mark.parametrize("discs", [1, 2, 3, 4])
 def test_output_pins_between_several_discs(discs):
-    """Pins as springs in any direction, holes that only push along their disc's line of centres: least energy, pin by pin."""
+    """Output pins are springs in any direction and holes push along the disc's line of centres: stiffness by least energy, pin by pin."""
     count, circle, spring, turn = 24, 0.04, 2e8, 1e-4
     ways = np.exp(2j * math.pi * np.arange(discs) / discs)
     energy = 0.0

@@ -15,7 +15,7 @@ STAGES = {
     "rv": Stage(0.064, 0.003, 0.0013, 40),
     "arcs": Stage(0.034, 0.003, 0.0012, 16, "lobe arcs"),
     "envelope": Stage(0.05, 0.004, 0.0012, 24, "lobe envelope"),
-    "twin": Stage(0.05, 0.004, 0.0012, 20, "planet pins"),
+    "planet pins": Stage(0.05, 0.004, 0.0012, 20, "planet pins"),
     "few pins": Stage(0.3, 0.04, 0.03, 5, "lobe arcs"),
 }
 MADE = Modification(20e-6, 5e-6)
@@ -61,14 +61,14 @@ def test_corners_of_the_wheel_lie_on_the_true_flank(name):
 
 @pytest.mark.parametrize("name", ["arcs", "envelope", "few pins"])
 def test_chords_of_a_ring_with_lobes_are_within_the_stated_error(name):
-    """The same for the ring, whose profile has corners."""
+    """Other points of the ring, whose profile has corners, are within the stated error, and that is within the tolerance."""
     stage = STAGES[name]
     outline = ring_outline(stage, 0.5e-6)
     assert farthest(outline, ring_pitch(stage, 5001), stage.pins) <= outline.chord_error <= 0.5e-6
 
 
 def test_outlines_close_and_enclose_the_area():
-    """A disc outline goes round once, mirrors itself, and encloses the area of the flank: by the shoelace and by a sum over a million points."""
+    """The outline of a disc is closed and symmetric, and its area (shoelace formula) is that of the flank from a sum over a million points."""
     stage = STAGES["rv"]
     outline = wheel_outline(stage, MADE, 0.5e-6).points
     dense = flank(stage, np.linspace(0, 2 * math.pi, 1_000_000, endpoint=False), MADE)[0]
@@ -83,7 +83,7 @@ def test_outlines_close_and_enclose_the_area():
 
 
 def test_a_coarser_drawing_has_fewer_corners():
-    """A hundred times the tolerance needs about a tenth of the corners, as chords of arcs do."""
+    """With a hundred times the tolerance an outline has about a tenth of the corners, as chords of arcs have."""
     fine, coarse = (len(wheel_outline(STAGES["rv"], MADE, tolerance).points) for tolerance in (0.5e-6, 50e-6))
     assert 6 < fine / coarse < 14
 
@@ -97,7 +97,7 @@ def test_chord_error_of_a_circle():
 
 
 def test_stages_without_an_outline_are_refused():
-    """Pins are circles, and turned flanks do not close."""
+    """Stages with pins, whose wheels are circles, and turned flanks, which do not close, are refused."""
     with pytest.raises(ValueError, match="no ring with lobes"):
         ring_outline(STAGES["rv"], 1e-6)
     with pytest.raises(ValueError, match="step in the valley"):

@@ -15,7 +15,7 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle, wind_up_by_member
 from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, normals, pin_angles
-from lostmotion.laws.cycloid.preload import Branches, preloaded_discs
+from lostmotion.laws.cycloid.preload import ClearanceEffects, preloaded_discs
 from lostmotion.laws.cycloid.tolerances import Scatter, simulate
 from lostmotion.units import Toleranced
 
@@ -27,15 +27,15 @@ CRANK = np.array([0.1])
 
 
 def interfering(seed):
-    """Return the gaps (disc, crank, gearbox, N), m, of a pair whose flanks interfere, and the discs' branches."""
+    """Return the gaps (disc, crank, gearbox, N), m, of a pair whose flanks interfere, and the effects of clearances."""
     stream = np.random.default_rng(seed)
     gap = np.stack([stream.normal(-2e-6, 4e-6, 40) for _ in range(2)])[:, None, None]
     alone = np.stack([rest_angle(CASE, CRANK + math.pi * disc, gap[disc], 1.0) for disc in range(2)])
-    return gap, Branches(alone, alone, np.zeros((2, 1, 1)))
+    return gap, ClearanceEffects(alone, alone, np.zeros((2, 1, 1)))
 
 
 def test_a_pair_of_interfering_discs_against_the_minimised_energy():
-    """Rest angle and wind-up of a case solved by minimisation of the energy: within the 0.1 % of the interpolation."""
+    """Rest angle and wind-up equal those found by minimisation of the energy, to the 0.1 % of the interpolation."""
     rest, turned = preloaded_discs(CASE, np.array([1.0, 10.0, 50.0, 200.0, 784.0]), CRANK, *interfering(1))
     np.testing.assert_allclose(rest.ravel(), 7.577235e-6, rtol=1e-3)
     np.testing.assert_allclose((turned - rest[1]).ravel(), [5.470e-7, 5.4682e-6, 2.72791e-5, 1.08883e-4, 4.26568e-4], rtol=1e-3)
@@ -44,8 +44,8 @@ def test_a_pair_of_interfering_discs_against_the_minimised_energy():
 @pytest.mark.parametrize("seed", [2, 3])
 @pytest.mark.parametrize("torque", [0.0, 50.0, -200.0])
 def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
-    """The output's angle from one minimisation over it and both discs' displacements, a method without torques per disc."""
-    gap, branches = interfering(seed)
+    """The angle of the output equals that of one energy minimisation over the displacements of output and discs, a method without disc torques."""
+    gap, effects = interfering(seed)
     lever, n_x, arm = CASE.stage.planet_pitch_radius, [], []
     for disc in range(2):
         theta = pin_angles(CASE.stage, CRANK + math.pi * disc)[0]
@@ -63,7 +63,7 @@ def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
 
     best = minimize(energy, np.zeros(5), method="BFGS", options={"gtol": 1e-9, "maxiter": 5000})
     asked = torque or 1.0
-    rest, turned = preloaded_discs(CASE, np.array([asked]), CRANK, gap, branches)
+    rest, turned = preloaded_discs(CASE, np.array([asked]), CRANK, gap, effects)
     found = float(turned[0, 0, 0]) if torque else float(rest[1, 0, 0])
     assert found == pytest.approx(float(best.x[0]) * 1e-6 / lever, abs=2e-3 * abs(float(turned[0, 0, 0] - rest[1, 0, 0])) + 2e-9)
 
@@ -76,7 +76,7 @@ def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
     seed=st.integers(0, 2**31),
 )
 def test_no_gearbox_winds_up_backwards(relief, form, clearance, seed):
-    """Whatever flanks, clearance and interference: the output never turns against its torque, and turns further under more of it."""
+    """For any flanks, clearance and interference, the output turns in the direction of its torque, and further under a larger torque."""
     drive = replace(DRIVE, relief=Modification(roller=relief))
     scatter = Scatter(pin_radius=Toleranced(0.003, 2e-6), flank_form=form, crank_clearance=Toleranced(clearance))
     torque = np.array([-200.0, -20.0, -2.0, 2.0, 20.0, 80.0, 200.0])
@@ -95,13 +95,13 @@ def test_discs_that_just_touch_wind_up_as_those_with_play():
     crank = np.array([0.2, 1.3])
     plain = simulate(DRIVE, Scatter(), torque, crank, 1, 1)
     none = np.zeros((2, 2, 1))
-    rest, turned = preloaded_discs(DRIVE, torque, crank, np.zeros((2, 2, 1, 40)), Branches(none, none, none))
+    rest, turned = preloaded_discs(DRIVE, torque, crank, np.zeros((2, 2, 1, 40)), ClearanceEffects(none, none, none))
     np.testing.assert_allclose(rest, 0.0, atol=1e-15)
     np.testing.assert_allclose(turned, plain.rotation, rtol=2e-3)
 
 
 def test_play_and_wind_up_are_continuous_into_interference():
-    """From 0.02 µm of room to 0.02 µm of interference, lost motion between ±20 N m changes by no more than 40 nm of flank do: 2 c/(e z)."""
+    """From a gap of 0.02 µm to an interference of 0.02 µm, lost motion at ±20 N m changes by at most 2 c/(e z), with c of 40 nm."""
     lost, torque, crank = [], np.array([-20.0, 20.0]), np.array([0.4, 2.0])
     for relief in (2e-8, -2e-8):
         found = simulate(replace(DRIVE, relief=Modification(roller=relief)), Scatter(flank_form=3e-6), torque, crank, 40, 3)

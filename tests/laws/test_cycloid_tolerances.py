@@ -12,7 +12,7 @@ from scipy.optimize import brentq, linprog
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, loaded_disc, wind_up_by_member
-from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, first_contact_error, flank, normals, pin_angles, planet_pose, play
+from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, first_contact_angle, flank, normals, pin_angles, planet_pose, play
 from lostmotion.laws.cycloid.tolerances import LEAST_ARM, Scatter, clearance_angle, sample, sample_gaps, simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.units import Toleranced
@@ -26,7 +26,7 @@ CRANK = 2 * math.pi * np.arange(8) / 8
 
 
 def test_without_scatter_all_gearboxes_are_nominal():
-    """Play by the formula, wind-up by the sum of the members."""
+    """Without scatter the play is the formula's, and the wind-up is the sum over the members."""
     found = simulate(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
     np.testing.assert_allclose(found.play, play(STAGE, DRIVE.relief), rtol=5e-3)
     wind_up = (found.rotation[0] - found.ahead).mean(axis=0)
@@ -36,7 +36,7 @@ def test_without_scatter_all_gearboxes_are_nominal():
 
 
 def test_discs_share_the_torque_at_a_common_angle():
-    """Two discs with different gaps: the common angle by root finding on the torque that each carries there."""
+    """The common angle of two discs with different gaps is that at which a root finder balances their torques."""
     scatter = replace(SCATTER, flank_form=4e-6)
     crank = np.array([0.7])
     torque = 60.0
@@ -75,7 +75,7 @@ def test_errors_average_under_load_and_one_decides_without():
 
 
 def test_every_dimension_changes_the_gaps_to_first_order():
-    """Gaps of a stage with errors, measured on the true profile at its true position, against the first order in use."""
+    """Gaps of a stage with errors, measured on the true profile at its true position, agree with the first-order gaps."""
     wrong = {"ring_radius": 0.5e-6, "pin_radius": 0.5e-6, "eccentricity": 0.5e-6}
     t = np.linspace(0, 2 * math.pi, 400_001)
     psi = 0.4
@@ -103,7 +103,7 @@ def _drawn_size(scatter: Scatter, name: str) -> float:
 
 
 def test_clearances_add_by_their_levers():
-    """G/(e z) of the crank bearing and Gw/Rw of the output pins; a direct search over the disc's positions finds slightly more, never less."""
+    """Play is G/(e z) of the crank bearing plus Gw/Rw of the output pins; a direct search over disc positions finds slightly more, never less."""
     drive = replace(DRIVE, discs=1, output=OutputPins(8, 0.04))
     scatter = replace(SCATTER, crank_clearance=Toleranced(10e-6), output_clearance=Toleranced(8e-6))
     np.testing.assert_allclose(clearance_angle(drive, scatter, 4, 1), 10e-6 / LEVER + 8e-6 / 0.04)
@@ -133,7 +133,7 @@ def test_mirrored_errors_mirror_the_rotation():
 
 
 def test_gearboxes_that_interfere_are_counted():
-    """No relief and pins too large by up to 5 µm: flanks push against each other without torque, and there is no play."""
+    """Without relief and with pins too large by up to 5 µm, flanks push against each other without torque, and there is no play."""
     tight = replace(DRIVE, relief=Modification())
     found = simulate(tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1)
     assert 0.4 < found.jammed.mean() < 0.6
@@ -164,7 +164,7 @@ def test_first_contact_counts_both_discs():
     """The free rotation ahead is the smaller one of the two discs'."""
     crank = CRANK[:3]
     gap = sample_gaps(DRIVE, SCATTER, crank, 6, 2)
-    each = [first_contact_error(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
+    each = [first_contact_angle(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
     np.testing.assert_array_equal(simulate(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
 
 
@@ -174,7 +174,7 @@ def test_discs_that_push_against_each_other_rest_in_the_middle_of_their_overlap(
     gap = sample_gaps(DRIVE, scatter, crank, 400, 2)
     angles = [pin_angles(STAGE, crank + math.pi * disc)[:, None] for disc in (0, 1)]
     ahead, behind = (
-        np.array([first_contact_error(STAGE, sign * theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)]) for sign in (1, -1)
+        np.array([first_contact_angle(STAGE, sign * theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)]) for sign in (1, -1)
     )
     free = ((ahead + behind) > 0).all(axis=0)  # each disc alone has play
     overlap = free & (ahead.min(axis=0) + behind.min(axis=0) < 0)
@@ -186,7 +186,7 @@ def test_discs_that_push_against_each_other_rest_in_the_middle_of_their_overlap(
 
 
 def test_misplaced_output_pins_touch_their_holes_as_circles_do():
-    """Pins rotated until the first one touches its hole, circle by circle, against the first order; under load, errors average."""
+    """Free rotation to the first contact of circular pins and holes agrees with the first-order formula; under load the errors average."""
     clearance, position, pins = 30e-6, 12e-6, OutputPins(8, 0.04)
     drive = replace(DRIVE, discs=1, output=pins)
     scatter = Scatter(output_clearance=Toleranced(clearance), output_position=position)
@@ -224,7 +224,7 @@ def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.nd
 
 @pytest.mark.parametrize("eccentric", [Eccentric(), CRANKS, Eccentric(cranks=3, circle=0.036)])
 def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
-    """The disc placed on its cranks by least squares over all bores, and the gaps measured on its true profile."""
+    """Gaps measured on the true profile of a disc, placed on its crankshafts by least squares, agree with the simulated gaps."""
     drive, psi, gearbox = replace(DRIVE, relief=Modification(), eccentric=eccentric), 0.4, 0
     found = sample_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
     points = flank(STAGE, np.linspace(0, 2 * math.pi, 400_001))[0] @ [1, 1j]
@@ -245,7 +245,7 @@ def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
 
 @pytest.mark.parametrize(("cranks", "missing"), [(2, 0.02), (3, 0.08)])
 def test_misfitting_bores_reduce_the_clearance(cranks, missing):
-    """The free motion of a rigid disc with all its bores in their bearings' clearance, by linear programming."""
+    """The reduced free rotation agrees with a linear program for a rigid disc with all its bores within the clearance of their bearings."""
     clearance = 10e-6
     drive = replace(DRIVE, discs=1, relief=Modification(), eccentric=replace(CRANKS, cranks=cranks))
     scatter = Scatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)

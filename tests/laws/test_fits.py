@@ -61,7 +61,7 @@ def test_interference_and_temperature_reduce_clearance(initial, inner, outer, mo
 @given(st.floats(-100e-6, 0), st.floats(0.001, 1))
 @settings(deadline=None, max_examples=50)
 def test_a_loose_fit_changes_nothing(loose, diameter):
-    """A loose ring keeps its clearance."""
+    """A loose fit of a ring does not change the clearance."""
     assert effective_interference(loose, diameter) == 0
     assert mounted_clearance(10 * UM, loose, loose) == 10 * UM
 
@@ -80,7 +80,7 @@ def test_the_raceway_of_a_bearing():
 )
 @settings(deadline=None, max_examples=100)
 def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
-    """Whatever the parts are within their limits, the working clearance stays within its own; the statistical limits are narrower."""
+    """For any parts within their limits the working clearance is within its own; the statistical limits are narrower."""
     bands = [tuple(sorted(band)) for band in (initial, inner, outer)]
     spread = clearance_range(*bands)
     drawn = [low + share * (high - low) for (low, high), share in zip(bands, where, strict=True)]

@@ -157,7 +157,7 @@ def test_a_strain_wave_ratio_solves_willis_equations(flexspline: int, pairs: int
 
 
 def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():
-    """Rolled tooth by tooth: a turn of the generator meshes 202 teeth of the circular spline with 200 of the flexspline, which lags 2 of 200."""
+    """A turn of the generator meshes 202 teeth of the circular spline with 200 of the flexspline, which falls back by 2 of its 200 teeth."""
     laid = fall_back = 0
     while laid < 202:  # the flexspline turns backwards by what it lacks to lay tooth on tooth
         laid += 1
@@ -169,7 +169,7 @@ def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():
 
 
 def test_a_worm_is_self_locking_up_to_the_friction_angle():
-    """Forces on a flank: at the friction angle the axial push along the thread just balances friction, above it exceeds it."""
+    """At the friction angle the force along the thread of a worm balances friction; at a larger lead angle it exceeds it."""
     alpha, mu = math.radians(20), 0.06
     limit = friction_angle(mu, alpha)
 
@@ -184,7 +184,7 @@ def test_a_worm_is_self_locking_up_to_the_friction_angle():
 
 
 def test_a_shifted_duplex_worm_removes_play():
-    """Flank by flank: teeth of a worm with leads 6.2 and 6.4 mm at the wheel before and after a shift of half a millimetre."""
+    """The play removed by shifting a duplex worm (leads 6.2 and 6.4 mm) by half a millimetre equals the change of its tooth thickness."""
     left, right, shift, ratio = 6.2e-3, 6.4e-3, 0.5e-3, 60.0
     mean = (left + right) / 2
 

@@ -68,7 +68,7 @@ def test_grades_are_those_of_the_table(grade):
 
 @pytest.mark.parametrize("letter", [*FUNDAMENTAL, *FINE])
 def test_fundamental_deviations_are_those_of_the_table(letter):
-    """Every letter in every range, from a shaft of grade 6."""
+    """Fundamental deviations of shafts of grade 6 are those of the table, for every letter in every range."""
     edges, printed = (STEPS, FINE[letter]) if letter in FINE else (RANGES, FUNDAMENTAL[letter])
     for high, value in zip(edges[1:], printed, strict=True):
         low_limit, high_limit = limit_deviations(f"{letter}6", high * 1e-3)
@@ -78,7 +78,7 @@ def test_fundamental_deviations_are_those_of_the_table(letter):
 
 @pytest.mark.parametrize("zone", BOTH_SIDES)
 def test_zones_on_both_sides_of_zero_are_those_of_the_table(zone):
-    """Zones j and J in every range: the printed deviation, the other one a grade away on the other side of zero."""
+    """Zones j and J have the printed deviation in every range; the other deviation is one grade away, on the other side of zero."""
     for high, value, width in zip(RANGES[1:], BOTH_SIDES[zone], GRADES[int(zone[-1])], strict=True):
         ends = (value - width, value) if zone[0] == "J" else (value, value + width)
         assert [each * 1e6 for each in limit_deviations(zone, high * 1e-3)] == pytest.approx(ends)
@@ -87,7 +87,7 @@ def test_zones_on_both_sides_of_zero_are_those_of_the_table(zone):
 
 @pytest.mark.parametrize(("diameter", "zone", "upper", "lower"), PUBLISHED)
 def test_published_limits(diameter, zone, upper, lower):
-    """Values that ISO 286-2 prints, shafts and holes."""
+    """Limit deviations of shafts and holes are those printed in ISO 286-2."""
     assert [each * 1e6 for each in limit_deviations(zone, diameter * 1e-3)] == pytest.approx([lower, upper])
 
 
@@ -108,7 +108,7 @@ def test_ranges_contain_their_upper_end_and_widths_grow():
     ("zone", "diameter"), [("k6", 0.003), ("k6", 0.251), ("k6", 0.0), ("q6", 0.05), ("K5", 0.05), ("j8", 0.05), ("h12", 0.05), ("", 0.05)]
 )
 def test_zones_and_diameters_beyond_the_formulas_are_refused(zone, diameter):
-    """Other zones and diameters are refused, NaN included."""
+    """Zones and diameters outside the range of the formulas, and NaN, are refused."""
     with pytest.raises(ValueError, match="limit deviations"):
         limit_deviations(zone, diameter)
     with pytest.raises(ValueError, match="limit deviations"):
@@ -116,7 +116,7 @@ def test_zones_and_diameters_beyond_the_formulas_are_refused(zone, diameter):
 
 
 def test_an_unknown_zone_is_refused_with_the_nearest():
-    """A hole's zone on a shaft, and an unknown letter."""
+    """A hole's zone for a shaft and an unknown letter are refused, with the nearest valid zone."""
     assert expected_zone("K6", hole=False)[1] == "k6"
     assert expected_zone("h7", hole=True)[1] == "H7"
     assert expected_zone("k6", hole=False) == ("", "")

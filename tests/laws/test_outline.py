@@ -15,19 +15,19 @@ if not outline.available():
 
 
 def rectangle(width: float, height: float) -> outline.Points:
-    """Corners about the origin."""
+    """Return the corners of a rectangle about the origin."""
     return ((-width / 2, -height / 2), (width / 2, -height / 2), (width / 2, height / 2), (-width / 2, height / 2))
 
 
 def circle(diameter: float, corners: int = 180) -> outline.Points:
-    """Corners of a polygon as large as the circle."""
+    """Return the corners of a polygon of the same area as a circle."""
     angle = np.arange(corners) * 2 * np.pi / corners
     radius = diameter / 2 * np.sqrt(2 * np.pi / corners / np.sin(2 * np.pi / corners))
     return tuple(zip((radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True))
 
 
 def i_outline(w: float, h: float, web: float, flange: float) -> outline.Points:
-    """Corners of an I."""
+    """Return the corners of an I-section."""
     right = [(w / 2, -h / 2), (w / 2, flange - h / 2), (web / 2, flange - h / 2), (web / 2, h / 2 - flange), (w / 2, h / 2 - flange), (w / 2, h / 2)]
     return (*right, *((-y, z) for y, z in reversed(right)))
 
@@ -80,7 +80,7 @@ def test_a_thin_channel_has_its_shear_centre_outside():
 
 
 def test_a_link_may_have_an_outline():
-    """A bar given by its corners bends as the bar does; an outline whose sides cross is refused."""
+    """A link with the outline of a rectangular bar bends as that bar does; an outline whose sides cross is refused."""
     fields = {"length": 0.5, "material": STEEL}
     by_corners = Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05)}).with_joint_axis(np.array([0, 1.0, 0])).tip_compliance
     bar = Link(**fields, section={"kind": "rectangle", "width": 0.02, "height": 0.05}).with_joint_axis(np.array([0, 1.0, 0])).tip_compliance
@@ -92,7 +92,7 @@ def test_a_link_may_have_an_outline():
 
 
 def test_without_the_package_the_message_states_what_is_missing(monkeypatch: pytest.MonkeyPatch):
-    """One message with what to install."""
+    """Without the package one message states what to install."""
     monkeypatch.setattr(outline, "available", lambda: False)
     with pytest.raises(ValueError, match="sectionproperties, which is not installed"):
         Link(length=0.5, material=STEEL, section={"kind": "outline", "points": rectangle(0.02, 0.05)})

@@ -66,10 +66,10 @@ def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
 def _stage(space: Modelspace, part: CycloidalStage, prefix: str) -> float:
     """Draw the wheels of one stage; gives the largest chord error (m)."""
     stage = part.stage
-    turns = -2 * math.pi / part.discs / (stage.pins if stage.twin else stage.lobes) * np.arange(part.discs)
+    turns = -2 * math.pi / part.discs / (stage.pins if stage.has_planet_pins else stage.lobes) * np.arange(part.discs)
     wheel = wheel_outline(stage, part.drive.relief, CHORD_ERROR)
     worst = wheel.chord_error
-    if stage.twin:
+    if stage.has_planet_pins:
         _polyline(space, wheel, f"{prefix}RING", 0.0)
         for k, turn in enumerate(turns, 1):
             _circles(space, _around(stage.pins, stage.ring_radius, turn), stage.pin_radius, f"{prefix}PINS_{k}")

@@ -1,26 +1,26 @@
 """Elastic bodies of a cycloidal stage: the disc on its hub and the ring in its housing, as springs at the output.
 
-`cycloid.contact` lets a rigid disc rest on its contacts. The approach by Johnson's law counts each body down to the depth d = 2 Req exp((1 + nu')/2 -
-1) under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is modelled here as a plane
-annulus (`annulus`), fixed at the hub or in the housing and loaded along the contacts' lines of action. Assumptions, with their reasons:
+`cycloid.contact` computes the equilibrium of a rigid disc on its contacts. The approach by Johnson's law includes each body down to the depth d = 2
+Req exp((1 + nu')/2 - 1) under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is
+modelled here as a plane annulus (`annulus`), fixed at the hub or in the housing and loaded along the lines of action of the contacts. Assumptions:
 
-- A force may slide along its line of action. It acts on the annulus where that line crosses the rim, so its moment is exact.
-- A wavy rim (of the disc; of the ring with envelope lobes or planet pins) is replaced by a circle of its mean radius: its lobes are low compared with
-  their length. A force is distributed there as a half-ellipse over +-w, a quarter of a lobe pitch: the width of one tooth.
-- At a wavy rim no part may be counted twice or omitted. In a half-plane under a point load, the path from the depth d to a far depth D contributes
+- Each force is moved along its line of action to the point where that line crosses the rim of the annulus, so its moment is exact.
+- A wavy rim (of the disc; of the ring with envelope lobes or planet pins) is replaced by a circle of its mean radius, because its lobes are low
+  compared with their length. A force is distributed there as a half-ellipse over +-w, a quarter of a lobe pitch: the width of one tooth.
+- At a wavy rim every part of the body is included once. In a half-plane under a point load, the path from the depth d to a far depth D contributes
   p/(pi E') 2 ln(D/d). A half-ellipse of load inclined by the slant s from the normal has the mean displacement p/(pi E') [2 ln(2 D/w) + 1/2 - (1 +
-  nu') cos^2 s] relative to the same point. The real flank is normal to its force, the annulus' rim is not, and Flamant's stresses depend on the
-  direction of the force alone. So both agree at w* = 4 Req exp(-3/4 + (1 + nu') sin^2(s)/2), and over another w the correction is p/(pi E') 2
-  ln(w/w*), of either sign. The sum is therefore right even for a hollow flank where d exceeds the body.
+  nu') cos^2 s] relative to the same point. The real flank is normal to its force, the rim of the annulus is not, and Flamant's stresses depend on the
+  direction of the force alone. So both agree at w* = 4 Req exp(-3/4 + (1 + nu') sin^2(s)/2). For another w the correction is p/(pi E') 2 ln(w/w*), of
+  either sign. The sum is valid even for a concave flank where d exceeds the body.
 - A lobe or pin on the rim is part of a round bar: a force through its centre compresses it, down to the centre, by p/(pi E') [2 ln(4 Rr/a) - 1]
-  (Johnson, section 5.6). The contact's law uses Req instead of Rr, so 2 ln(Rr/Req) p/(pi E') is added. Its root then loads the rim over its whole
-  width, +-Rr, with the stress of a square inner corner at its ends (`CORNERED`). The force passes through the centre of the root, so no moment bends
-  the lobe, and its shear is included above. `contact.lobe_compliance` for the same lobe would count it twice: leave `Flanks.bending` at zero together
+  (Johnson, section 5.6). The law of the contact uses Req instead of Rr, so 2 ln(Rr/Req) p/(pi E') is added. The root of the lobe then loads the rim
+  over its whole width, +-Rr, with the stress of a square inner corner at its ends (`CORNERED`). The force passes through the centre of the root, so
+  no moment bends the lobe, and its shear is included above. `contact.lobe_compliance` includes the same lobe: `Flanks.bending` must be zero together
   with `ring_body`.
-- Pins are treated as if they were of one piece with the body around their half-round seats. A loose seat is a further contact and not included.
+- Pins are treated as integral with the body around their half-round seats. A loose seat is a further contact and is not included.
 
-For the comparison with finite elements of a solid steel stage see the tests and docs/theory/cycloid.md. Holes for output pins are not included: they
-make the disc softer.
+Holes for output pins are not included; they make the disc softer. Compared with finite elements of a solid steel stage in the tests and in
+docs/theory/cycloid.md.
 """
 
 from __future__ import annotations
@@ -43,10 +43,16 @@ def disc_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
 ) -> float:
     """Return the rotation of the output per torque on a disc (rad/(N m)) from the disc's body (with planet pins: the planet's).
 
-    `hub_radius` m: inside, the disc is rigid (bearing seat, or the circle of the inner edges of its output holes). `width` m, `young` Pa, `nu`.
-    `forces` N, (N,), on the lobes at the crank angle `crank` (rad), such as `LoadSharing.forces[i, j, k]`. The default F_i = T l_i/sum(l^2) is,
-    averaged over a turn, F_max l_i/(e z). Add the result times the disc's torque to `LoadSharing.rotation`; use the same plane for the contacts'
-    modulus. By virtual work F' A F/T^2. Raises ValueError for a hub that leaves no body, or forces that do not fit or have no moment.
+    hub_radius  within it the disc is rigid, m: bearing seat, or the circle of the inner edges of its output holes
+    width       of the disc, m
+    young, nu   Young's modulus, Pa, and Poisson's ratio
+    forces      (N,) on the lobes at this crank angle, N, such as `LoadSharing.forces[i, j, k]`; by default F_i = T l_i/sum(l^2), which averaged over
+                a turn is F_max l_i/(e z)
+    crank       crank angle, rad
+    plane       as of `Annulus`; use the same plane for the modulus of the contacts
+
+    The result times the disc's torque is to be added to `LoadSharing.rotation`. By virtual work it is F' A F/T^2. Raises ValueError for a hub that
+    cuts the teeth or the seats of pins, for forces of another shape, negative or not finite, and for forces without moment.
     """
     return _turn_per_torque(stage, disc_flexibility(stage, hub_radius, width, young, nu, crank, plane), forces, crank)
 
@@ -63,37 +69,38 @@ def ring_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
 ) -> float:
     """Return the rotation of the output per torque on a disc (rad/(N m)) from the ring's body and its lobes.
 
-    `outer_radius` m: there the housing holds the ring rigidly all round. Other arguments as `disc_body`; with more than one disc `width` is each
-    disc's share of the ring.
+    `outer_radius` (m): there the ring is fixed to the rigid housing all round. Other arguments and errors as `disc_body`. With more than one disc
+    `width` is the share of the ring's width per disc.
     """
     return _turn_per_torque(stage, ring_flexibility(stage, outer_radius, width, young, nu, crank, plane), forces, crank)
 
 
 def disc_flexibility(stage: Stage, hub_radius: float, width: float, young: float, nu: float, crank: float = 0.0, plane: Plane = "strain") -> Floats:
-    """Return the displacements (m/N) of the disc's body along contact i under a unit force at contact j: (N, N), symmetric; fixed hub.
+    """Return the displacements (m/N) of the disc's body along contact i under a unit force at contact j: (N, N), symmetric, with a fixed hub.
 
-    This is the part that each contact's approach by Johnson's law omits. For a hollow flank that law includes too much: the diagonal can be negative.
+    This is the part that the approach by Johnson's law does not include. For a concave flank that law includes too much, so the diagonal can be
+    negative. Arguments as `disc_body`.
     """
-    return _flexibility(stage, "planet", Annulus(_rim(stage, "planet"), _held_at(stage, "planet", hub_radius), width, young, nu, plane), crank)
+    return _flexibility(stage, "planet", Annulus(_rim(stage, "planet"), _fixed_radius(stage, "planet", hub_radius), width, young, nu, plane), crank)
 
 
 def ring_flexibility(stage: Stage, outer_radius: float, width: float, young: float, nu: float, crank: float = 0.0, plane: Plane = "strain") -> Floats:
     """Return the displacements (m/N) of the ring's body and lobes along contact i under a unit force at contact j: (N, N), as `disc_flexibility`."""
-    return _flexibility(stage, "ring", Annulus(_rim(stage, "ring"), _held_at(stage, "ring", outer_radius), width, young, nu, plane), crank)
+    return _flexibility(stage, "ring", Annulus(_rim(stage, "ring"), _fixed_radius(stage, "ring", outer_radius), width, young, nu, plane), crank)
 
 
 def _pinned(stage: Stage, part: Literal["planet", "ring"]) -> bool:
-    """Return whether this part carries the pins or round lobes. The other part's rim is wavy, and so is the ring's that is an envelope."""
-    return stage.kind != "lobe envelope" and (part == "planet") == stage.twin
+    """Return whether this part has the pins or round lobes. The rim of the other part is wavy, and so is that of an envelope ring."""
+    return stage.kind != "lobe envelope" and (part == "planet") == stage.has_planet_pins
 
 
 def _rim(stage: Stage, part: Literal["planet", "ring"]) -> float:
-    """Return the radius (m) of the annulus' loaded edge: the pin circle, or the mean of a wavy rim's tips and valleys."""
+    """Return the radius (m) of the loaded edge of the annulus: the pin circle, or the mean of tips and valleys of a wavy rim."""
     if _pinned(stage, part):
         return stage.ring_radius
-    if part == "ring" and not stage.twin:
+    if part == "ring" and not stage.has_planet_pins:
         return stage.ring_radius - stage.pin_radius + stage.eccentricity  # crests at R - Rr, roots 2 e farther out
-    return stage.ring_radius + (stage.pin_radius if stage.twin else -stage.pin_radius)
+    return stage.ring_radius + (stage.pin_radius if stage.has_planet_pins else -stage.pin_radius)
 
 
 def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, crank: float) -> Floats:
@@ -101,11 +108,11 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
     theta = pin_angles(stage, np.array([crank]))[0]
     along = normals(stage, theta) @ np.array([1, 1j])
     # the planet's centre is at e along the line of centres from the ring's; pin angles are about the pin circle's centre
-    centre = (-stage.eccentricity if part == "ring" else 0.0) if stage.twin else (stage.eccentricity if part == "planet" else 0.0)
+    centre = (-stage.eccentricity if part == "ring" else 0.0) if stage.has_planet_pins else (stage.eccentricity if part == "planet" else 0.0)
     pin = stage.ring_radius * np.exp(1j * theta) - centre
     foot = (pin * along.conj()).imag  # signed distance of the line of action from the part's centre
     if (np.abs(foot) >= body.loaded).any():
-        raise ValueError("a contact's line of action misses the rim: this stage is too far from round for its bodies to be modelled as annuli")
+        raise ValueError("a contact's line of action does not cross the rim: this stage is too far from round to be modelled by annuli")
     place = along * (np.sqrt(body.loaded**2 - foot**2) + 1j * foot)
     slant = np.angle(along / place)
     reach = contact_radius(stage, theta)
@@ -121,10 +128,10 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
 
 
 def ring_reach(stage: Stage) -> float:
-    """Return the outermost radius (m) of the ring's teeth or the seats of its pins: the ring's outer radius must be larger.
+    """Return the outermost radius (m) of the ring's teeth or of the seats of its pins; the outer radius of the ring must be larger.
 
-    Pins: R + Rr. Lobes of one piece with the ring have no seats: their roots lie where the disc's tips reach, at R - Rr + 2 e, and those with plain
-    arcs extend to the circle of their centres, R. Planet pins: R + Rr + e.
+    It is R + Rr for pins and R + Rr + e for planet pins. Integral lobes have no seats: their roots are at R - Rr + 2 e, where the disc's tips reach,
+    and those of plain arcs extend at least to the circle of their centres, R.
     """
     rim = _rim(stage, "ring")
     if stage.kind == "ring pins":
@@ -133,10 +140,10 @@ def ring_reach(stage: Stage) -> float:
     return max(rim, root)
 
 
-def _held_at(stage: Stage, part: Literal["planet", "ring"], radius: float) -> float:
-    """Return the fixed edge's radius (m); refuse one that cuts the profile or the seats of pins."""
+def _fixed_radius(stage: Stage, part: Literal["planet", "ring"], radius: float) -> float:
+    """Return the radius (m) of the fixed edge. Raises ValueError for one that cuts the profile or the seats of pins."""
     if part == "planet":
-        end = _rim(stage, part) - (stage.pin_radius if stage.twin else stage.eccentricity)
+        end = _rim(stage, part) - (stage.pin_radius if stage.has_planet_pins else stage.eccentricity)
         if radius >= end:
             raise ValueError(f"the hub's radius is {radius * 1e3:g} mm, but teeth or seats reach in to {end * 1e3:g} mm: choose a smaller hub")
     else:

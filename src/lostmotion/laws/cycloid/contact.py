@@ -1,10 +1,10 @@
 """Load sharing of a cycloidal stage: the force on each lobe, and the wind-up of the output.
 
-A rigid disc rests on unilateral contacts (Hertz by a named law, in series with the bending of pin or lobe), on the eccentric's bearing and on the
-output. The unknowns are the disc's displacement along x and across y the line of centres and its rotation. For one disc; divide the torque first
-(half each for two, 0.55 is customary). Frictionless, quasi-static. The model omits the bodies of disc and ring: finite elements of a solid steel
-stage put 31 % (Palmgren) to 42 % (Johnson) of its wind-up there, while the lobes' shares hardly change. `cycloid.bodies` adds them: together with
-Johnson's law the sum is 0.5 to 1.1 % above those finite elements.
+A rigid disc is supported by unilateral contacts (Hertz by a law of approach, in series with the bending of pin or lobe), by the eccentric's bearing
+and by the output. The unknowns are the displacements of the disc along the line of centres (x) and across it (y), and its rotation. The torque is
+that of one disc: half of the total for two discs, customarily 0.55. Valid for quasi-static load without friction. The bodies of disc and ring are not
+included. By finite elements of a solid steel stage they cause 31 % (Palmgren) to 42 % (Johnson) of its wind-up, while the shares of the lobes hardly
+change. `cycloid.bodies` adds them: together with Johnson's law the sum is 0.5 to 1.1 % above those finite elements.
 
 Source: M. Lehmann, TU München 1976; S. Malhotra, M. Parameswaran, Analysis of a cycloid speed reducer, Mech. Mach. Theory 18 (1983) 491 (closed
 forms); equilibrium with gaps as in J. Blanche, D. Yang, J. Mech. Transm. Autom. Des. 111 (1989) 337, with the bearing's compliance added.
@@ -35,10 +35,15 @@ FlankLaw = Literal["johnson", "palmgren", "linear"]
 
 @dataclass(frozen=True, slots=True)
 class Flanks:
-    """Stiffness of the contacts between disc and pins or lobes. Raises ValueError for impossible values.
+    """Stiffness of the contacts between disc and pins or lobes.
 
-    `width` m of the contact; `modulus` E* Pa; `law` of the approach; `bending` m/N of pin or lobe in series, zero for rigid ones; `stiffness` N/m of
-    each contact, for the "linear" law alone.
+    width      of the contact, m
+    modulus    E*, Pa
+    law        of the approach: "johnson", "palmgren" or "linear"
+    bending    compliance of pin or lobe in series, m/N; zero if rigid
+    stiffness  of each contact, N/m; for the "linear" law only
+
+    Raises ValueError for impossible values.
     """
 
     width: float
@@ -61,9 +66,10 @@ class Flanks:
 class Supports:
     """Supports of the disc besides the flanks; infinite means rigid. Arrays (draw,) hold one value per simulated gearbox.
 
-    `bearing` N/m of the eccentric (bearing, shaft and seats in series) in any direction across its axis; `output` N m/rad between disc and output;
-    `pin_circle` m, the radius Rw of output pins in holes, which push the disc along the line of centres by 4 T/(pi Rw); infinite for crankshafts that
-    carry the output themselves.
+    bearing     stiffness of the eccentric (bearing, shaft and seats in series) in any direction across its axis, N/m
+    output      stiffness between disc and output, N m/rad
+    pin_circle  radius Rw of output pins in holes, m, which push the disc along the line of centres by 4 T/(pi Rw); infinite for crankshafts that
+                carry the output
     """
 
     bearing: float | Floats = math.inf
@@ -73,10 +79,12 @@ class Supports:
 
 @dataclass(frozen=True, slots=True)
 class Friction:
-    """Coulomb friction coefficients by place; zero for none.
+    """Coulomb friction coefficients of a cycloidal stage; zero for none.
 
-    `flank` between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers; `bearing` of the eccentric, about 0.002 at its
-    `bearing_radius` (m) with rolling elements; `output` of pins on `pin_circle` (m) in their holes, with sleeves times bore over sleeve radius.
+    flank           between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
+    bearing         of the eccentric's bearing at its `bearing_radius` (m): about 0.002 with rolling elements
+    output          of the output pins in their holes; with sleeves, times bore radius over sleeve radius
+    pin_circle      radius of the output pins, m
     """
 
     flank: float
@@ -88,23 +96,23 @@ class Friction:
 
 @dataclass(frozen=True, slots=True)
 class LoadSharing:
-    """The equilibrium of one disc, with axes (torque, crank, draw, ...). Cases that did not converge are NaN, with `converged` False."""
+    """The equilibrium of one disc; the axes of arrays are (torque, crank, draw, ...). Cases that did not converge are NaN."""
 
-    rotation: Floats  # rad, of the output from its unloaded position without gaps, in the torque's direction
+    rotation: Floats  # rad, of the output from its unloaded position without gaps, in the direction of the torque
     forces: Floats  # (..., N) N, per pin or lobe
-    pressures: Floats  # (..., N) Pa, the peak in each contact
+    pressures: Floats  # (..., N) Pa, peak pressure of each contact
     bearing_force: Floats  # N, on the eccentric
-    stiffness: Floats  # N m/rad, the slope of the torque over the rotation; 0 where the disc is free in its play
+    stiffness: Floats  # N m/rad, derivative of the torque by the rotation; 0 where the disc is free in its play
     lobes: Floats  # number of loaded lobes
-    residual: Floats  # of the equilibrium: largest unbalanced force, as a share of T/(e z)
+    residual: Floats  # largest unbalanced force, as a share of T/(e z)
     converged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
     def checked(self) -> LoadSharing:
-        """Return this result, or raise DidNotConvergeError with the number of unsolved cases and the first of them."""
+        """Return this result. Raises DidNotConvergeError with the number of cases that did not converge and the first of them."""
         missed = np.argwhere(~self.converged)
         if len(missed):
             raise DidNotConvergeError(
-                f"{len(missed)} of {self.converged.size} loaded contacts found no equilibrium, the first at (torque, crank, draw) = "
+                f"no equilibrium found in {len(missed)} of {self.converged.size} cases, the first at (torque, crank, draw) = "
                 f"{tuple(map(int, missed[0]))}: the load is beyond the law of approach, or a value is not a number"
             )
         return self
@@ -120,13 +128,16 @@ def load_sharing(
     *,
     threads: int = 1,
 ) -> LoadSharing:
-    """Return the forces on the lobes of one disc and its rotation, at torques (torque,) x crank angles (crank,) x simulated gearboxes.
+    """Return the forces on the lobes of one disc and its rotation, at all combinations of torques, crank angles and simulated gearboxes (draws).
 
-    `torque` N m about the planet's centre, of either sign; at zero torque the disc lies anywhere in its play, and the rotation is reported as 0.
-    `gaps` m along the normals, negative for interference, any shape that broadcasts to (crank, draw, N). The residual is below 1e-9 of the torque,
-    usually 1e-12; otherwise the case is marked as not converged. That includes a torque below a millionth of the interference forces, where rounding
-    hides it. The result is identical for any `threads`. Raises ValueError for shapes that do not fit, values that are not finite, or supports that
-    are not positive.
+    torque   (torque,) on one disc about the planet's centre, N m, of either sign; at zero torque the disc is free in its play, and the rotation is 0
+    crank    (crank,) crank angles, rad
+    gaps     along the normals, m, negative for interference; any shape that broadcasts to (crank, draw, N)
+    threads  number of threads, on which the result does not depend
+
+    The residual is below 1e-9 of the torque, usually 1e-12; otherwise the case is marked as not converged. That includes a torque below a millionth
+    of the interference forces, which is lost in rounding. Raises ValueError for shapes that do not match, values that are not finite, or supports
+    that are not positive.
     """
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
@@ -163,7 +174,7 @@ def load_sharing(
 
 
 def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, Floats]:
-    """Return what the kernel needs of a law: its number, two coefficients and the largest valid force, per contact."""
+    """Return the parameters of the law of approach for the kernel: its number, and two coefficients and the largest valid force of each contact."""
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     one = np.ones_like(radius)
@@ -196,19 +207,20 @@ def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: 
 
 
 def output_pin_stiffness(pin: float, radius: float, count: int) -> float:
-    """Return the stiffness k_w Rw^2 n_w/4 (N m/rad) of n_w output pins of k_w (N/m) on the radius Rw (m), half of them loaded."""
+    """Return the stiffness k_w Rw^2 n_w/4 (N m/rad) of n_w output pins of stiffness k_w (N/m) on the radius Rw (m), half of them loaded."""
     return pin * radius**2 * count / 4
 
 
 def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: LoadSharing, friction: Friction) -> Floats:
-    """Return one disc's Coulomb friction at the output (N m, (torque, crank, draw)), at the crank angles of `answer`.
+    """Return the Coulomb friction torque of one disc at the output (torque, crank, draw), N m, for the load sharing `answer` at these crank angles.
 
     Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (planet pins: + Rr). The eccentric's bearing turns and
-    the output pins slide at the crank's speed, N times (planet pins: z times) the output's: F_b r_b N and F_pin e N. The loads are those without
-    friction: an estimate, valid while the friction stays below about a fifth of the torque. Seals, grease and preloaded bearings add to it.
+    the output pins slide at the speed of the crank relative to the planet, N times (planet pins: z times) that of the output: F_b r_b N and F_pin e
+    N. The loads are those without friction. So the result is an estimate, valid for friction below about a fifth of the torque. Seals, grease and
+    preloaded bearings add to it.
     """
     theta = pin_angles(stage, np.atleast_1d(np.asarray(crank, dtype=float)))
-    reach = stage.ring_radius * pitch_distance(stage, theta) + (1 if stage.twin else -1) * stage.pin_radius
+    reach = stage.ring_radius * pitch_distance(stage, theta) + (1 if stage.has_planet_pins else -1) * stage.pin_radius
     meshes = friction.flank * (answer.forces * np.abs(reach)[None, :, None, :]).sum(axis=-1)
     moment = np.abs((answer.forces * arms(stage, theta)[None, :, None, :]).sum(axis=-1))
     pins = friction.output * stage.ring_pitch_radius * 4 / math.pi * moment / friction.pin_circle
@@ -217,6 +229,6 @@ def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: LoadS
 
 
 def efficiency(torque: Floats, friction: Floats) -> Floats:
-    """Return the efficiency T/(T + M_f) for torques and friction torques of shapes that broadcast; 0 without load."""
+    """Return the efficiency T/(T + M_f) for torques and friction torques (N m) of shapes that broadcast; 0 without load."""
     load = np.abs(np.asarray(torque, dtype=float))
     return np.asarray(np.where(load > 0, load, 0.0) / np.where(load + friction > 0, load + friction, 1.0))

@@ -1,8 +1,8 @@
 """Kernel of the load sharing: one disc, many unilateral contacts, solved case by case. Compiled once by Numba and cached; single-threaded.
 
 The normals' component across the line of centres is the arm over the planet's pitch radius r: n_y = l/r. So a contact depends on x and v = y + r
-theta alone, and the balance across the line of centres yields the bearing's y directly. Two unknowns remain. The energy is convex in them, so
-Newton's method with a line search on the energy's slope converges to its only minimum.
+theta alone, and y follows directly from the balance across the line of centres. Two unknowns remain. The energy is convex in them, so Newton's method
+with a line search on the slope of the energy converges to its only minimum.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ ROTATION, SOFTNESS, BEARING, RESIDUAL, LOADED = range(5)
 COLUMNS: Final = 5
 TOLERANCE: Final = 1e-9  # of the torque
 _GOAL: Final = 1e-12
-_STALLED: Final = 1e-10  # no improvement over the previous step: rounding, accurate enough
-_ROUNDING: Final = 2e-16  # of the sum of all forces: no step can do better, even where this is large compared with a small torque
+_STALLED: Final = 1e-10  # accepted where a step no longer improves it: rounding
+_ROUNDING: Final = 2e-16  # of the sum of all forces: the accuracy limit of the balance, even where it is large compared with a small torque
 _TOUCH: Final = 1e-9  # of T/r: a smaller force is rounding
-_SHORT: Final = 0.05  # arms below this share of the longest do not determine where driving begins
+_SHORT: Final = 0.05  # contacts with arms below this share of the longest are ignored in the start value
 _ACROSS: Final = 1e-20  # of the stiffness along the line of centres: rounding of the arm of a contact on that line
 _STEPS: Final = 200
 _HALVINGS: Final = 30
@@ -35,14 +35,14 @@ _jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, 
 
 @_jit
 def _push(law, delta, soft, scale):
-    """Return force and stiffness of a contact approached by delta > 0: delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
+    """Return force (N) and stiffness (N/m) at an approach delta > 0 (m): delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
     if law == LINEAR:
         return delta / soft, 1.0 / soft
     if law == LOGARITHMIC:
         # u - ln u = ln(soft/delta) + scale, with u = scale - ln F
         height = np.log(soft / delta) + scale
         lowest = _LOWEST - np.log(_LOWEST)
-        if height <= lowest:  # beyond the law's range: continue linearly; the result is marked as not converged
+        if height <= lowest:  # beyond the range of the law: continued linearly, and the result is marked as not converged
             edge = np.exp(scale - _LOWEST)
             stiff = 1.0 / (soft * (_LOWEST - 1.0))
             return edge + (delta - soft * edge * _LOWEST) * stiff, stiff
@@ -71,7 +71,7 @@ def _push(law, delta, soft, scale):
 
 @_jit
 def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):
-    """Add up forces and stiffnesses of all contacts at x, v into sums: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
+    """Write the sums over all contacts at x, v to `sums`: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
     fx = fv = total = kxx = kxv = kvv = 0.0
     for i in range(arm.shape[0]):
         a = side * arm[i]
@@ -90,7 +90,7 @@ def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):
 
 @_jit
 def _start(law, pull, x, side, across, arm, gap, soft, scale):
-    """Return a start value of v: the driving gaps' average, but at least the first contact, plus the approach under an even share of the load."""
+    """Return a start value of v: the mean of the driving gaps, at least the first contact, plus the approach under an equal share of the load."""
     first, weight, weighted, best, at = np.inf, 0.0, 0.0, 0.0, 0
     for i in range(arm.shape[0]):
         a = side * arm[i]
@@ -113,7 +113,7 @@ def _start(law, pull, x, side, across, arm, gap, soft, scale):
 
 @_jit
 def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
-    """Return x and v where the contacts balance the pull (T/r, positive) and the push along the line of centres; also the residual."""
+    """Return x and v at which the contacts balance the pull (T/r, positive) and the push along the line of centres, and the residual."""
     x, v = 0.0, 0.0
     held = not np.isfinite(stiffness)
     spring = 0.0 if held else stiffness
@@ -140,7 +140,7 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
                 dx, dv = (kvv * rx - kxv * rv) / determinant, (kxx * rv - kxv * rx) / determinant
             else:
                 dx, dv = rx / kxx, 0.0
-        if kvv <= _ACROSS * kxx:  # no driving flank touches: move slightly beyond the first contact
+        if kvv <= _ACROSS * kxx:  # no driving flank is in contact: move slightly beyond the first contact
             dx, dv = 0.0, max(_start(law, pull, x, side, across, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
         slope = rx * dx + rv * dv
         share = tried = 1.0
@@ -175,7 +175,7 @@ def solve_cases(
     out,  # out (case, COLUMNS)
     forces,  # out (case, N)
 ):
-    """Solve a range of cases; cases that do not converge are NaN."""
+    """Solve a range of cases. Cases that do not converge are NaN."""
     cranks, draws = arm.shape[0], stiffness.shape[0]
     sums = np.empty(6)
     for case in range(first, last):
@@ -200,7 +200,7 @@ def solve_cases(
             forces[case, i] = force
             fx += force * across[c, i]
             fv += force * a
-        # d(theta)/d(torque) = [push' and pull' through the contacts, then the bearing] over r
+        # d(theta)/d(torque): compliance of the contacts to push and pull, plus that of the bearing, over r
         kxx, kxv, kvv = sums[3] + k, sums[4], sums[5]
         soft_v = (kxx + kxv * thrust * radius) / (kxx * kvv - kxv * kxv) + 1.0 / k if np.isfinite(k) else 1.0 / kvv
         y = -pull / k

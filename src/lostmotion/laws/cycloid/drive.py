@@ -1,11 +1,11 @@
 """A cycloidal stage with its supports as springs in series: the wind-up of the output through each member.
 
-Members are those of the stage itself, at its output: the contacts of the lobes, the bending of pins or lobes, the bodies of disc and ring, bearing
-and shaft of the eccentric, the output pins. Members before and behind the stage (a first stage, shafts, the frame) are added outside.
+The members are those of the stage itself: contacts of the lobes, bending of pins or lobes, bodies of disc and ring, bearing and shaft of the
+eccentric, output pins. Members before and after the stage (a first stage, shafts, the frame) are not included.
 
 The eccentric's bearing stiffens with its load and is represented by its secant stiffness. In a drive whose crankshafts carry the output (RV) the same
-bearings support the disc against translation, as a single eccentric does, and against rotation, as output pins would. Static, first order in the
-gaps. The discs share the torque equally here; `cycloid.tolerances` treats the effect of their differences.
+bearings support the disc against translation, as a single eccentric does, and against rotation, as output pins would. Valid for static load and to
+first order in the gaps. The discs share the torque equally here; for the effect of their differences see `cycloid.tolerances`.
 
 Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 after M. Lehmann, TU München 1976; the crankshafts by statics.
 """
@@ -19,30 +19,35 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing, output_pin_stiffness
-from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_error, gaps, pin_angles
+from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_angle, gaps, pin_angles
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# Crank angles within one pitch over which the ripple is averaged.
+# Number of crank angles within one pitch over which the ripple is averaged.
 _RIPPLE: Final = 6
-# Of the largest arm. A flank nearer to the line of centres that interferes by a micrometre would stop a rigid disc on a rigid eccentric; a real one
-# is pushed aside.
+# Smallest arm, over the largest, of flanks that limit the free rotation. Flanks nearer to the line of centres push a disc aside when they interfere;
+# only a rigid disc on a rigid eccentric would be stopped by them.
 LEAST_ARM: Final = 0.1
-# Share of a torque that is practically none.
+# Share of a torque that counts as no torque.
 _REST: Final = 0.01
-# Crank angles over a turn, to average the crankshafts' forces.
+# Number of crank angles over a turn, to average the forces on the crankshafts.
 _ROUND: Final = 72
 
 
 @dataclass(frozen=True, slots=True)
 class Eccentric:
-    """Stiffness of the eccentric, per disc and crankshaft: its bearing, and the shaft with its seats behind it; infinite means rigid.
+    """Stiffness of the eccentric, per disc and crankshaft: its bearing, and the shaft with its seats; infinite means rigid.
 
-    A rolling bearing by its `elements` of `element_stiffness` K (N/m^n, `rolling.roller_stiffness`) and `exponent` n, without clearance; or, with no
-    elements, by `bearing` N/m. `shaft` N/m. `cranks` shafts on a circle of radius `circle` (m) carry the output (RV); one central eccentric does not:
-    infinite. Raises ValueError for impossible values.
+    bearing            stiffness of the bearing, N/m; used where `elements` is 0
+    elements           number of rolling elements of the bearing, without clearance
+    element_stiffness  K of one element, N/m^n (`rolling.roller_stiffness`), with its `exponent` n
+    shaft              stiffness of shaft and seats, N/m
+    cranks             number of crankshafts
+    circle             radius of the circle of crankshafts that carry the output (RV), m; infinite for one central eccentric
+
+    Raises ValueError for impossible values.
     """
 
     bearing: float = math.inf
@@ -80,7 +85,7 @@ class Eccentric:
 
 @dataclass(frozen=True, slots=True)
 class OutputPins:
-    """Output pins that take the torque from the discs: `count` on the radius `circle` (m), each of `stiffness` N/m at the discs."""
+    """Output pins that transmit the torque of the discs: `count` pins on the radius `circle` (m), each of `stiffness` (N/m) at the discs."""
 
     count: int
     circle: float
@@ -89,7 +94,13 @@ class OutputPins:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A stage with its supports. `disc_body` and `ring_body` rad/(N m), per disc and its share of the torque; zero means rigid."""
+    """A cycloidal stage with its supports.
+
+    relief                profile modification
+    discs                 number of discs, which share the torque equally
+    output                output pins; None for crankshafts that carry the output
+    disc_body, ring_body  compliance of the bodies at the output, rad per N m on one disc; zero means rigid
+    """
 
     stage: Stage
     flanks: Flanks
@@ -106,10 +117,10 @@ class Drive:
         return self.disc_body + self.ring_body
 
 
-def crank_lever(drive: Drive) -> float:
-    """Return the force (N) on each crank's bearing per N m on one disc, averaged over a turn: 1/(e z) for one central eccentric.
+def crank_force_per_torque(drive: Drive) -> float:
+    """Return the force (N) on the bearing of each crankshaft per N m on one disc, averaged over a turn: 1/(e z) for one central eccentric.
 
-    On crankshafts the mesh's reaction 1/(e z), equal for all, adds to the torque's 1/Rc, whose direction turns around the circle.
+    For several crankshafts it is the vector sum of the reaction of the mesh, 1/(e z), equal for all, and of the torque's, 1/Rc, along the circle.
     """
     lever, circle = drive.stage.planet_pitch_radius, drive.eccentric.circle
     if math.isinf(circle):
@@ -118,41 +129,47 @@ def crank_lever(drive: Drive) -> float:
     return float(np.sqrt(lever**-2 + circle**-2 + 2 * around / (lever * circle)).mean()) / drive.eccentric.cranks
 
 
-def crank_play(drive: Drive) -> float:
-    """Return the rotation (rad) of the output per metre of diametral clearance in every crank bearing: 1/(e z) for one central eccentric.
+def play_per_crank_clearance(drive: Drive) -> float:
+    """Return the play (rad) of the output per metre of diametral clearance in every crank bearing: 1/(e z) for one central eccentric.
 
-    Both directions together. By virtual work: every bearing moves by half its clearance along its own force. For several crankshafts this is an upper
+    By virtual work: every bearing moves by half of its clearance along its own force, in either direction. For several crankshafts this is an upper
     bound, reached under load.
     """
-    return crank_lever(drive) * drive.eccentric.cranks
+    return crank_force_per_torque(drive) * drive.eccentric.cranks
 
 
 def crank_force(drive: Drive, torque: float) -> float:
-    """Return the force (N) on each crank's bearing under a torque (N m) on one disc of the nominal stage, averaged over a pitch.
+    """Return the force (N) on the bearing of each crankshaft under a torque (N m) on one disc of the nominal stage, averaged over a pitch.
 
-    Larger than `crank_lever` times the torque, because lobes also push a little along the line of centres.
+    Larger than `crank_force_per_torque` times the torque, because lobes also push slightly along the line of centres. Raises DidNotConvergeError.
     """
-    force = abs(torque) * crank_lever(drive)
+    force = abs(torque) * crank_force_per_torque(drive)
     crank = crank_angles_of_pitch(drive)
     answer = load_sharing(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), _supports(drive, force, rigid=False)).checked()
-    return float(answer.bearing_force.mean()) * crank_lever(drive) * drive.stage.planet_pitch_radius
+    return float(answer.bearing_force.mean()) * crank_force_per_torque(drive) * drive.stage.planet_pitch_radius
 
 
 def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> LoadSharing:
-    """Return the load sharing of one disc under its torque (N m, not zero) at crank angles (crank,) with gaps (crank, draw, N), with the bodies.
+    """Return the load sharing of one disc with its bodies, under its torque.
 
-    The eccentric's bearing has its secant stiffness under the force that it carries in the nominal stage. Raises DidNotConvergeError.
+    torque  N m on the disc, not zero
+    crank   (crank,) crank angles, rad
+    gap     (crank, draw, N) m
+
+    The bearing of the eccentric has its secant stiffness under its force in the nominal stage. Raises DidNotConvergeError.
     """
-    force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_lever(drive)
+    force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_force_per_torque(drive)
     supports = _supports(drive, force, rigid=rigid_eccentric)
     return load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, threads=threads).checked()
 
 
 def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
-    """Return the angle (crank, draw), rad, at which interfering flanks hold a disc without torque; NaN where they leave it play.
+    """Return the angle (crank, draw), rad, at which a disc with interfering flanks rests without torque; NaN for a disc with play.
 
-    `gap` (crank, draw, N) m; `torque` N m, positive: the mean of the angles under +- a hundredth of it. Raises DidNotConvergeError where interference
-    is beyond the contact law, or its forces are 10 000 times those of `torque`.
+    gap     (crank, draw, N) m
+    torque  N m, positive; the result is the mean of the angles under +- a hundredth of it
+
+    Raises DidNotConvergeError where the interference is beyond the contact law, or its forces are 10 000 times those of `torque`.
     """
     stuck = interferes(drive, crank, gap)
     chosen = np.flatnonzero(stuck.any(axis=0))
@@ -165,9 +182,9 @@ def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid
 
 
 def interferes(drive: Drive, crank: Floats, gap: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return for which gaps (crank, draw, N) a disc's own flanks leave it no play: (crank, draw)."""
+    """Return a mask (crank, draw) of the gaps (crank, draw, N), m, with which the flanks of one disc interfere, so that it has no play."""
     theta = pin_angles(drive.stage, crank)[:, None]
-    return first_contact_error(drive.stage, theta, gap, LEAST_ARM) + first_contact_error(drive.stage, -theta, gap, LEAST_ARM) < 0
+    return first_contact_angle(drive.stage, theta, gap, LEAST_ARM) + first_contact_angle(drive.stage, -theta, gap, LEAST_ARM) < 0
 
 
 def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
@@ -183,33 +200,33 @@ def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
 
 
 def nominal_gaps(drive: Drive, crank: Floats) -> Floats:
-    """Return the gaps (crank, 1, N) in m of the nominal stage."""
+    """Return the gaps (crank, 1, N), m, of the nominal stage at crank angles (crank,), rad."""
     return gaps(drive.stage, pin_angles(drive.stage, crank), drive.relief)[:, None]
 
 
 def crank_angles_of_pitch(drive: Drive) -> Floats:
-    """Return crank angles (rad) that cover one pitch of pins uniformly."""
+    """Return crank angles (crank,), rad, evenly spaced over one pitch of the pins."""
     return 2 * math.pi / drive.stage.pins * np.arange(_RIPPLE) / _RIPPLE
 
 
 def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
-    """Return the wind-up (rad) through each member under torques (torque,), positive, N m on the whole nominal drive.
+    """Return the wind-up (torque,), rad, due to each member under positive torques (torque,), N m, on the whole nominal drive.
 
-    Measured from the first contact, so without the play, and for interfering flanks from their rest angle; the members add up to the whole wind-up. A
-    rigid member has zeros. Raises DidNotConvergeError where a load is beyond the contact law.
+    Wind-up is measured from the first contact, so play is not included; for interfering flanks it is measured from their rest angle. The members add
+    up to the total wind-up. A rigid member has zeros. Raises DidNotConvergeError where a load is beyond the contact law.
     """
     torque = np.asarray(torque, dtype=float)
     crank = crank_angles_of_pitch(drive)
     gap = nominal_gaps(drive, crank)
     bare = replace(drive, flanks=replace(drive.flanks, bending=0.0), disc_body=0.0, ring_body=0.0)
     bent = replace(bare, flanks=drive.flanks)
-    first = first_contact_error(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
+    first = first_contact_angle(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
     stuck = interferes(drive, crank, gap)[:, 0]
 
     def start(held: Drive, each: float, *, rigid: bool) -> float:
         return float(np.where(stuck, rest_angle(held, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
 
-    lobes = "planet pins" if drive.stage.twin else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
+    lobes = "planet pins" if drive.stage.has_planet_pins else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
     out = {name: np.zeros_like(torque) for name in ("lobe contacts", lobes, "disc body", "ring body", "eccentric bearing", "eccentric shaft")}
     for k, each in enumerate(torque / drive.discs):
         contact = float(loaded_disc(bare, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(bare, each, rigid=True)
@@ -227,7 +244,7 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     out["ring body"] = drive.ring_body * torque / drive.discs
     if drive.output is not None:
         stiffness = output_pin_stiffness(drive.output.stiffness, drive.output.circle, drive.output.count)
-        # One disc loads half of the pins. A second one, half a turn away, loads the other half and keeps the first one's pins from bending
-        # sideways; three or more support every pin in both directions.
+        # One disc loads half of the pins. A second one, half a turn away, loads the other half and supports the pins of the first one
+        # sideways. Three or more discs support every pin in both directions.
         out["output pins"] = torque / (stiffness * {1: 1, 2: 2}.get(drive.discs, 4))
     return out

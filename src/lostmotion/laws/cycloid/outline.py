@@ -1,4 +1,4 @@
-"""Closed outlines of the wheels of a cycloidal stage for drawings, with a bound on the distance of the chords from the true profile."""
+"""Closed outlines of the wheels of a cycloidal stage for drawings, with a bound on their distance from the true profile."""
 
 from __future__ import annotations
 
@@ -17,23 +17,28 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid.geometry import Modification, Stage
     from lostmotion.spatial import Floats
 
-# Points of half a pitch at which the true profile is evaluated; doubled until their own chords are within a tenth of the tolerance.
-_LOOKED: Final = 257
-_MOST: Final = 10_000
+# Number of points of half a pitch at which the true profile is evaluated; doubled until their chords are within a tenth of the tolerance.
+_POINTS: Final = 257
+_MOST_POINTS: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A closed polygon (point, 2), m, about the wheel's own centre, corners on the true profile; `chord_error` m, its largest distance from it."""
+    """A closed polygon.
+
+    points       (point, 2) corners on the true profile, m, from the wheel's own centre
+    chord_error  largest distance of the polygon from the true profile, m
+    """
 
     points: Floats
     chord_error: float
 
 
 def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outline:
-    """Return the outline of the toothed wheel (the disc; with planet pins the ring) with its modification. A valley is at angle 0; `tolerance` m.
+    """Return the outline of the toothed wheel (the disc; with planet pins the ring) with its modification; a valley is at angle 0.
 
-    Raises ValueError for turned flanks: their two halves do not meet.
+    tolerance: largest distance from the true profile, m. Raises ValueError for turned flanks, whose two halves do not meet, and for a tolerance that
+    cannot be met.
     """
     if relief.turn:
         raise ValueError("turned flanks leave a step in the valley and have no closed outline")
@@ -45,9 +50,10 @@ def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outli
 
 
 def ring_outline(stage: Stage, tolerance: float) -> Outline:
-    """Return the outline of a ring with integral lobes, "lobe arcs" or "lobe envelope". A crest is at angle 0; `tolerance` m.
+    """Return the outline of a ring with integral lobes, "lobe arcs" or "lobe envelope"; a crest is at angle 0.
 
-    Raises ValueError for stages with pins, whose ring or planet consists of circles.
+    tolerance: largest distance from the true profile, m. Raises ValueError for stages with pins, whose ring or planet consists of circles, and for a
+    tolerance that cannot be met.
     """
     if stage.kind not in {"lobe arcs", "lobe envelope"}:
         raise ValueError(f"a stage with {stage.kind} has no ring with lobes")
@@ -55,7 +61,7 @@ def ring_outline(stage: Stage, tolerance: float) -> Outline:
 
 
 def chord_error(polygon: Floats, true: Floats) -> float:
-    """Return the largest distance (m) of points (m, 2) of the true curve from an open polygon (n, 2), by the two chords at each nearest corner."""
+    """Return the largest distance (m) of points (m, 2) of a curve from an open polygon (n, 2), by the two chords at the nearest corner of each."""
     from scipy.spatial import KDTree
 
     near = KDTree(polygon).query(true)[1]
@@ -73,28 +79,28 @@ def _off(points: Floats, start: Floats, end: Floats) -> Floats:
 
 
 def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> Outline:
-    """Return an outline with as few points as the tolerance allows; raises ValueError where the tolerance cannot be met."""
-    points = _LOOKED
-    while points < _MOST:
+    """Return an outline with as few points as the tolerance (m) allows. Raises ValueError where the tolerance cannot be met."""
+    points = _POINTS
+    while points < _MOST_POINTS:
         half, finer = (_half(pitch(2 * count + 1)) for count in (points, 2 * points))
-        own = 2 * chord_error(half, finer)  # the farthest point of an arc may lie between those evaluated
+        own = 2 * chord_error(half, finer)  # the most distant point of an arc may be between those evaluated
         if own <= 0.1 * tolerance:
-            chosen, error = _kept(half, 0.9 * tolerance)
+            chosen, error = _simplified(half, 0.9 * tolerance)
             kept = half[chosen]
             return Outline(repeat_pitch(np.concatenate([kept[:0:-1] * [1, -1], kept]), times), error + own)
         points *= 2
-    raise ValueError(f"chords of an outline cannot be kept within {tolerance:g} m of it")
+    raise ValueError(f"no outline has all its chords within {tolerance:g} m of the true profile")
 
 
 def _half(pitch: Floats) -> Floats:
-    """Return the half of a pitch from its middle on; the other half mirrors it."""
+    """Return the second half of a pitch; the first half is its mirror image."""
     return pitch[len(pitch) // 2 :]
 
 
-def _kept(line: Floats, tolerance: float) -> tuple[list[int], float]:
-    """Return the points of a line, in order, that a coarser line needs to stay within the tolerance, and the largest distance of the others.
+def _simplified(line: Floats, tolerance: float) -> tuple[list[int], float]:
+    """Return the indices, in order, of the points that a simplified line within the tolerance (m) needs, and the largest distance (m) of the others.
 
-    D. Douglas, T. Peucker, Cartographica 10 (1973) 112.
+    Source: D. Douglas, T. Peucker, Cartographica 10 (1973) 112.
     """
     kept, worst = [0, len(line) - 1], 0.0
     spans = [(0, len(line) - 1)]

@@ -1,4 +1,4 @@
-"""Profiles of rings with integral lobes.
+"""Profiles of cycloidal rings with integral lobes.
 
 Source: F. Litvin, P. Feng, Mech. Mach. Theory 31 (1996) 891 (envelope with two branches).
 """
@@ -18,19 +18,20 @@ if TYPE_CHECKING:
 
 
 def ring_root_radius(stage: Stage) -> float:
-    """Return the largest distance (m) from the ring's centre that the moving disc reaches: R - Rr + 2 e."""
+    """Return the root radius (m) of the ring: the largest distance from its centre that the moving disc reaches, R - Rr + 2 e."""
     return stage.ring_radius - stage.pin_radius + 2 * stage.eccentricity
 
 
 def ring_pitch(stage: Stage, points: int = 401, clearance: float = 0.0) -> Floats:
-    """Return one pitch of the ring's profile, from -pi/N to pi/N with the crest at angle 0: points (points or a few more, 2) in m.
+    """Return one pitch of the ring's profile, from -pi/N to pi/N with the crest at angle 0: at least `points` points (point, 2), m.
 
-    "lobe envelope": the boundary of the area swept by the moving disc: the pin's arc near the crest, then the branch that the disc's tips cut. "lobe
-    arcs" (and "ring pins", as if they were one piece with the ring): arcs of Rr down to a root circle, `clearance` m beyond the tips' reach, with
-    radial walls where the root lies behind the arc's middle. For "planet pins" the ring is the toothed wheel: its `flank` once round / z.
+    For "lobe envelope" it is the boundary of the area swept by the moving disc: the arc of the pin near the crest, then the branch cut by the tips of
+    the disc. For "lobe arcs" (and "ring pins", as if integral with the ring) it consists of arcs of Rr down to a root circle, `clearance` (m) beyond
+    the reach of the tips, with radial walls where the root is outside of the arc's centre. For "planet pins" the ring is the toothed wheel: one of
+    the z pitches of its `flank`.
     """
     half = points // 2 + 1
-    if stage.twin:
+    if stage.has_planet_pins:
         at = np.linspace(-math.pi, math.pi, 2 * half - 1) / stage.lobes
         return flank(stage, at)[0]
     side = _envelope_side(stage, half) if stage.kind == "lobe envelope" else _arc_side(stage, half, ring_root_radius(stage) + clearance)
@@ -38,7 +39,7 @@ def ring_pitch(stage: Stage, points: int = 401, clearance: float = 0.0) -> Float
 
 
 def repeat_pitch(pitch: Floats, times: int) -> Floats:
-    """Return the closed outline (times x (n - 1), 2) of `times` copies of one pitch (n, 2)."""
+    """Return the closed outline (times x (n - 1), 2), m, of `times` copies of one pitch (n, 2), m."""
     one = pitch[:-1, 0] + 1j * pitch[:-1, 1]
     whole = (np.exp(2j * math.pi / times * np.arange(times))[:, None] * one).ravel()
     return np.stack([whole.real, whole.imag], axis=-1)
@@ -47,7 +48,7 @@ def repeat_pitch(pitch: Floats, times: int) -> Floats:
 def _arc_side(stage: Stage, points: int, root: float) -> Floats:
     r, rr = stage.ring_radius, stage.pin_radius
     behind = math.sqrt(r**2 - rr**2)
-    # the arc ends where it meets the root circle, or, with a deep root, where a ray from the centre is tangent to it
+    # The arc ends where it meets the root circle, or, with a deep root, where a ray from the centre is tangent to it.
     meets = math.acos((r**2 + rr**2 - root**2) / (2 * r * rr) if root < behind else rr / r)
     turn = np.linspace(0, meets, points // 2)
     arc = np.stack([r - rr * np.cos(turn), rr * np.sin(turn)], axis=-1)
@@ -57,7 +58,7 @@ def _arc_side(stage: Stage, points: int, root: float) -> Floats:
 
 
 def _second_branch(stage: Stage, t: Floats) -> Floats:
-    """Return the ring's points (t, 2) where the disc's flank at t touches again: where its normal meets the pitch circle a second time."""
+    """Return the points (t, 2), m, of the ring at the second contact of the disc's flank at t: where its normal meets the pitch circle again."""
     e, z, n = stage.eccentricity, stage.lobes, stage.pins
     points, normal = flank(stage, t)
     place, towards = points[:, 0] + 1j * points[:, 1], normal[:, 0] + 1j * normal[:, 1]
@@ -71,7 +72,7 @@ def _second_branch(stage: Stage, t: Floats) -> Floats:
 
 
 def _junction(stage: Stage) -> float:
-    """Return the t where the second branch leaves the pin's arc: the normal is tangent to the pitch circle, cos(z t) = K1, at the longest arm."""
+    """Return the parameter t at which the second branch begins: the normal is tangent to the pitch circle, cos(z t) = K1, at the longest arm."""
     return math.acos(stage.shortening) / stage.lobes
 
 

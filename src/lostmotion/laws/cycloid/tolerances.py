@@ -1,14 +1,14 @@
 """Simulated cycloidal stages with manufacturing tolerances: play, lost motion, wind-up and transmission error of each gearbox.
 
-Every dimension is drawn within its tolerance and turned into gaps at the contacts. The discs, which are in opposite phases of the same crank, share
-the torque: at each crank angle they share it so that both turn the output by the same angle. Without load the first contact on either side decides,
-and an error of one flank counts in full; under load the errors of the flanks average.
+Every dimension is drawn within its tolerance and converted into gaps at the contacts. The discs, at equally spaced phases of the same crank, share
+the torque so that all rotate the output by the same angle at each crank angle. Without load the first contact in either direction decides, so an
+error of one flank has its full effect; under load the errors of the flanks average.
 
-Where the flanks of a disc, or of one disc against the other, interfere, the discs push against each other without any torque. `cycloid.preload` finds
-their rest angle, and wind-up counts from there.
+Where flanks of one disc, or of different discs, interfere, the discs push against each other without any torque. `cycloid.preload` computes their
+rest angle, from which wind-up is measured.
 
-Pins belong to the ring and are shared by all discs; flanks belong to one disc. Each dimension of each gearbox has its own random numbers, by name and
-number: another tolerance, or more gearboxes, leave the other draws unchanged.
+Errors of pins are common to all discs; errors of flanks belong to one disc. Random numbers are drawn by the name of the dimension and the number of
+the gearbox. So the other draws do not change with another tolerance or with more gearboxes.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.drive import LEAST_ARM, crank_play, loaded_disc, rest_angle
-from lostmotion.laws.cycloid.geometry import arms, first_contact_error, gaps, gaps_from_pins, normals, pin_angles
-from lostmotion.laws.cycloid.preload import Branches, carried_torque, preloaded_discs
+from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, play_per_crank_clearance, rest_angle
+from lostmotion.laws.cycloid.geometry import arms, first_contact_angle, gaps, gaps_from_pins, normals, pin_angles
+from lostmotion.laws.cycloid.preload import ClearanceEffects, carried_torque, preloaded_discs
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.units import Toleranced
 
@@ -32,19 +32,25 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _NONE: Final = Toleranced(0.0)
-# Bisections for the discs' common angle: to rounding.
+# Number of bisections for the common angle of the discs, to rounding.
 _HALVINGS: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """Tolerances of a stage's dimensions. All in m; only clearances have a nominal value.
+    """Tolerances (m) of the dimensions of a stage; only clearances have a nominal value.
 
-    Shared within one gearbox: the ± of `ring_radius`, `pin_radius`, `eccentricity`, of the material removed (`roller`, `circle`), and the diametral
-    clearances of the crank bearings and of the output pins in their holes, with their ±. Independent for each pin or lobe, as ± of a normal law: its
-    position (`pin_position`, radial and tangential), its radius (`pin_size`), the disc's flank along its normal (`flank_form`); for each output pin
-    against its hole (`output_position`), and for each bore of a disc for its crank against the flank and the other shafts (`crank_position`), in both
-    directions.
+    Common to one gearbox:
+    ring_radius, pin_radius, eccentricity  ± of the dimensions of the stage
+    roller, circle                         ± of the profile modification
+    crank_clearance, output_clearance      diametral clearances of the crank bearings, and of the output pins in their holes
+
+    Independent, as ± of a normal distribution:
+    output_position  of each output pin relative to its hole, in both directions
+    crank_position   of each bore of a disc for a crankshaft relative to its flanks, in both directions
+    pin_position     of each pin or lobe, radial and tangential
+    pin_size         radius of each pin or lobe
+    flank_form       of the flank of a disc along its normal, at each pin or lobe
     """
 
     ring_radius: Toleranced = _NONE
@@ -65,10 +71,11 @@ class Scatter:
 class SimulatedGearboxes:
     """Results of simulated gearboxes; the last axis is the gearbox.
 
-    `ahead` and `behind` (crank, gearbox) rad: free rotation of the output in either direction from its position without gaps, clearances of crank and
-    output pins included; their sum, the play, is zero where discs push against each other, and one of them is then negative. `torque` (torque,) N m,
-    of either sign; `rotation` (torque, crank, gearbox) rad under it, with its sign, clearances included: never short of the end of the free rotation.
-    `jammed` (gearbox,): flanks interfere at every crank angle by more than all clearances allow.
+    ahead, behind  (crank, gearbox) free rotation of the output in either direction from its position without gaps, rad, with all clearances. Their
+                   sum is the play. It is zero where discs push against each other; one of the two is then negative.
+    torque         (torque,) N m, of either sign
+    rotation       (torque, crank, gearbox) of the output under the torque, rad, with its sign and all clearances; at least the free rotation
+    jammed         (gearbox,) whether flanks interfere at every crank angle by more than all clearances
     """
 
     ahead: Floats
@@ -84,27 +91,27 @@ class SimulatedGearboxes:
 
     @property
     def play(self) -> Floats:
-        """Return the free play (gearbox,), rad, averaged over the crank's turn; zero where discs push against each other."""
+        """Return the play (gearbox,), rad, averaged over a turn of the crank; zero where discs push against each other."""
         return np.asarray(np.maximum(self.ahead + self.behind, 0.0).mean(axis=0))
 
 
 def sample(size: float, law: Law, name: str, seed: int, shape: tuple[int, ...]) -> Floats:
-    """Return values (gearbox, ...) within ± size from a random stream of this name. Each gearbox has its own row, whatever their number."""
+    """Return random values of this shape (gearbox, ...) within ± size, from the stream of this name. More gearboxes do not change the first ones."""
     if not size:
         return np.zeros(shape)
     stream = np.random.Generator(np.random.PCG64([seed, zlib.crc32(name.encode())]))
-    # open at both ends, as the quantiles require
+    # An open interval, as quantile functions require.
     uniforms = (stream.integers(0, 2**53, size=shape) + 0.5) / 2**53
     return law.quantile(uniforms) * (size / law.bound)
 
 
 def sample_dimension(dimension: Toleranced, name: str, seed: int, count: int) -> Floats:
-    """Return the values (gearbox,) of a toleranced dimension."""
+    """Return random values (gearbox,) of a toleranced dimension, in its unit, from the stream of this name."""
     return dimension.nominal + sample(dimension.tolerance, of_tolerance(dimension.law), name, seed, (count,))
 
 
 def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
-    """Return the gaps (disc, crank, gearbox, N; m) at crank angles (crank,) in simulated gearboxes; negative: interference."""
+    """Return the gaps (disc, crank, gearbox, N), m, of simulated gearboxes at crank angles (crank,), rad; negative for interference."""
     stage, pins, normal = drive.stage, drive.stage.pins, Normal()
 
     def shared(name: str) -> Floats:
@@ -121,7 +128,7 @@ def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, s
     out = np.empty((drive.discs, len(crank), gearboxes, pins))
     for disc in range(drive.discs):
         theta = pin_angles(stage, crank + 2 * math.pi * disc / drive.discs)[:, None]
-        # dR removes (1 - K1 cos theta)/D of itself, as a pin farther out does; planet pins move the opposite way
+        # dR removes (1 - K1 cos theta)/D of itself, as a pin farther out does; planet pins move in the opposite direction.
         taken = roller + np.abs(gaps_from_pins(stage, theta, np.zeros(1), np.ones(1), np.zeros(1))) * circle
         moved, turned, _ = _bores(drive, scatter, disc, gearboxes, seed)
         across, along = _in_line_of_centres(moved, crank + 2 * math.pi * disc / drive.discs)
@@ -135,22 +142,22 @@ def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, s
 def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gearboxes: int, seed: int, *, threads: int = 1) -> SimulatedGearboxes:
     """Return play and rotation of simulated gearboxes at crank angles (crank,) under torques (torque,) of either sign, not zero, N m on the drive.
 
-    Rotations include the deflection of disc, flanks and eccentric (see `cycloid.drive`), not of the output pins. Raises DidNotConvergeError where a
-    load is beyond the contact law, ValueError for a torque of zero. The sharing between discs is interpolated linearly between the solved loads:
-    accurate to about 2 % of the angle where their gaps differ much. Without any torque, discs that push against each other are placed in the middle
-    of their overlap. The result is identical for any `threads`; with more gearboxes the first ones stay the same.
+    Rotations include the deflection of disc, flanks and eccentric (see `cycloid.drive`), not that of the output pins. The sharing between discs is
+    interpolated linearly between the computed loads, with an error of about 2 % of the angle where their gaps differ much. Without any torque, discs
+    that push against each other are placed in the middle of their overlap. The result does not depend on `threads`; with more gearboxes the first
+    ones stay the same. Raises DidNotConvergeError where a load is beyond the contact law, ValueError for a torque of zero.
     """
     torque, crank = np.asarray(torque, dtype=float), np.asarray(crank, dtype=float)
     if not torque.all():
-        raise ValueError("without torque the output lies anywhere in its play: see `ahead` and `behind`")
+        raise ValueError("a torque is zero, at which the output is free in its play: see `ahead` and `behind`")
     gap = sample_gaps(drive, scatter, crank, gearboxes, seed)
     angles = [pin_angles(drive.stage, crank + 2 * math.pi * disc / drive.discs)[:, None] for disc in range(drive.discs)]
-    ahead = np.stack([first_contact_error(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
-    behind = np.stack([first_contact_error(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    ahead = np.stack([first_contact_angle(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
+    behind = np.stack([first_contact_angle(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     alone = ahead.copy(), behind.copy()
     stuck = ahead + behind < 0
     for disc in np.flatnonzero(stuck.any(axis=(1, 2))):
-        # its own flanks hold the disc in one position, from which only the clearances let the output move
+        # Its own flanks fix the disc in one position, from which only the clearances allow the output to move.
         rest = (ahead[disc] - behind[disc]) / 2
         if len(torque):
             turned = crank + 2 * math.pi * disc / drive.discs
@@ -158,8 +165,8 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
         ahead[disc], behind[disc] = np.where(stuck[disc], (rest, -rest), (ahead[disc], behind[disc]))
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
-    early = early - _room_lost(drive, scatter, gearboxes, seed)[:, None]
-    # the clearances may resolve a disc's own interference, so a gearbox jams only where the interference exceeds them
+    early = early - _lost_rotation(drive, scatter, gearboxes, seed)[:, None]
+    # Clearances may absorb the interference of a disc, so a gearbox is jammed only where the interference exceeds them.
     jammed = (((alone[0] + early[0]).min(axis=0) + (alone[1] + early[1]).min(axis=0) + 2 * free) < 0).all(axis=0)
     first, last = ahead + early[0] + free, behind + early[1] + free
     ends = np.stack([first.min(axis=0), last.min(axis=0)])
@@ -167,15 +174,15 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
     for way, (sign, start) in enumerate(((1.0, ahead), (-1.0, behind))):
         chosen = np.flatnonzero(np.sign(torque) == sign)
         if len(chosen):
-            found = _side_by_side(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way]
-            # errors of the output pins average under load, while the first one to touch ends the free rotation
+            found = _common_rotation(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way]
+            # Errors of the output pins average under load, while the first one to touch ends the free rotation.
             rotation[chosen] = sign * np.maximum(found, ends[way])
     pressed = ends.sum(axis=0) < 0
     middle = (ends[0] - ends[1]) / 2
     ahead, behind = np.where(pressed, middle, ends[0]), np.where(pressed, -middle, ends[1])
     chosen = np.flatnonzero(pressed.any(axis=0))
     if len(chosen) and len(torque):
-        shifts = Branches(-last[..., chosen], first[..., chosen], (free + uneven)[..., chosen])
+        shifts = ClearanceEffects(-last[..., chosen], first[..., chosen], (free + uneven)[..., chosen])
         rest, turned = preloaded_discs(drive, torque, crank, gap[:, :, chosen], shifts, threads=threads)
         own = pressed[:, chosen]
         rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
@@ -184,17 +191,17 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
 
 
 def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
-    """Return the play (gearbox,; rad) from the clearances of crank bearings, G times `crank_play`, and output pins, Gw/Rw."""
-    out = crank_play(drive) * sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
+    """Return the play (gearbox,), rad, due to the clearances of crank bearings, G times `play_per_crank_clearance`, and of output pins, Gw/Rw."""
+    out = play_per_crank_clearance(drive) * sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
     if drive.output is not None:
         out = out + sample_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
     return np.asarray(out)
 
 
 def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int) -> tuple[Floats, Floats, Floats]:
-    """Return the effect of misplaced bores on a disc: shift (gearbox, 2) m, rotation (gearbox,) rad, remaining misfits (gearbox, crank, 2) m.
+    """Return the effect of misplaced bores on a disc: displacement (gearbox, 2), m, rotation (gearbox,), rad, and misfits (gearbox, crank, 2), m.
 
-    Least squares, as for equal bearings that all carry load; in the axes of the output.
+    By least squares, as for equal bearings that all carry load; in the axes of the output.
     """
     count, circle = drive.eccentric.cranks, drive.eccentric.circle
     off = np.stack([sample(scatter.crank_position, Normal(), f"crank_position {way} disc {disc}", seed, (gearboxes, count)) for way in "xy"], axis=-1)
@@ -208,26 +215,28 @@ def _bores(drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int)
 
 
 def _in_line_of_centres(shift: Floats, crank: Floats) -> tuple[Floats, Floats]:
-    """Return shifts (gearbox, 2) in the output's axes as components across and along the line of centres, both (crank, gearbox)."""
+    """Return the components across and along the line of centres, both (crank, gearbox), of displacements (gearbox, 2) in the output's axes."""
     cosine, sine = np.cos(crank)[:, None], np.sin(crank)[:, None]
     return shift[:, 1] * cosine - shift[:, 0] * sine, shift[:, 0] * cosine + shift[:, 1] * sine
 
 
-def _room_lost(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
-    """Return by how much (disc, gearbox; rad) bores that do not fit the cranks shorten the free rotation in each direction.
+def _lost_rotation(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+    """Return the reduction (disc, gearbox), rad, of the free rotation in each direction by bores that are misplaced relative to the crankshafts.
 
-    A bearing off by r within its half clearance g moves as freely as one of sqrt(g^2 - r^2), and not at all from r = g on; the worst one counts.
+    A bearing with the misfit r in its half clearance g has the free motion of one with the half clearance sqrt(g^2 - r^2), and none from r = g on.
+    The bearing with the largest misfit decides.
     """
     half = np.maximum(sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes), 0.0) / 2
     off = np.stack([np.linalg.norm(_bores(drive, scatter, disc, gearboxes, seed)[2], axis=-1).max(axis=1) for disc in range(drive.discs)])
-    return np.asarray(crank_play(drive) * (half - np.sqrt(np.maximum(half**2 - off**2, 0.0))))
+    return np.asarray(play_per_crank_clearance(drive) * (half - np.sqrt(np.maximum(half**2 - off**2, 0.0))))
 
 
 def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> tuple[Floats, Floats]:
-    """Return the effect of misplaced output pins, rad: on the free rotation (way, disc, crank, gearbox), and under load (way, crank, gearbox).
+    """Return the effect of misplaced output pins, rad: on the free rotation, and under load.
 
-    A pin at phi from the line of centres, misplaced along it by d, meets its hole at (Gw/2 + d)/(Rw sin phi): the first to do so ends the free
-    rotation. Under load they turn the output by sum(sin phi d)/(Rw sum(sin phi^2)), averaged over the discs.
+    The first is (direction, disc, crank, gearbox), the second (direction, crank, gearbox). A pin at the angle phi from the line of centres, misplaced
+    along that line by d, touches its hole at the rotation (Gw/2 + d)/(Rw sin phi). The first pin that touches ends the free rotation. Under load the
+    rotation is sum(sin phi d)/(Rw sum(sin phi^2)), averaged over the discs.
     """
     shape = (2, drive.discs, len(crank), gearboxes)
     pins = drive.output
@@ -252,10 +261,10 @@ def _output_pins(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, 
     return early, uneven.mean(axis=1)
 
 
-def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, start: Floats, threads: int) -> Floats:
-    """Return the common angle (torque, crank, gearbox), positive, at which the discs share torques of one sign; `start` is first contact."""
+def _common_rotation(drive: Drive, torque: Floats, crank: Floats, gap: Floats, start: Floats, threads: int) -> Floats:
+    """Return the common angle (torque, crank, gearbox), rad, positive, at which the discs share torques of one sign; `start`: first contacts."""
     sign = float(np.sign(torque[0]))
-    # Each disc alone, from its first contact to the whole torque, of which it may carry nearly all.
+    # Each disc alone, from its first contact to the total torque, of which it may carry nearly all.
     wanted = np.abs(torque)
     loads = np.unique(np.concatenate([[0.0], wanted / drive.discs, [wanted.max()]]))
     alone = np.empty((drive.discs, len(loads), *gap.shape[1:3]))
@@ -263,7 +272,7 @@ def _side_by_side(drive: Drive, torque: Floats, crank: Floats, gap: Floats, star
         turned = crank + 2 * math.pi * disc / drive.discs
         for k, each in enumerate(loads[1:], 1):
             alone[disc, k] = sign * loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads).rotation[0]
-        # flanks that interfere push each other apart without torque
+        # Interfering flanks push each other apart without torque.
         alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
     out = np.empty((len(torque), *gap.shape[1:3]))
     for k, whole in enumerate(wanted):

@@ -168,7 +168,7 @@ class CycloidalStage(Sourced):
             reaching = "pins that reach" if self.form == "ring pins" else "lobes with roots"
             why = f"a ring of outer radius {self.ring_outer_radius * 1e3:g} mm around {reaching} out to {outside:.4g} mm"
             raise refuse(why, "a ring around its pins or lobes", f'ring_outer_radius = "{1.2 * outside:.3g} mm"')
-        made = self.relief.circle.nominal * (1 if stage.twin else -1)
+        made = self.relief.circle.nominal * (1 if stage.has_planet_pins else -1)
         if stage.eccentricity * stage.pins >= stage.ring_radius + made:
             why = f"a relief of {self.relief.circle.nominal * 1e3:g} mm on the pin circle, with which the profile loops"
             raise refuse(why, "a smaller circle", 'relief = { roller = "4 µm", circle = "-2 µm" }')

@@ -88,7 +88,7 @@ def _ring(part: CycloidalStage) -> go.Scatter:
     if stage.kind == "ring pins":
         return _scatter(_round(_around(stage.pins, stage.ring_radius), stage.pin_radius), "pins of the ring", INK)
     fine = _FINE * stage.ring_radius
-    outline = wheel_outline(stage, part.drive.relief, fine) if stage.twin else ring_outline(stage, fine)
+    outline = wheel_outline(stage, part.drive.relief, fine) if stage.has_planet_pins else ring_outline(stage, fine)
     return _scatter(_closed(_complex(outline.points)), "ring", INK)
 
 
@@ -96,9 +96,9 @@ def _planet(part: CycloidalStage, disc: int) -> go.Scatter:
     stage = part.stage
     centre, turned = planet_pose(stage, np.array(2 * math.pi * disc / part.discs))
     middle, turn = complex(*centre), np.exp(1j * float(turned))
-    name = "planet" if stage.twin else "disc"
+    name = "planet" if stage.has_planet_pins else "disc"
     name = f"{name} {disc + 1}" if part.discs > 1 else name
-    if stage.twin:
+    if stage.has_planet_pins:
         return _scatter(_round(middle + _around(stage.pins, stage.ring_radius) * turn, stage.pin_radius), f"pins of {name}", _LINES[disc])
     outline = wheel_outline(stage, part.drive.relief, _FINE * stage.ring_radius)
     return _scatter(_closed(middle + _complex(outline.points) * turn), name, _LINES[disc], fill="toself", fillcolor=_FILLS[disc])
@@ -126,7 +126,7 @@ def _centres(stage: Stage) -> go.Scatter:
     """Draw the line of centres and the pin circle."""
     pitch, reach = stage.ring_pitch_radius, 1.02 * stage.ring_radius
     gap = np.array([complex(math.nan, math.nan)])
-    middle = complex(stage.eccentricity, 0.0) if stage.twin else 0j
+    middle = complex(stage.eccentricity, 0.0) if stage.has_planet_pins else 0j
     around = middle + stage.ring_radius * np.exp(2j * math.pi * np.arange(181) / 180)
     line = np.array([-reach, max(reach, pitch)], dtype=complex)
     cross = np.array([-0.06j, 0.06j]) * stage.ring_radius
@@ -137,7 +137,7 @@ def _centres(stage: Stage) -> go.Scatter:
 def _touching(stage: Stage, lobes: Lobes) -> tuple[np.ndarray, np.ndarray]:
     """Return the point of contact and the direction of the force of each lobe."""
     normal = _complex(normals(stage, lobes.theta))
-    middle, out = (stage.eccentricity, 1) if stage.twin else (0.0, -1)
+    middle, out = (stage.eccentricity, 1) if stage.has_planet_pins else (0.0, -1)
     return middle + stage.ring_radius * np.exp(1j * lobes.theta) + out * stage.pin_radius * normal, normal
 
 

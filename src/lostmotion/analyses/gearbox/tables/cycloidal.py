@@ -136,7 +136,7 @@ def _geometry(gearbox: CycloidalGearbox) -> Section:
 
 def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str]]:
     stage, drive = part.stage, part.drive
-    wheel = "ring" if stage.twin else "disc"
+    wheel = "ring" if stage.has_planet_pins else "disc"
     ends = np.linalg.norm(flank(stage, np.array([0.0, math.pi / stage.lobes]), drive.relief)[0], axis=-1)
     working = np.linspace(0, math.pi, 2001)[1:-1]
     longest = pressure_angles(stage, np.array(math.acos(stage.shortening)))
