@@ -5,9 +5,9 @@
     python tests/compare_figures.py compare BEFORE AFTER
 
 `record` runs each question with a fixed seed and keeps its result.json and its arrays. `compare` prints each figure that moved by more than its
-kind allows, with its place, both values and the relative change. Sections are matched by their keys, rows and columns by their labels. Rows with
-changed labels are matched in their order where they lie between the same neighbours, are as many and have the same units; each such pair of labels
-is listed. Every other row is listed as gone or new. The exit code is 1 where a figure moved or a row is gone or new.
+kind allows, with its place, both values and the relative change. Tables are matched by their keys, rows and columns by their labels. Those with
+changed labels are matched in their order where they lie between the same neighbours, are as many and have the same units (tables: the same rows);
+each such pair of labels is listed. All others are listed as gone or new. The exit code is 1 where a figure moved or something is gone or new.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Move:
 
 @dataclass
 class Comparison:
-    """What differs between two results: figures that moved, labels that changed, and rows and columns that only one of them has."""
+    """What differs between two results: figures that moved, labels that changed, and tables, rows and columns that only one of them has."""
 
     moves: list[Move] = field(default_factory=list)
     renamed: set[str] = field(default_factory=set)
@@ -111,10 +111,10 @@ class Comparison:
     new: list[str] = field(default_factory=list)
 
 
-def matched(before: list[str], after: list[str], same_units: Callable[[int, int], bool]) -> list[tuple[int, int]]:
+def matched(before: list[str], after: list[str], compatible: Callable[[int, int], bool]) -> list[tuple[int, int]]:
     """Return pairs of positions of the same label and occurrence, then those of changed labels between the same neighbours.
 
-    The latter only where both sides have as many labels there, with the same units in their order.
+    The latter only where both sides have as many labels there, which are compatible in their order.
     """
     where = {name: j for j, name in enumerate(_numbered(after))}
     pairs = [(i, where[name]) for i, name in enumerate(_numbered(before)) if name in where]
@@ -122,7 +122,7 @@ def matched(before: list[str], after: list[str], same_units: Callable[[int, int]
     for i, j in [(-1, -1), *pairs]:
         old, new = _run(i + 1, len(before), olds), _run(j + 1, len(after), news)
         ends = (old.stop, new.stop)
-        if len(old) == len(new) and (ends == (len(before), len(after)) or ends in pairs) and all(map(same_units, old, new)):
+        if len(old) == len(new) and (ends == (len(before), len(after)) or ends in pairs) and all(map(compatible, old, new)):
             pairs = [*pairs, *zip(old, new, strict=True)]
     return sorted(pairs)
 
@@ -154,13 +154,14 @@ def limits(question: str, section: str, row: str, column: str, unit: str) -> tup
 def comparison(question: str, before: dict[str, Any], after: dict[str, Any]) -> Comparison:
     """Return what differs between two results of a question, the largest moves first."""
     out = Comparison()
-    old, new = ({section["key"]: section["rows"] for section in result["sections"]} for result in (before, after))
-    for key in dict.fromkeys([*old, *new]):
+    old, new = (result["sections"] for result in (before, after))
+    for table, other_table in _pairs(out, "tables", old, new, "key"):
+        key = other_table["key"]
         largest: dict[str, float] = {}
-        for figure in [figure for row in old.get(key, []) for figure in row["figures"]]:
+        for figure in [figure for row in table["rows"] for figure in row["figures"]]:
             size = max(abs(value) if isinstance(value, float) and math.isfinite(value) else 0.0 for _, value in _ends(figure))
             largest[figure["unit"]] = max(largest.get(figure["unit"], 0.0), size)
-        for row, other in _pairs(out, key, old.get(key, []), new.get(key, []), "label"):
+        for row, other in _pairs(out, key, table["rows"], other_table["rows"], "label"):
             for one, two in _pairs(out, f"{key}: {other['label']}", row["figures"], other["figures"], "name"):
                 relative, absolute = limits(question, key, other["label"], two["name"], two["unit"])
                 absolute = max(absolute, _ROUNDING * largest[one["unit"]])
@@ -175,17 +176,18 @@ def comparison(question: str, before: dict[str, Any], after: dict[str, Any]) -> 
 
 
 def _pairs(out: Comparison, place: str, before: list[Any], after: list[Any], name: str) -> list[tuple[Any, Any]]:
-    """Return the rows or columns that belong together, and list the others in `out`."""
+    """Return the tables, rows or columns that belong together, and list the others in `out`."""
     olds, news = ([item[name] for item in items] for items in (before, after))
-    pairs = matched(olds, news, lambda i, j: _units(before[i]) == _units(after[j]))
+    pairs = matched(olds, news, lambda i, j: _content(before[i]) == _content(after[j]))
     out.renamed |= {f"{place.partition(':')[0]}: {olds[i]} -> {news[j]}" for i, j in pairs if olds[i] != news[j]}
     out.gone += [f"{place}: {label}" for i, label in enumerate(olds) if i not in {i for i, _ in pairs}]
     out.new += [f"{place}: {label}" for j, label in enumerate(news) if j not in {j for _, j in pairs}]
     return [(before[i], after[j]) for i, j in pairs]
 
 
-def _units(item: dict[str, Any]) -> list[str]:
-    return [figure["unit"] for figure in item.get("figures", [item])]
+def _content(item: dict[str, Any]) -> list[str]:
+    """Return what items of changed names must share: the labels of a table's rows, the units of a row's or a column's figures."""
+    return [row["label"] for row in item["rows"]] if "rows" in item else [figure["unit"] for figure in item.get("figures", [item])]
 
 
 def _ends(figure: dict[str, Any]) -> list[tuple[str, float | str | None]]:

@@ -57,6 +57,16 @@ def test_the_same_figures_under_other_words_are_no_difference():
     assert found.renamed == {"error: largest -> maximum", "error: 95 % below -> 95th percentile", "levels: share -> part"}
 
 
+def test_a_table_of_another_key_is_matched_by_its_rows():
+    """A table with the same rows between the same tables is the same table, and its figures are compared."""
+    other = json.loads(json.dumps(changed(1, 0, value=2.0)).replace("iso9283", "standard"))
+    found = comparison("study-arm", RESULT, other)
+    assert ([move.place for move in found.moves], found.renamed) == (["standard: RP, mean: value.value"], {"tables: iso9283 -> standard"})
+    other["sections"][1]["rows"][0]["label"] = "RP"
+    found = comparison("study-arm", RESULT, other)
+    assert (found.moves, found.gone, found.new) == ([], ["tables: iso9283"], ["tables: standard"])
+
+
 def test_rows_that_changed_places_are_matched_by_their_labels():
     """A table sorted by size may have another order."""
     mean, level, largest = RESULT["sections"][0]["rows"]
