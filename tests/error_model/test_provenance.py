@@ -97,6 +97,14 @@ def test_how_a_lumped_error_varies_is_no_error():
     assert not states(Arm(name="x", joints=(joint(lumped=Lumped(law="uniform", varies="robot")),))).described
 
 
+def test_a_kind_of_error_is_missing_where_any_joint_lacks_it():
+    """An encoder at one joint of two is missing at the other, at both it is not; a lumped error is never missed, since it stands for other kinds."""
+    encoder = {"zero": 1e-4}
+    one, both = (states(Arm(name="x", joints=(joint(encoder=encoder), joint("B", **more)))).ideal_kinds for more in ({}, {"encoder": encoder}))
+    assert set(one) - set(both) == {"encoder"}
+    assert set(both) == set(KINDS) - {"encoder", "lumped", "link bending", "link length"}  # links without length have no error
+
+
 def test_a_base_alone_is_an_error_source():
     """A tilt that nobody measured, or a mount that deflects, can be predicted from."""
     for base, kind in ((Base(roll="0 deg ± 1 deg"), "tilt"), (Base(linear_stiffness=(1e6, 1e6, 1e6)), "mount")):

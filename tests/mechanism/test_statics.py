@@ -11,7 +11,7 @@ import lostmotion
 from lostmotion.analyses.statics.survey import survey
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.holding_torques import static_loads
+from lostmotion.mechanism.holding_torques import holding_torques, static_loads
 from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, bending, single_cause_arms
 from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts, wrenches
 from lostmotion.parts.base import Base
@@ -84,6 +84,20 @@ def test_the_worst_bearing_moment_is_not_exceeded_at_any_tilt():
         seen = max(sizes(wrenches(arm, at_worst, gravity=down)[place])[0] for down in tilts)
         assert seen <= node.moment_any_tilt * (1 + 1e-12)
         assert seen == pytest.approx(node.moment_any_tilt, rel=3e-2)
+
+
+def test_the_largest_holding_torque_is_sought_at_every_pose():
+    """Every pose has its holding torques; the largest of each joint, level and over all tilts, is reported with its sign and its pose."""
+    rng = np.random.default_rng(5)
+    arm = elastic_arm(rng, 3)
+    q = rng.uniform(-1, 1, (5000, 3))  # more than are calculated at once
+    found, largest = holding_torques(arm, q)
+    torques, over_tilts = joint_torques(arm, q), worst_torques_over_tilts(arm, q)
+    np.testing.assert_allclose(found, torques, rtol=1e-12, atol=1e-12 * np.abs(torques).max())
+    for k, each in enumerate(largest):
+        assert (each.worst, each.over_tilts) == pytest.approx((torques[each.worst_index, k], over_tilts[each.over_tilts_index, k]), rel=1e-12)
+        assert abs(each.worst) == pytest.approx(np.abs(torques[:, k]).max(), rel=1e-12)
+        assert each.over_tilts == pytest.approx(over_tilts[:, k].max(), rel=1e-12)
 
 
 def test_causes_add_up_to_the_whole():
