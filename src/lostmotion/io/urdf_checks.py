@@ -47,7 +47,7 @@ def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
         out.append(f"nothing that moves with {listed(weightless)} alone has a mass: is it missing in the URDF?")
     bodies = [link for joint in chain.joints if (link := tree.links[joint.child]).mass]
     if len(bodies) >= _SEVERAL and len({link.mass for link in bodies}) == 1:
-        out.append(f"every link weighs {bodies[0].mass:g} kg: placeholders? Weight and what it does are then no better than a guess")
+        out.append(f"every link weighs {bodies[0].mass:g} kg: placeholders? PlacedMass and what it does are then no better than a guess")
     if len(bodies) >= _SEVERAL and not any(any(link.centre) for link in bodies):
         out.append("every centre of mass lies at its link's origin: placeholders? Torques and sag are then no better than a guess")
     if any(is_balancer(name) for joint in tree.joints.values() if joint.moves for name in (joint.name, joint.child)):

@@ -80,18 +80,18 @@ def compliances(arm: Arm, q: Floats) -> Compliances:
     """
     values = as_poses(arm, q)
     springs = elastic_terms(arm)
-    parts = tuple(dict.fromkeys(of.owner for of in springs))
+    parts = tuple(dict.fromkeys(placed.owner for placed in springs))
     by_part = np.zeros((len(parts), len(values), 6, 6))
     tool = np.empty((len(values), 3))
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
         tool[here] = at[-1, :, :3, 3]
-        felt, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
-        for of in springs:
-            carried = carries[of.place]
-            own = of.term.scale * of.term.form.compliance(felt(of))
-            by_part[parts.index(of.owner), here] += carried @ own @ carried.transpose(0, 2, 1)
+        conditions, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
+        for placed in springs:
+            carried = carries[placed.place]
+            own = placed.term.scale * placed.term.form.compliance(conditions(placed))
+            by_part[parts.index(placed.owner), here] += carried @ own @ carried.transpose(0, 2, 1)
     return Compliances(parts, by_part, tool)
 
 
@@ -122,22 +122,22 @@ def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         at = frames(arm, values[here])
-        felt, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
-        for of in springs:
-            before, carried = felt(of), carries[of.place]
+        conditions, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
+        for placed in springs:
+            before, carried = conditions(placed), carries[placed.place]
             more = replace(before, wrench=before.wrench + np.einsum("pji,pj->ip", carried, load[here]))
-            moved = of.term.scale * (of.term.form.screw(more) - of.term.form.screw(before))
+            moved = placed.term.scale * (placed.term.form.screw(more) - placed.term.form.screw(before))
             out[here] += np.einsum("pij,jp->pi", carried, moved)
     return out
 
 
 def _carries(arm: Arm, at: Floats, terms: list[PlacedTerm]) -> dict[int, Floats]:
-    return {place: carry(arm.tree, at, place) for place in dict.fromkeys(of.place for of in terms)}
+    return {place: carry(arm.tree, at, place) for place in dict.fromkeys(placed.place for placed in terms)}
 
 
 def elastic_terms(arm: Arm) -> list[PlacedTerm]:
     """Return the terms that deflect under load: design terms with an elastic form."""
-    return [of for of in arm.terms if of.term.form.elastic and of.term.level == "design"]
+    return [placed for placed in arm.terms if placed.term.form.elastic and placed.term.level == "design"]
 
 
 @dataclass(frozen=True)

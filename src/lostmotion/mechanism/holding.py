@@ -32,7 +32,7 @@ def holding_loads(tree: Tree, limits: Floats, payload: Payload, gravity: float, 
     at = place_frames(tree, spread_evenly(limits))
     by_axis, process = wrenches_by_axis(tree, at, payload)
     start = at[tree.places[tree.moved[tree.tool_joints[0]]].parent, :, :3, 3]
-    centres = [payload.centre_of_mass, *(weight.centre for weight in tree.weights if weight.at == len(at) - 1)]
+    centres = [payload.centre_of_mass, *(weight.centre for weight in tree.masses if weight.at == len(at) - 1)]
     ends = [at[-1, :, :3, 3] + out_of(at[-1], np.array(centre)) for centre in ((0.0, 0.0, 0.0), *centres)]
     reach = max(float(np.linalg.norm(end - start, axis=-1).max()) for end in ends)
     out = []

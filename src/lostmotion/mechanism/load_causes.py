@@ -124,19 +124,19 @@ class _LinkDeflection:
 
 def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
     at = frames(arm, q)
-    felt, felt_alone = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()}
+    conditions, conditions_by_cause = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()}
     links: dict[str, list[PlacedTerm]] = {}
-    for of in arm.terms:
-        if of.kind == "link" and of.term.level == "design" and of.term.form.reads:
-            links.setdefault(of.owner, []).append(of)
+    for placed in arm.terms:
+        if placed.kind == "link" and placed.term.level == "design" and placed.term.form.reads:
+            links.setdefault(placed.owner, []).append(placed)
     out = {}
     for joint in arm.joints:
         terms = links.get(f"joints.{joint.name}.link")
         if terms:
-            place, whole = terms[0].place, felt(terms[0])
+            place, whole = terms[0].place, conditions(terms[0])
             acting = {OWN_WEIGHT: replace(whole, wrench=np.zeros_like(whole.wrench))}
-            acting |= {cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity)) for cause, one in felt_alone.items()}
-            parts = {cause: np.sum([of.term.scale * of.term.form.screw(one) for of in terms], axis=0).T for cause, one in acting.items()}
+            acting |= {cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity)) for cause, one in conditions_by_cause.items()}
+            parts = {cause: np.sum([placed.term.scale * placed.term.form.screw(one) for placed in terms], axis=0).T for cause, one in acting.items()}
             carried, off = carry(arm.tree, at, place)[:, 3:], _projection_across(at, arm.tree.places[place].parent, place)
             out[joint.name] = _LinkDeflection(
                 {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},

@@ -38,7 +38,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Weight:
+class PlacedMass:
     """A mass (kg) with its centre (3,), m, in the frame of the place with index `at`; it loads the place `on` and all places inboard of it."""
 
     at: int
@@ -60,12 +60,12 @@ class Tree:
     """The places of an arm and the masses on them.
 
     places   the base is place 0, a parent has a lower index than its children, and the tool is the last place
-    weights  masses of joints, links and tool, without the payload
+    masses   of joints, links and tool, without the payload
     joints   places of each joint, moving or fixed, in the order of the arm's joints
     """
 
     places: tuple[Place, ...]
-    weights: tuple[Weight, ...]
+    masses: tuple[PlacedMass, ...]
     joints: tuple[JointPlaces, ...]
 
     @functools.cached_property
@@ -133,7 +133,7 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
     foot (4, 4): pose of the foot of the arm in the base's frame, m. A joint without `after` is attached to the tip of the previous joint, the first
     one to the base; a tool without `after` to the tip of the last joint. Raises KeyError where `after` names no earlier place.
     """
-    places, weights, units = [Place("base", -1)], [], []
+    places, masses, units = [Place("base", -1)], [], []
     number = {"base": 0}
 
     def add(place: Place) -> int:
@@ -153,9 +153,9 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
         end = add(Place(f"{joint.name}.tip", moved, joint.link.tip_pose))
         units.append(JointPlaces(seat, moved, end))
         # The housing is fixed to the seat: it loads the place that the joint is attached to, not the joint's own bearing.
-        weights.append(Weight(seat, on, joint.total_mass, np.array(joint.centre_of_mass)))
-        weights.append(Weight(moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)))
+        masses.append(PlacedMass(seat, on, joint.total_mass, np.array(joint.centre_of_mass)))
+        masses.append(PlacedMass(moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)))
     on = end if tool.after is None else number[tool.after]
     last = add(Place("tool", on, tool.frame.pose if on else foot @ tool.frame.pose))
-    weights.append(Weight(last, last, tool.mass, np.array(tool.centre_of_mass)))
-    return Tree(tuple(places), tuple(weight for weight in weights if weight.mass), tuple(units))
+    masses.append(PlacedMass(last, last, tool.mass, np.array(tool.centre_of_mass)))
+    return Tree(tuple(places), tuple(each for each in masses if each.mass), tuple(units))

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gearboxes_without_mass: Sequence[str]) -> tuple[str, ...]:
     """Return remarks on encoders on the output, rigid members, gearboxes without a rating, assumed friction and gearbox masses, a text each.
 
-    moving     the moving joints
-    assumed    friction (N m or N) that is assumed because none is stated, by names of joint and part
+    moving                  the moving joints
+    assumed                 friction (N m or N) that is assumed because none is stated, by names of joint and part
     gearboxes_without_mass  models of gearboxes without a stated mass
     """
     return (
@@ -38,11 +38,11 @@ def _corrected(moving: Moving) -> tuple[str, ...]:
 
 
 def _rigid_members(moving: Moving) -> tuple[str, ...]:
-    silent: dict[str, list[str]] = {}
+    unspecified: dict[str, list[str]] = {}
     for joint in moving:
         if joint.gearbox is not None and joint.gearbox.assumed_rigid:
-            silent.setdefault(joint.gearbox.assumed_rigid, []).append(joint.name)
-    return tuple(f"gearbox of {', '.join(joints)}: not specified and assumed rigid: {rigid}" for rigid, joints in silent.items())
+            unspecified.setdefault(joint.gearbox.assumed_rigid, []).append(joint.name)
+    return tuple(f"gearbox of {', '.join(joints)}: not specified and assumed rigid: {rigid}" for rigid, joints in unspecified.items())
 
 
 def _unrated(moving: Moving) -> tuple[str, ...]:

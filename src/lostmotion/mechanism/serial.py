@@ -97,11 +97,11 @@ class Conditions:
         self._carried = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
         self._known: dict[tuple[int, int | None], Condition] = {}
 
-    def __call__(self, of: PlacedPart | PlacedTerm) -> Condition:
+    def __call__(self, part: PlacedPart | PlacedTerm) -> Condition:
         """Return the condition of a part, or of the part of a term, with poses as the last axis. Parts at one place with one joint share it."""
-        key = of.place, of.joint
+        key = part.place, part.joint
         if key not in self._known:
-            angle = np.zeros(len(self._q)) if of.joint is None else np.ascontiguousarray(self._q[:, of.joint])
-            gravity = into(self._at[of.place], self._arm.gravity_in_base)
-            self._known[key] = Condition(angle, np.ascontiguousarray(self._carried[of.place].T), np.ascontiguousarray(gravity.T))
+            angle = np.zeros(len(self._q)) if part.joint is None else np.ascontiguousarray(self._q[:, part.joint])
+            gravity = into(self._at[part.place], self._arm.gravity_in_base)
+            self._known[key] = Condition(angle, np.ascontiguousarray(self._carried[part.place].T), np.ascontiguousarray(gravity.T))
         return self._known[key]

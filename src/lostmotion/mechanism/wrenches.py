@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.places import Weight
+from lostmotion.mechanism.places import PlacedMass
 from lostmotion.spatial import cross, out_of
 
 if TYPE_CHECKING:
@@ -26,12 +26,12 @@ def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) ->
     Each place carries the weights on it and the wrenches of its children. The process force and moment of the payload act on the tool, in its axes.
     """
     tool = len(at) - 1
-    weights: dict[int, list[Weight]] = {}
-    for weight in (Weight(tool, tool, payload.mass, np.array(payload.centre_of_mass)), *tree.weights):
+    weights: dict[int, list[PlacedMass]] = {}
+    for weight in (PlacedMass(tool, tool, payload.mass, np.array(payload.centre_of_mass)), *tree.masses):
         if weight.mass:
             weights.setdefault(weight.on, []).append(weight)
     force, moment = np.zeros((2, len(at), 3, at.shape[1])).transpose(0, 1, 3, 2)
-    if not (weights or any(payload.force) or any(payload.moment)):  # an arm without masses
+    if not (weights or any(payload.force) or any(payload.moment)):  # an arm without any load
         return _about_places(at, force, moment)
 
     def apply(place: int, point: Floats, load: Floats) -> None:

@@ -61,8 +61,8 @@ def _push(law, delta, soft, scale):
         if force == 0.0:  # an approach so small that its power underflows
             return 0.0, 0.0
         for _ in range(12):
-            bent = soft * force**_POWER
-            step = (delta - bent - scale * force) / (_POWER * bent / force + scale)
+            bending = soft * force**_POWER
+            step = (delta - bending - scale * force) / (_POWER * bending / force + scale)
             force += step
             if abs(step) < 1e-14 * force:
                 break
@@ -112,11 +112,11 @@ def _start(law, pull, x, side, across, arm, gap, soft, scale):
 
 
 @_jit
-def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
+def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
     """Return x and v at which the contacts balance the pull (T/r, positive) and the push along the line of centres, and the residual."""
     x, v = 0.0, 0.0
-    held = not np.isfinite(stiffness)
-    spring = 0.0 if held else stiffness
+    rigid = not np.isfinite(stiffness)
+    spring = 0.0 if rigid else stiffness
     if pull > 0.0:
         v = _start(law, pull, x, side, across, arm, gap, soft, scale)
     _balance(law, x, v, side, across, arm, gap, soft, scale, sums)
@@ -125,14 +125,14 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
         return x, v, 0.0
     best = np.inf
     for _ in range(_STEPS):
-        rx = 0.0 if held else push - spring * x - sums[0]
+        rx = 0.0 if rigid else push - spring * x - sums[0]
         rv = pull - sums[1]
         error = max(abs(rx), abs(rv)) / unit
         if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best) or error * unit <= _ROUNDING * sums[2]:
             return x, v, error
         best = min(best, error)
         kxx, kxv, kvv = sums[3] + spring, sums[4], sums[5]
-        if held:
+        if rigid:
             dx, dv = 0.0, rv / kvv if kvv > 0.0 else 0.0
         else:
             determinant = kxx * kvv - kxv * kxv
@@ -147,13 +147,13 @@ def _one(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
         for _ in range(_HALVINGS):
             tried = share
             _balance(law, x + share * dx, v + share * dv, side, across, arm, gap, soft, scale, sums)
-            there = (0.0 if held else (push - spring * (x + share * dx) - sums[0]) * dx) + (pull - sums[1]) * dv
+            there = (0.0 if rigid else (push - spring * (x + share * dx) - sums[0]) * dx) + (pull - sums[1]) * dv
             if there >= -0.5 * abs(slope):
                 break
             share *= max(abs(slope) / (abs(slope) - there), 0.1)
         x += tried * dx
         v += tried * dv
-    rx = 0.0 if held else push - spring * x - sums[0]
+    rx = 0.0 if rigid else push - spring * x - sums[0]
     return x, v, max(abs(rx), abs(pull - sums[1])) / unit
 
 
@@ -187,7 +187,7 @@ def solve_cases(
         push = -thrust * abs(moment)
         k = stiffness[draw]
         g = gap[c % gap.shape[0], draw % gap.shape[1]]
-        x, v, error = _one(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums)
+        x, v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums)
         lobes, fx, fv, valid = 0, 0.0, 0.0, error <= TOLERANCE
         for i in range(arm.shape[1]):
             a = side * arm[c, i]

@@ -171,13 +171,13 @@ def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid
 
     Raises DidNotConvergeError where the interference is beyond the contact law, or its forces are 10 000 times those of `torque`.
     """
-    stuck = interferes(drive, crank, gap)
-    chosen = np.flatnonzero(stuck.any(axis=0))
-    out = np.full(stuck.shape, math.nan)
+    interfering = interferes(drive, crank, gap)
+    chosen = np.flatnonzero(interfering.any(axis=0))
+    out = np.full(interfering.shape, math.nan)
     if len(chosen):
         small = _REST * torque
         either = [loaded_disc(drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric).rotation[0] for each in (-small, small)]
-        out[:, chosen] = np.where(stuck[:, chosen], (either[0] + either[1]) / 2, math.nan)
+        out[:, chosen] = np.where(interfering[:, chosen], (either[0] + either[1]) / 2, math.nan)
     return out
 
 
@@ -188,15 +188,15 @@ def interferes(drive: Drive, crank: Floats, gap: Floats) -> np.ndarray[tuple[int
 
 
 def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
-    held, around = math.inf, 1 / drive.bodies if drive.bodies else math.inf
+    bearing, output = math.inf, 1 / drive.bodies if drive.bodies else math.inf
     eccentric = drive.eccentric
     if not rigid:
         each = eccentric.stiffness(force)
-        held = eccentric.cranks * each
+        bearing = eccentric.cranks * each
         if math.isfinite(eccentric.circle):
-            soft = drive.bodies + 1 / (held * eccentric.circle**2)
-            around = 1 / soft if soft else math.inf
-    return Supports(held, around, drive.output.circle if drive.output else math.inf)
+            soft = drive.bodies + 1 / (bearing * eccentric.circle**2)
+            output = 1 / soft if soft else math.inf
+    return Supports(bearing, output, drive.output.circle if drive.output else math.inf)
 
 
 def nominal_gaps(drive: Drive, crank: Floats) -> Floats:
@@ -218,25 +218,25 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     torque = np.asarray(torque, dtype=float)
     crank = crank_angles_of_pitch(drive)
     gap = nominal_gaps(drive, crank)
-    bare = replace(drive, flanks=replace(drive.flanks, bending=0.0), disc_body=0.0, ring_body=0.0)
-    bent = replace(bare, flanks=drive.flanks)
+    contacts_only = replace(drive, flanks=replace(drive.flanks, bending=0.0), disc_body=0.0, ring_body=0.0)
+    with_bending = replace(contacts_only, flanks=drive.flanks)
     first = first_contact_angle(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
-    stuck = interferes(drive, crank, gap)[:, 0]
+    interfering = interferes(drive, crank, gap)[:, 0]
 
-    def start(held: Drive, each: float, *, rigid: bool) -> float:
-        return float(np.where(stuck, rest_angle(held, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
+    def start(loaded: Drive, each: float, *, rigid: bool) -> float:
+        return float(np.where(interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
 
     lobes = "planet pins" if drive.stage.has_planet_pins else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
     out = {name: np.zeros_like(torque) for name in ("lobe contacts", lobes, "disc body", "ring body", "eccentric bearing", "eccentric shaft")}
     for k, each in enumerate(torque / drive.discs):
-        contact = float(loaded_disc(bare, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(bare, each, rigid=True)
+        contact = float(loaded_disc(contacts_only, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(contacts_only, each, rigid=True)
         bending = contact
         if drive.flanks.bending:
-            bending = float(loaded_disc(bent, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(bent, each, rigid=True)
-        eccentric = float(loaded_disc(bent, each, crank, gap).rotation.mean()) - start(bent, each, rigid=False) - bending
+            bending = float(loaded_disc(with_bending, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(with_bending, each, rigid=True)
+        eccentric = float(loaded_disc(with_bending, each, crank, gap).rotation.mean()) - start(with_bending, each, rigid=False) - bending
         out["lobe contacts"][k] = contact
         out[lobes][k] = bending - contact
-        soft = 1 / drive.eccentric.bearing_stiffness(crank_force(bent, each))
+        soft = 1 / drive.eccentric.bearing_stiffness(crank_force(with_bending, each))
         share = soft / (soft + 1 / drive.eccentric.shaft) if soft else 0.0
         out["eccentric bearing"][k] = eccentric * share
         out["eccentric shaft"][k] = eccentric * (1 - share)

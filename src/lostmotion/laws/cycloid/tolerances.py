@@ -155,14 +155,14 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
     ahead = np.stack([first_contact_angle(drive.stage, theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     behind = np.stack([first_contact_angle(drive.stage, -theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)])
     alone = ahead.copy(), behind.copy()
-    stuck = ahead + behind < 0
-    for disc in np.flatnonzero(stuck.any(axis=(1, 2))):
+    interfering = ahead + behind < 0
+    for disc in np.flatnonzero(interfering.any(axis=(1, 2))):
         # Its own flanks fix the disc in one position, from which only the clearances allow the output to move.
         rest = (ahead[disc] - behind[disc]) / 2
         if len(torque):
             turned = crank + 2 * math.pi * disc / drive.discs
             rest = rest_angle(drive, turned, gap[disc], float(np.abs(torque).min()))
-        ahead[disc], behind[disc] = np.where(stuck[disc], (rest, -rest), (ahead[disc], behind[disc]))
+        ahead[disc], behind[disc] = np.where(interfering[disc], (rest, -rest), (ahead[disc], behind[disc]))
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
     early = early - _lost_rotation(drive, scatter, gearboxes, seed)[:, None]
@@ -177,14 +177,14 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
             found = _common_rotation(drive, torque[chosen], crank, gap, start, threads) + free + uneven[way]
             # Errors of the output pins average under load, while the first one to touch ends the free rotation.
             rotation[chosen] = sign * np.maximum(found, ends[way])
-    pressed = ends.sum(axis=0) < 0
+    preloaded = ends.sum(axis=0) < 0
     middle = (ends[0] - ends[1]) / 2
-    ahead, behind = np.where(pressed, middle, ends[0]), np.where(pressed, -middle, ends[1])
-    chosen = np.flatnonzero(pressed.any(axis=0))
+    ahead, behind = np.where(preloaded, middle, ends[0]), np.where(preloaded, -middle, ends[1])
+    chosen = np.flatnonzero(preloaded.any(axis=0))
     if len(chosen) and len(torque):
         shifts = ClearanceEffects(-last[..., chosen], first[..., chosen], (free + uneven)[..., chosen])
         rest, turned = preloaded_discs(drive, torque, crank, gap[:, :, chosen], shifts, threads=threads)
-        own = pressed[:, chosen]
+        own = preloaded[:, chosen]
         rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
         ahead[:, chosen], behind[:, chosen] = np.where(own, rest[1], ahead[:, chosen]), np.where(own, -rest[0], behind[:, chosen])
     return SimulatedGearboxes(ahead, behind, torque, rotation, jammed)
