@@ -30,7 +30,6 @@ _ROUNDING: Final = 1e-12
 # Largest relative error of the variance that the bins may cause.
 _RESOLVED: Final = 0.05
 
-
 # Called thousands of times by the jackknife.
 _edges = functools.cache(bin_edges)
 
@@ -212,8 +211,7 @@ def two_way(values: Floats) -> Spread:
     """Return the uncertainty of the mean of these values (set of poses, robot or group of robots), by a two-way analysis of variance.
 
     The variance of the grand mean is the sum of the mean squares of sets and of robots less that of the cells (S. Searle et al., Variance Components,
-    1992, ch. 4). Its degrees of freedom follow from F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110). A negative component counts as
-    zero.
+    1992, ch. 4). F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) gives its degrees of freedom. A negative component counts as zero.
     """
     sets, robots = values.shape
     squares = [_mean_square(values.mean(axis=0)), _mean_square(values.mean(axis=1))]
@@ -298,8 +296,7 @@ def _shrunk_means(robot_means: Floats) -> Floats:
 def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
     """Return the variance of a quantile over robots that is due to the choice of poses, from means (set of poses, robot).
 
-    It is found from the quantiles of groups of robots in each set, which separate the effect of the choice of robots (see `two_way`). Zero for a
-    single set.
+    Groups of robots in each set separate the effect of the choice of robots (see `two_way`). Zero for a single set.
     """
     sets, robots = robot_means.shape
     if sets < 2:  # noqa: PLR2004 - a single set
@@ -341,10 +338,7 @@ def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, fl
 
 
 def student(freedom: float, level: float | None = None) -> float:
-    """Return the half-width, in standard errors, of Student's interval with these degrees of freedom; NaN for zero.
-
-    level: confidence, 0..1; by default 95 %.
-    """
+    """Return the half-width, in standard errors, of Student's interval of confidence `level` (0..1), by default 95 %; NaN without freedom."""
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, (1 + (level or _CONFIDENCE)) / 2)) if freedom > 0 else math.nan
