@@ -35,7 +35,7 @@ def finite_elements(body: Annulus, angles: np.ndarray, half: float, across: int,
     lam = body.young * body.nu / ((1 + body.nu) * (1 - (2 * body.nu if body.plane == "strain" else body.nu)))
     shear = body.young / (2 + 2 * body.nu)
     law = np.array([[lam + 2 * shear, lam, 0], [lam, lam + 2 * shear, 0], [0, 0, shear]])
-    # rows 0 held ... 2 across loaded, elements finer towards the load
+    # row 0 is fixed, row 2 x across is loaded; elements are finer towards the load
     radius = body.loaded + (body.fixed - body.loaded) * (1 - np.linspace(0, 1, 2 * across + 1)) ** 1.6
     turn = 2 * math.pi * np.arange(2 * around) / (2 * around)
     x, y = radius[:, None] * np.cos(turn), radius[:, None] * np.sin(turn)
@@ -61,7 +61,7 @@ def finite_elements(body: Annulus, angles: np.ndarray, half: float, across: int,
     where = np.repeat(dofs, 18, axis=1).ravel(), np.tile(dofs, (1, 18)).ravel()
     matrix = coo_array((stiff.ravel(), where), shape=(2 * x.size, 2 * x.size)).tocsc()
     loads = np.zeros((2 * x.size, 2 * len(angles)))
-    # consistent loads: the half-ellipse with the weights of Chebyshev's second kind, placed on the edge's parabolas
+    # consistent nodal loads of a half-ellipse, by Gauss-Chebyshev quadrature of the second kind on the quadratic edges
     steps = np.arange(1, 65) * math.pi / 65
     for k, angle in enumerate(angles):
         place = (angle + half * np.cos(steps)) / (2 * math.pi / around)
@@ -118,7 +118,7 @@ def test_a_bonded_bush_is_the_closed_form(body: Annulus):
     m = max(body.loaded, body.fixed) / min(body.loaded, body.fixed)
     k, shear = body.kolosov, body.young / (2 + 2 * body.nu)
     expected = 2 * math.pi * (1 + k) * shear / (k * math.log(m) - (m**2 - 1) / (k * (m**2 + 1)))
-    # a shift of 1 is u_-1 = 1 alone; the resultant is 2 pi r q_-1
+    # a unit displacement is u_-1 = 1 only; the resultant is 2 pi r q_-1
     traction = np.linalg.solve(edge_compliance(body, 1)[1], [0.0, 1.0])
     assert 2 * math.pi * body.loaded * traction[1] == pytest.approx(expected, rel=1e-10)
 
@@ -131,7 +131,7 @@ def test_a_traction_of_short_wavelength_deforms_a_half_plane(body: Annulus):
     half_plane = 2 * body.loaded / (body.plane_modulus * n)
     assert own[0, 0] + own[1, 1] == pytest.approx(2 * half_plane, rel=0.01)
     normal_and_tangential = np.linalg.eigvalsh(own)
-    # the normal and tangential give of a half-plane couple: 2/E' on the diagonal, (1 - plane_nu)/E' besides it
+    # normal and tangential compliance of a half-plane are coupled: 2/E' on the diagonal, (1 - plane_nu)/E' beside it
     coupling = (1 - body.plane_nu) * body.loaded / (body.plane_modulus * n)
     np.testing.assert_allclose(normal_and_tangential, half_plane - coupling * np.array([1, -1]), rtol=0.02)
 

@@ -25,7 +25,7 @@ from lostmotion.laws.beam import (
 )
 
 E, G = 70e9, 26.3e9
-# Different about y and z, so that a mix-up of the two planes shows.
+# Different about y and z, so that an exchange of the two planes is detected.
 SECTION = SectionValues(area=5.4e-4, i_y=2.2e-7, i_z=0.9e-7, torsion=1.7e-7, shear_y=0.42, shear_z=0.53)
 RIGID_IN_SHEAR = SectionValues(area=5.4e-4, i_y=2.2e-7, i_z=0.9e-7, torsion=1.7e-7, shear_y=math.inf, shear_z=math.inf)
 LENGTH = 0.4
@@ -152,7 +152,7 @@ def test_every_beam_stores_energy_and_is_reciprocal(width: float, height: float,
 def test_two_beams_in_line_are_one(length: float, share: float):
     """A beam cut in two and joined again deflects as the whole one."""
     near, far = share * length, (1 - share) * length
-    over = np.eye(6)  # a wrench on the tip, felt at the joint; its transpose carries the joint's twist to the tip
+    over = np.eye(6)  # carries a wrench on the tip to the joint; its transpose carries the twist of the joint to the tip
     over[1, 5], over[2, 4] = -far, far
     joined = over.T @ tip_compliance(near, E, G, SECTION) @ over + tip_compliance(far, E, G, SECTION)
     whole = tip_compliance(length, E, G, SECTION)

@@ -112,7 +112,7 @@ def test_the_curvature_of_the_flank_is_the_closed_form(stage: Stage):
     ahead, behind = flank(stage, t + h), flank(stage, t - h)
     turning = np.angle(as_complex(ahead[1]) / as_complex(behind[1]))
     step = ahead[0] - behind[0]
-    along = as_complex(step) / (1j * as_complex(flank(stage, t)[1]))  # along the flank, counted as the outward normal turns
+    along = as_complex(step) / (1j * as_complex(flank(stage, t)[1]))  # along the flank, in the direction of rotation of the outward normal
     theta = stage.lobes * t * (1 if stage.has_planet_pins else -1)
     locus = 1 / curvature(stage, theta)
     radius = locus + stage.pin_radius if stage.has_planet_pins else locus - stage.pin_radius

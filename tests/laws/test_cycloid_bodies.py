@@ -56,7 +56,7 @@ def test_a_thick_ring_moves_as_a_whole(stage: Stage):
     k = 3 - 4 * NU
     expected = k * (force / torque) ** 2 * math.log(10) / (2 * math.pi * SHEAR * WIDTH * (1 + k))
     far, near = (ring_body(stage, outer, WIDTH, YOUNG, NU, crank=0.1) for outer in (1000.0, 100.0))
-    # what a spread load's resultant lacks: the first harmonic of its arc
+    # the resultant of a distributed load is smaller by the first harmonic of its arc
     pinned = stage.kind in {"ring pins", "lobe arcs"}
     waves = stage.pins if stage.kind == "lobe envelope" else stage.lobes
     lacks = 1 - float(spectrum(np.array(math.pi / (2 * waves)), ELLIPTIC)) if not pinned else (stage.pin_radius / stage.ring_radius) ** 2
@@ -75,16 +75,16 @@ def test_a_slanted_half_ellipse_on_a_half_plane(slant: float, nu_plane: float):
     steps = np.arange(1, count + 1) * math.pi / (count + 1)
     share = 2 / (count + 1) * np.sin(steps) ** 2
     offset = np.cos(steps)  # w = 1
-    force = np.array([math.sin(slant), math.cos(slant)])  # the surface is y = 0, the body lies at y > 0
+    force = np.array([math.sin(slant), math.cos(slant)])  # the surface is y = 0, the body is at y > 0
     logs, weights = np.polynomial.legendre.leggauss(600)
     down = np.exp((logs + 1) / 2 * math.log(depth / 1e-2) + math.log(1e-2))
     from_load = down[:, None, None] * force - np.stack([offset, 0 * offset], axis=-1)
     distance = np.linalg.norm(from_load, axis=-1)
     cosine = from_load @ force / distance
-    # one stress only, along the radius: -2 cos/(pi r); its strain along the force
+    # the only stress is radial, -2 cos/(pi r); its strain along the force
     strain = 2 * cosine / distance * (cosine**2 - nu_plane * (1 - cosine**2))
     moved = float((strain @ share * down) @ weights) * math.log(depth / 1e-2) / 2
-    # the first hundredth of w, omitted, contributes about as much
+    # the omitted first hundredth of w contributes about as much as the tolerance
     assert moved == pytest.approx(2 * math.log(2 * depth) + 1 - (1 + nu_plane) * math.cos(slant) ** 2, abs=0.03)
 
 

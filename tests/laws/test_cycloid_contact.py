@@ -122,7 +122,7 @@ def test_springs_in_series_add_their_compliances():
     bending = replace(SPRINGS, bending=3e-9)
     for supports in (Supports(2e8, output), Supports(2e8), Supports(math.inf, output)):
         for flanks, contact in ((SPRINGS, 2e8), (bending, 1 / (1 / 2e8 + 3e-9))):
-            # along the line of centres the mean of many crank angles is taken: there the bearing also deflects a little
+            # the mean over many crank angles, because the bearing also deflects slightly along the line of centres
             ours = load_sharing(RV_LIKE, flanks, [70.0], np.linspace(0, 0.157, 40, endpoint=False), 0.0, supports)
             soft = 1 / mesh_stiffness(RV_LIKE, contact) + 1 / (supports.bearing * RV_LIKE.planet_pitch_radius**2) + 1 / supports.output
             rigid_across = 70.0 * soft
@@ -142,8 +142,8 @@ def test_springs_in_series_add_their_compliances():
     st.sampled_from([math.inf, 1e10, 1e8, 1e6]),
     st.sampled_from([math.inf, 0.05]),
 )
-@example(SMALL, ALL_FLANKS[4], -1.0, 3.440708116756634e-309, -5.0, 120155, math.inf, math.inf)  # an approach whose power is none
-@example(RV_LIKE, SPRINGS, -0.15603473164999626, 0.0, -5.0, 2361097373, 1e8, math.inf)  # at first only a lobe on the line of centres touches
+@example(SMALL, ALL_FLANKS[4], -1.0, 3.440708116756634e-309, -5.0, 120155, math.inf, math.inf)  # an approach whose power underflows to zero
+@example(RV_LIKE, SPRINGS, -0.15603473164999626, 0.0, -5.0, 2361097373, 1e8, math.inf)  # the first contact is of a lobe on the line of centres
 @settings(deadline=None, max_examples=300)
 def test_every_load_has_an_equilibrium(stage, flanks, torque, crank, spread, seed, bearing, circle):  # noqa: PLR0913, PLR0917 - one drawn drive
     """For any gaps, interference, torque and bearing, contacts only push, and their moments add up to the torque, to 1e-9.
@@ -156,7 +156,7 @@ def test_every_load_has_an_equilibrium(stage, flanks, torque, crank, spread, see
     ours = load_sharing(stage, flanks, [torque], [crank], gap, Supports(bearing, math.inf, circle))
     for draw in range(3):
         if not ours.converged[0, 0, draw]:
-            assert flanks.law == "johnson"  # only there can a load be beyond the law
+            assert flanks.law == "johnson"  # the only law with a limited range
             assert np.isnan(ours.forces[0, 0, draw]).all()
             assert math.isnan(ours.rotation[0, 0, draw])
             continue

@@ -43,7 +43,7 @@ def test_equal_springs_have_the_closed_forms():
     np.testing.assert_allclose(found["output pins"], torque / (2 * output_pin_stiffness(2e8, 0.04, 8)))
     np.testing.assert_allclose(found["eccentric bearing"], 2 * found["eccentric shaft"])
     alone = wind_up_by_member(replace(drive, output=None), torque)
-    # K = k (e z)^2 counts the force across the line of centres alone; the lobes press a little along it besides.
+    # K = k (e z)^2 includes only the force across the line of centres; the lobes also push slightly along it.
     np.testing.assert_allclose(alone["eccentric bearing"], torque / (2 * 3e8 * LEVER**2), rtol=0.04)
     assert (alone["eccentric bearing"] > torque / (2 * 3e8 * LEVER**2)).all()
     assert not found["disc body"].any()
@@ -66,7 +66,7 @@ def test_crankshafts_support_a_disc_as_a_stiffness_matrix_does(cranks):
         shift = np.linalg.solve(matrix, np.array([*mesh, each]))
         turned.append((mesh @ shift[:2]) / each + shift[2])
     found = wind_up_by_member(drive, np.array([torque]))
-    # A disc that may shift leans on other lobes than one that may not: what that costs is counted with the bearing.
+    # A disc on an elastic bearing loads other lobes than one on a rigid bearing; the difference is part of the bearing's wind-up.
     assert 1.0 < found["eccentric bearing"][0] / np.mean(turned) < 1.02
 
 
@@ -158,7 +158,7 @@ def test_output_pins_between_several_discs(discs):
     ways = np.exp(2j * math.pi * np.arange(discs) / discs)
     energy = 0.0
     for place in circle * np.exp(2j * math.pi * (np.arange(count) + 0.3) / count):
-        seat = 1j * place * turn * 1e6  # µm, where the pin would stand without discs
+        seat = 1j * place * turn * 1e6  # µm, position of the pin without discs
         found = minimize(
             lambda at, seat=seat: abs(complex(*at) - seat) ** 2,
             [0.0, 0.0],

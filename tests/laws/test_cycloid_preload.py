@@ -20,7 +20,7 @@ from lostmotion.laws.cycloid.tolerances import Scatter, simulate
 from lostmotion.units import Toleranced
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
-# Of the case computed by two methods: linear contacts of 2e5 N/mm, each disc's bearing 3e5 N/mm.
+# A case computed by two methods: linear contacts of 2e5 N/mm, a bearing of 3e5 N/mm for each disc.
 CASE = Drive(Stage(0.0775, 0.004, 0.0015, 40), Flanks(0.02, 1e11, "linear", stiffness=2e8), discs=2, eccentric=Eccentric(bearing=3e8))
 DRIVE = Drive(Stage(0.064, 0.003, 0.0013, 40), Flanks(0.0125, STEEL), Modification(), 2, Eccentric(bearing=4e8))
 CRANK = np.array([0.1])

@@ -54,7 +54,7 @@ def test_discs_share_the_torque_at_a_common_angle():
     unlike = 0.0
     for gearbox in range(12):
         shares = [carried(disc, gearbox, float(found.rotation[2, 0, gearbox])) for disc in (0, 1)]
-        assert sum(shares) == pytest.approx(torque, rel=0.05)  # straight lines between a few loads
+        assert sum(shares) == pytest.approx(torque, rel=0.05)  # linear interpolation between a few loads
         unlike = max(unlike, abs(shares[0] - shares[1]))
     assert unlike > 0.1 * torque
 
@@ -64,7 +64,7 @@ def test_errors_average_under_load_and_one_decides_without():
     deviation = 1e-6
     scatter = Scatter(flank_form=3 * deviation)
     one = replace(DRIVE, discs=1, eccentric=Eccentric())
-    # the load winds it up far more than the flanks differ
+    # the wind-up is much larger than the differences between flanks
     found = simulate(one, scatter, np.array([3000.0]), np.array([0.3]), 1500, 1)
     spread = found.rotation[0, 0].std()
     assert spread == pytest.approx(2 * deviation / (LEVER * math.sqrt(40)), rel=0.1)
@@ -85,7 +85,7 @@ def test_every_dimension_changes_the_gaps_to_first_order():
         made = {key: getattr(STAGE, key) for key in ("ring_radius", "pin_radius", "eccentricity")}
         sample = _drawn_size(scatter, name)
         made[name] += sample
-        # the disc is cut as drawn; pins and crank are as made
+        # the disc is nominal; pins and crank have errors
         points = flank(STAGE, t)[0] @ [1, 1j]
         centre, turn = planet_pose(replace(STAGE, eccentricity=made["eccentricity"]), np.array(psi))
         placed = points * np.exp(1j * turn) + complex(*centre)
@@ -116,7 +116,7 @@ def test_clearances_add_by_their_levers():
     held = np.column_stack([arms(STAGE, theta) * 1e3, -normals(STAGE, theta)])
     ratios = []
     for each, additive in zip(gap, found.ahead[0] - 4e-6 / 0.04, strict=True):
-        # how far can the disc turn (mrad) if its centre may go anywhere (µm) within the clearance?
+        # largest rotation (mrad) of the disc with its centre (µm) anywhere within the clearance
         best = linprog([-1, 0, 0], np.vstack([held, circle]), np.r_[each * 1e6, np.full(64, 5.0)], bounds=[(None, None)] * 3)
         ratios.append(-best.fun * 1e-3 / additive)
     assert min(ratios) > 0.998  # a polygon instead of a circle
@@ -149,7 +149,7 @@ def test_the_same_gearboxes_whatever_the_other_settings():
     np.testing.assert_array_equal(few.ahead, many.ahead[..., :5])
     wider = sample_gaps(DRIVE, replace(SCATTER, ring_radius=Toleranced(0.064, 4e-6)), CRANK[:1], 5, 7)
     plain = sample_gaps(DRIVE, SCATTER, CRANK[:1], 5, 7)
-    along = (wider - plain)[0, 0]  # dR (1 - K1 cos theta)/D: one draw a gearbox
+    along = (wider - plain)[0, 0]  # dR (1 - K1 cos theta)/D: one draw per gearbox
     np.testing.assert_allclose(along / along[:, :1], np.broadcast_to(along[0] / along[0, 0], along.shape), rtol=1e-6)
     assert not np.array_equal(simulate(DRIVE, SCATTER, np.array([]), CRANK[:1], 5, 8).ahead, few.ahead[:1])
 
@@ -207,9 +207,9 @@ def test_misplaced_output_pins_touch_their_holes_as_circles_do():
             error = off[0][gearbox] + 1j * off[1][gearbox]
             true = brentq(room, 0, 5e-3, args=(error,)) - brentq(room, 0, 5e-3, args=(np.zeros(8),))
             assert ends[0, gearbox] == pytest.approx(true, abs=0.02 * clearance / pins.circle)
-    assert (found.play < without.play).mean() > 0.9  # one of many comes early
+    assert (found.play < without.play).mean() > 0.9  # one of many pins touches early
     heavy = simulate(replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1).rotation[0, 0]
-    # along the line of centres each pin errs with the deviation s: s/(Rw sqrt(sum of squared sines)), a quarter of the pins' count for half of them
+    # errors of pins along the line of centres have the deviation s, the output s/(Rw sqrt(sum of sin^2)); the sum is a quarter of the number of pins
     assert heavy.std() == pytest.approx(position / law.bound / (pins.circle * math.sqrt(8 / 4)), rel=0.1)
 
 
@@ -231,14 +231,14 @@ def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
     pins = STAGE.ring_radius * np.exp(2j * math.pi * np.arange(STAGE.pins) / STAGE.pins)
     circle = eccentric.circle if eccentric.cranks > 1 else 0.0
     for disc in (0, 1):
-        # in axes along the line of centres at this disc, whose crank stands half a turn on
+        # in axes along the line of centres of this disc, whose crank is half a turn ahead
         off = _bores_off(2e-7, eccentric.cranks, 4, disc)[gearbox] * np.exp(-1j * math.pi * disc)
         shafts = circle * np.exp(1j * (2 * math.pi * np.arange(eccentric.cranks) / eccentric.cranks - math.pi * disc))
         turned = (np.conj(shafts) * off).imag.sum() / max((np.abs(shafts) ** 2).sum(), 1.0e-30)
         centre, turn = planet_pose(STAGE, np.array(psi))
         placed = points * np.exp(1j * (turn + turned)) + complex(*centre) + off.mean()
         seen = np.array([np.abs(placed - pin).min() for pin in pins]) - STAGE.pin_radius
-        # pins are numbered from the same place; the other disc meets them half a turn on
+        # pins are numbered from the same position; the other disc meets them half a turn later
         np.testing.assert_allclose(np.sort(found[disc]), np.sort(seen), atol=6e-10)
         assert np.ptp(seen) > 3e-8
 
@@ -262,7 +262,7 @@ def test_misfitting_bores_reduce_the_clearance(cranks, missing):
         for gearbox in range(many):
             error = off[gearbox] * np.exp(-1j * psi)
             error = error - error.mean() - (np.conj(tangent) * error).real.mean() * tangent
-            # shift along and across, turn times Rc: each bore within a polygon around its crank
+            # unknowns: displacement along and across, rotation times Rc; each bore is within a polygon around its crank
             held = np.vstack([np.column_stack([around.real, around.imag, (np.conj(around) * t).real]) for t in tangent])
             room = np.concatenate([clearance / 2 + (np.conj(around) * e).real for e in error])
             best = linprog([0, -1 / LEVER, -1 / CRANKS.circle], held, room * 1e6, bounds=[(None, None)] * 3)
@@ -272,4 +272,4 @@ def test_misfitting_bores_reduce_the_clearance(cranks, missing):
     assert left.mean() < 0.995
     jammed = simulate(drive, replace(scatter, crank_position=60e-6), np.array([]), crank, many, 3)
     alone = simulate(drive, replace(scatter, crank_position=60e-6, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
-    assert ((jammed.ahead - alone.ahead).mean(axis=0) < 1e-12).mean() > 0.5  # then bearings are pressed instead of free
+    assert ((jammed.ahead - alone.ahead).mean(axis=0) < 1e-12).mean() > 0.5  # beyond it the bearings are preloaded

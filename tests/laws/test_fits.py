@@ -34,7 +34,7 @@ def test_a_6008_on_k5_calculated_by_hand():
     spread = clearance_range((6 * UM, 20 * UM), tuple(effective), thermal=(0.0, float(warm)))
     assert spread.lowest == pytest.approx((6 - 0.8 * 25 * 40 / 42 - 3.9) * UM)
     assert spread.highest == pytest.approx((20 - 0.8 * 2 * 40 / 42) * UM)
-    assert spread.lowest < 0 < spread.highest  # some of these bearings are preloaded, some rattle
+    assert spread.lowest < 0 < spread.highest  # some of these bearings are preloaded, others have clearance
 
 
 def test_a_turned_seat_keeps_less_than_a_ground_one():

@@ -159,7 +159,7 @@ def test_a_strain_wave_ratio_solves_willis_equations(flexspline: int, pairs: int
 def test_a_strain_wave_gear_loses_its_difference_of_teeth_each_turn():
     """A turn of the generator meshes 202 teeth of the circular spline with 200 of the flexspline, which falls back by 2 of its 200 teeth."""
     laid = fall_back = 0
-    while laid < 202:  # the flexspline turns backwards by what it lacks to lay tooth on tooth
+    while laid < 202:  # the flexspline turns backwards by the difference of teeth
         laid += 1
         fall_back = laid - laid * 200 / 202
     assert strain_wave_ratio(200, 202) == pytest.approx(-200 / fall_back, rel=1e-12)
@@ -176,7 +176,7 @@ def test_a_worm_is_self_locking_up_to_the_friction_angle():
     def excess(lead: float) -> float:
         normal = np.array([-math.cos(alpha) * math.sin(lead), math.cos(alpha) * math.cos(lead), math.sin(alpha)])  # around, along the worm, radially
         sliding = np.array([math.cos(lead), math.sin(lead), 0.0])
-        # The wheel pushes along the worm; around it, the thread's slope turns the worm and friction resists.
+        # The wheel pushes along the worm. Around the worm, the slope of the thread drives it and friction resists.
         return float(abs(normal[0]) - mu * sliding[0])
 
     assert excess(limit) == pytest.approx(0, abs=1e-15)
@@ -189,11 +189,11 @@ def test_a_shifted_duplex_worm_removes_play():
     mean = (left + right) / 2
 
     def thickness(place: float) -> float:
-        # The k-th turn's flanks stand at k x lead; in between, as the thread winds on, by the share of a turn.
+        # The flanks of turn k are at k x lead; between them the position is proportional to the angle.
         turns = place / mean
         return 1.5e-3 + turns * right - turns * left
 
     thicker = thickness(10 * mean + shift) - thickness(10 * mean)
-    radius = ratio * mean / (2 * math.pi)  # the wheel's pitch circle holds one lead per turn of the worm
+    radius = ratio * mean / (2 * math.pi)  # the pitch circle of the wheel moves by one lead per turn of the worm
     assert duplex_take_up(shift, (left, right), ratio) == pytest.approx(thicker / radius, rel=1e-12)
     assert duplex_take_up(shift, (right, left), ratio) == duplex_take_up(shift, (left, right), ratio)

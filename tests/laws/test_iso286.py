@@ -9,7 +9,7 @@ import pytest
 
 from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, expected_zone, grade_width, limit_deviations
 
-# ISO 286-1, table 1: µm, over 3, 6, 10, 18, 30, 50, 80, 120, 180 mm up to the next, to 250 mm.
+# ISO 286-1, table 1, µm: ranges over 3, 6, 10, 18, 30, 50, 80, 120 and 180 mm, each up to the next, the last one to 250 mm.
 GRADES = {
     5: (5, 6, 8, 9, 11, 13, 15, 18, 20),
     6: (8, 9, 11, 13, 16, 19, 22, 25, 29),
@@ -19,7 +19,7 @@ GRADES = {
     10: (48, 58, 70, 84, 100, 120, 140, 160, 185),
     11: (75, 90, 110, 130, 160, 190, 220, 250, 290),
 }
-# ISO 286-1, tables 2: the deviation that lies nearer to zero, µm, in the same ranges.
+# ISO 286-1, table 2: the deviation nearest to zero, µm, in the same ranges.
 FUNDAMENTAL = {
     "f": (-10, -13, -16, -20, -25, -30, -36, -43, -50),
     "g": (-4, -5, -6, -7, -9, -10, -12, -14, -15),
@@ -28,12 +28,12 @@ FUNDAMENTAL = {
     "n": (8, 10, 12, 15, 17, 20, 23, 27, 31),
     "p": (12, 15, 18, 22, 26, 32, 37, 43, 50),
 }
-# With the finer steps of r and s.
+# With the narrower ranges of r and s.
 FINE = {
     "r": (15, 19, 23, 28, 34, 41, 43, 51, 54, 63, 65, 68, 77, 80, 84),
     "s": (19, 23, 28, 35, 43, 53, 59, 71, 79, 92, 100, 108, 122, 130, 140),
 }
-# ISO 286-1, tables 2 and 3, of zones that lie on both sides of zero: the lower deviation of shafts, the upper one of holes, µm, in the same ranges.
+# ISO 286-1, tables 2 and 3, of zones on both sides of zero: the lower deviation of shafts, the upper one of holes, µm, in the same ranges.
 BOTH_SIDES = {
     "j5": (-2, -2, -3, -4, -5, -7, -9, -11, -13),
     "j6": (-2, -2, -3, -4, -5, -7, -9, -11, -13),

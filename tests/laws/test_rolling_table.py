@@ -130,7 +130,7 @@ def test_edges_are_the_play():
     clearance, apart = 20 * UM, 0.04 * 12.7e-3
     table = shift_table(DEEP, clearance, 20e3)
     radial = table.edges(np.array([10.0]), np.array([10.0]), np.zeros(1))
-    # Nine balls let the ring sink between two of them: up to G/2/cos(20 degrees).
+    # With nine balls the ring can move between two of them, by up to G/2/cos(20 degrees).
     assert clearance / 2 <= radial[0, 0] * 1.01
     assert radial[0, 0] < clearance / 2 / math.cos(math.pi / 9)
     assert table.edges(np.zeros(1), np.zeros(1), np.array([50.0]))[0, 2] == pytest.approx(math.sqrt(apart * clearance - clearance**2 / 4), rel=0.01)

@@ -142,7 +142,7 @@ def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
         along = at[3 * k + 3][:3, 3] - here[:3, 3]
         length = float(np.linalg.norm(along))
         x = along / length
-        y = np.cross(np.cross(x, axis), x)  # the section's width lies along the joint's axis
+        y = np.cross(np.cross(x, axis), x)  # the width of the section is along the axis of the joint
         y = -y / np.linalg.norm(y) if np.dot(np.cross(np.cross(x, axis), x), axis) < 0 else y / np.linalg.norm(y)
         turn = np.kron(np.eye(4), np.column_stack([x, y, np.cross(x, y)]))
         both = np.r_[rows(out), rows(end)]
@@ -150,11 +150,11 @@ def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
         tip, tip_point = end, at[3 * k + 3][:3, 3]
     tool = rigid(at[-1][:3, 3] - tip_point)
     load[rows(tip)] = tool.T
-    # Equations and unknowns of one size, or rounding takes over.
+    # Equations and unknowns are scaled to one magnitude, for accuracy.
     scale = 1 / np.sqrt(np.abs(system).max(axis=1))
     found = scale[:, None] * np.linalg.solve(system * np.outer(scale, scale), scale[:, None] * load)
     moved = tool @ found[rows(tip)]
-    swap = [3, 4, 5, 0, 1, 2]  # rotation first, as the package has it
+    swap = [3, 4, 5, 0, 1, 2]  # rotation first, as in the package
     return moved[np.ix_(swap, swap)]
 
 
@@ -262,7 +262,7 @@ def test_a_straight_beam_has_the_compliance_of_beam_theory():
     bending = length**3 / (YOUNG * SECTION["i_z"]), length**3 / (YOUNG * SECTION["i_y"])
     free, held = ellipsoid(found), ellipsoid(found, rotation_fixed=True)
     stretch = length / (YOUNG * SECTION["area"])
-    # The section's width, y of the beam, lies along the joint's axis.
+    # The width of the section, y of the beam, is along the axis of the joint.
     np.testing.assert_allclose(free.values[0], [bending[1] / 3 + shear[1], bending[0] / 3 + shear[0], stretch], rtol=1e-9)
     np.testing.assert_allclose(held.values[0], [bending[1] / 12 + shear[1], bending[0] / 12 + shear[0], stretch], rtol=1e-8)
     np.testing.assert_allclose(np.abs(free.directions[0]), np.eye(3)[:, [2, 1, 0]], atol=1e-9)
@@ -279,7 +279,7 @@ def test_a_gearbox_has_the_stiffness_of_the_zone_of_its_load():
             name="lever", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5}, gearbox=gearbox)], payload={"mass": mass}
         )
         assert lostmotion.compliance(arm, np.zeros((1, 1)))[0, 1, 1] == pytest.approx(1 / slope, rel=1e-9)
-    # Over both zones: from 2.45 N m, 20 N m more take 7.55 in the first and the rest in the second.
+    # Over both zones: of 20 N m in addition to 2.45 N m, 7.55 N m are in the first zone and the rest in the second.
     arm = arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.5})})
     first = 10.0 - 0.5 * 0.5 * STANDARD_GRAVITY
     turned = lostmotion.deflection(arm, np.zeros((1, 1)), np.array([0, 20.0, 0, 0, 0, 0]))[0, 1]
@@ -307,7 +307,7 @@ def test_many_poses_in_one_call_equal_each_pose_alone():
     shift = together[:50, 3:, 3:]
     expected = [np.abs(each - each.T).max() / np.abs(each).max() for each in shift]
     np.testing.assert_allclose(asymmetry, expected, rtol=1e-6)
-    assert 0 < asymmetry.max() < 1e-2  # what the bearings' table leaves of reciprocity
+    assert 0 < asymmetry.max() < 1e-2  # asymmetry due to the tables of the bearings
 
 
 @pytest.mark.parametrize("wrench", [np.zeros(3), np.zeros((2, 6)), np.array([0, 0, 0, 0, 0, math.nan])])

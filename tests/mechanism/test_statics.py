@@ -90,7 +90,7 @@ def test_the_largest_holding_torque_is_sought_at_every_pose():
     """Every pose has its holding torques; the largest of each joint, level and over all tilts, is reported with its sign and its pose."""
     rng = np.random.default_rng(5)
     arm = elastic_arm(rng, 3)
-    q = rng.uniform(-1, 1, (5000, 3))  # more than are calculated at once
+    q = rng.uniform(-1, 1, (5000, 3))  # more than are computed in one block
     found, largest = holding_torques(arm, q)
     torques, over_tilts = joint_torques(arm, q), worst_torques_over_tilts(arm, q)
     np.testing.assert_allclose(found, torques, rtol=1e-12, atol=1e-12 * np.abs(torques).max())
