@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from lostmotion import Arm, InputError
 from lostmotion.error_model.pose_selection import among
@@ -44,6 +45,13 @@ def test_a_sobol_set_covers_a_joint_evenly_and_uniform_poses_are_independent():
     }
     assert visited["sobol"] == [128] * 8
     assert np.mean(visited["uniform"]) == pytest.approx(128 * (1 - 1 / np.e), abs=3)
+
+
+def test_normal_poses_lie_about_mid_range_and_end_at_the_limits():
+    """Joint values of the paper's law: normal about mid-range with a sixth of the range as standard deviation, cut at the limits."""
+    q = sample_poses(slides(1), 4000, "normal").q[:, 0]
+    assert stats.kstest(q, stats.truncnorm(-3, 3, 0.5, 1 / 6).cdf).statistic < 0.03  # 0.1 % of independent samples exceed it
+    assert 0 <= q.min() < q.max() <= 1
 
 
 def test_a_zone_that_two_or_three_poses_reach_has_as_many_sets():

@@ -9,7 +9,8 @@ import pytest
 
 from lostmotion import Poses, sample_poses, screws
 from lostmotion.error_model.error_bins import BINS, bin_edges
-from lostmotion.error_model.intervals import quantile
+from lostmotion.error_model.intervals import quantile, student
+from lostmotion.parts.lumped import Lumped
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo, single_visit_kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
@@ -47,6 +48,21 @@ def test_both_kernels_agree_on_robots_that_come_once(some_arm, monkeypatch):
     np.testing.assert_array_equal(once.whole_hist(), many.whole_hist())
     np.testing.assert_array_equal(once.robot_sums, many.robot_sums)
     np.testing.assert_allclose(once.per_pose, many.per_pose, rtol=1e-12)
+
+
+def test_quantiles_next_to_the_smallest_error_are_those_of_the_samples():
+    """An arm sags by far more than it scatters to the side: most errors lie in the lowest 3 % of their span, and with them the median's lower end."""
+    drooping = arm_of(2, **{**BARE, "gearbox": {"stiffness": "0.5 N m/arcmin"}})
+    first = drooping.joints[0].model_copy(update={"lumped": Lumped(angle=1e-3, varies="robot")})
+    drooping = drooping.model_copy(update={"joints": (first, *drooping.joints[1:])})
+    poses, robots = Poses(np.array([[0.0, 0.0], [0.3, 0.1]]), "given"), 40
+    matrix, size = lengths(drooping, poses, robots, 7)
+    sample = sample_block(Plan.of(drooping, poses, robots, 1, 7, 0.0), matrix, 0)
+    low, span = sample.per_pose[:, kernel.FIRST_QUANTILE + 1], np.ptp(size, axis=1)
+    half = student(robots - 1) * np.sqrt(0.25 / (robots - 1))
+    exact = np.quantile(size, 0.5 - half, axis=1, method="inverted_cdf")
+    assert (exact < size.min(axis=1) + 0.03 * span).all()
+    assert (np.abs(low - exact) <= 1.001 * span / kernel.FINE).all()
 
 
 def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(some_arm):
