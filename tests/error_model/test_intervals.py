@@ -177,6 +177,16 @@ def test_where_robots_and_poses_differ_their_variances_are_those_of_an_analysis_
     assert found.half == pytest.approx(t(freedom).ppf(0.975) * np.sqrt(squares.sum()), rel=1e-9)
 
 
+def test_the_interval_of_a_share_below_a_limit_is_students_over_robots():
+    """Four robots with these shares of their errors below a limit, the same at all poses: Student's interval of four values, three freedoms."""
+    below = np.array([8, 5, 9, 6])
+    hist = np.zeros((4, error_bins.BINS), np.int64)
+    hist[:, 4000], hist[:, 5000] = below, 10 - below
+    found = intervals.share_spread(hist, hist.sum(axis=0)[None], float(bin_edges()[4500]))
+    assert found.half == pytest.approx(t(3).ppf(0.975) * (below / 10).std(ddof=1) / 2, rel=1e-9)
+    assert (found.of_robots, found.of_poses) == pytest.approx(((below / 10).var(ddof=1) / 4, 0.0), rel=1e-12)
+
+
 def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():
     """A thousand robots over sets without a difference: the half-width is 1.96 standard errors, not the 2.36 of eight sets."""
     rng = np.random.default_rng(10)

@@ -100,6 +100,16 @@ def test_the_largest_holding_torque_is_sought_at_every_pose():
         assert each.over_tilts == pytest.approx(over_tilts[:, k].max(), rel=1e-12)
 
 
+def test_the_mass_of_a_tool_is_at_the_tool_point_unless_stated():
+    """A tool of 2 kg whose tool point is 0.5 m from the axis: its holding torque follows the cosine, and one with its centre on the axis has none."""
+    joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-1, 1), "link": {"length": 0.4}}
+    q = np.array([[0.0], [0.6], [-0.9]])
+    for centre, lever in (({}, 0.5), ({"centre_of_mass": (-0.5, 0.0, 0.0)}, 0.0)):
+        tool = {"frame": {"xyz": (0.1, 0.0, 0.0)}, "mass": 2.0, **centre}
+        arm = Arm.model_validate({"name": "tool", "joints": [joint], "tool": tool})
+        np.testing.assert_allclose(np.abs(joint_torques(arm, q)[:, 0]), 2.0 * arm.gravity * lever * np.cos(q[:, 0]), atol=1e-12)
+
+
 def test_causes_add_up_to_the_whole():
     """Wrenches of an arm under one cause of load at a time add up to those under all causes; a cause without load is not reported."""
     rng = np.random.default_rng(6)
