@@ -10,11 +10,13 @@ import pytest
 from lostmotion import Poses, sample_poses, screws
 from lostmotion.error_model.error_bins import BINS, bin_edges
 from lostmotion.error_model.intervals import quantile, student
+from lostmotion.parts.base import Base
 from lostmotion.parts.lumped import Lumped
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo, single_visit_kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.units import Toleranced
 from tests.conftest import arm_of
 
 ROBOTS = 300  # two tiles and a part of one
@@ -133,6 +135,19 @@ def test_blocks_of_another_size_change_no_bit_of_a_pose(some_arm, monkeypatch):
     cut = run(some_arm, poses, 70, 1, 5)
     np.testing.assert_array_equal(cut.per_pose, whole.per_pose)
     np.testing.assert_array_equal(cut.group_hist, whole.group_hist)
+
+
+@pytest.mark.parametrize("visits", [1, 3])
+def test_an_arm_that_only_deflects_errs_by_the_length_of_its_deflection(visits):
+    """Drives of stated stiffness and a leaning base: every robot errs by the same vector in space at every visit, and its length is the error."""
+    elastic = arm_of(3, **{**BARE, "gearbox": {"stiffness": "5 N m/arcmin"}})
+    leaning = elastic.model_copy(update={"base": Base(roll=Toleranced(0.3), pitch=Toleranced(-0.2))})
+    poses = sample_poses(leaning, 24)
+    deflection = screws(leaning, poses.q).bias[:, 3:]
+    assert (np.abs(deflection).max(axis=0) > 1e-5).all()
+    found = run(leaning, poses, 20, visits, 1).per_pose
+    np.testing.assert_allclose(found[:, kernel.MEAN], np.linalg.norm(deflection, axis=1), rtol=1e-12)
+    np.testing.assert_allclose(found[:, kernel.LARGEST], found[:, kernel.MEAN], rtol=1e-12)
 
 
 def test_an_arm_of_one_robot_and_no_error_errs_by_nothing():
