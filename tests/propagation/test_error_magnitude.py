@@ -339,3 +339,15 @@ def test_pooled_counts_are_the_lengths():
     assert counts.shape == (magnitude.BLOCKS, len(by_hand))
     assert (counts.sum(axis=1) == lengths.size // magnitude.BLOCKS).all()
     assert np.abs(counts.sum(axis=0) - by_hand).sum() < 1e-3 * lengths.size  # lengths beside an edge are rounded to 32 bits
+
+
+def test_the_density_below_the_bias_is_the_slope_of_the_share():
+    """Beneath the length of a large bias most directions never reach: they add neither a share nor a density."""
+    rays = magnitude.rays_of(np.diag([1.0, 4.0, 0.25])[None], np.array([[3.0, 2.0, 1.0]]))
+    limits = np.linspace(1.0, 3.7, 28)
+    shares, densities = magnitude.share_below(rays, limits[None])
+    step = 1e-5
+    above, below = (magnitude.share_below(rays, (limits + side * step)[None])[0] for side in (1, -1))
+    assert densities[0] == pytest.approx((above - below)[0] / (2 * step), rel=2e-2, abs=1e-6)
+    assert np.abs(densities).max() < 1.0
+    assert (np.diff(shares[0]) > 0).all()

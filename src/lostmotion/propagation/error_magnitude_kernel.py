@@ -64,7 +64,8 @@ def _share_within(length, square, along, across, w0, w1, w2, w3, w4):
         root, over = np.sqrt(max(along[j] * along[j] - across[j] * (square - length * length), 0.0)), 1.0 / across[j]
         far, far_density, far_normal, far_dense = _along_ray(max((root - along[j]) * over, 0.0), w0[j], w1[j], w2[j], w3[j], w4[j])
         near, near_density, near_normal, near_dense = _along_ray(max((-root - along[j]) * over, 0.0), w0[j], w1[j], w2[j], w3[j], w4[j])
-        slope = length / max(root, 1e-300)
+        # A ray that misses the sphere of this length adds nothing.
+        slope = length / root if root > 0 else 0.0
         share += far - near
         density += (far_density + near_density) * slope
         normal += far_normal - near_normal
