@@ -53,8 +53,10 @@ def by_scipy(bias, covariance):
 
 
 def measure(name, arm, count) -> None:
-    poses = Poses(lostmotion.sample_poses(arm, count).q[:count], "given")
-    matrix = lostmotion.screws(arm, poses.q)
+    q = lostmotion.sample_poses(arm, count).q[:count]
+    # Rays and points are compared where all robots have the same plays closed, and so the same draws.
+    poses = Poses(q[~lostmotion.screws(arm, q).closed_in_some.any(axis=0)], "given")
+    matrix, count = lostmotion.screws(arm, poses.q), len(poses)
     drawn = Drawn(matrix)
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
     found, points = analytic(arm, poses, threads=2), drawn.draws(POINTS)

@@ -722,7 +722,7 @@ def test_assumed_values_of_stated_figures_reach_screen_and_result(tmp_path, stan
     whole = 'assumed = ["gearbox"]' if stands == "joint" else ""
     (tmp_path / "arm.toml").write_text(
         f'name = "arm"\n[[joints]]\nname = "a"\ntype = "revolute"\naxis = "z"\nlimits = ["-90 deg", "90 deg"]\n{whole}\n'
-        f'gearbox = {{ {own}backlash = "1 arcmin", stiffness = "20 N m/arcmin", rated_torque = "100 N m", friction_torque = "1 N m" }}\n'
+        f'gearbox = {{ {own}backlash = "1 arcmin", stiffness = "20 N m/arcmin", rated_torque = "100 N m", friction_torque = "1 N m ± 0 %" }}\n'
     )
     done = ran("arm.toml", "--joint", "a", "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -737,7 +737,7 @@ def test_assumed_values_of_stated_figures_reach_screen_and_result(tmp_path, stan
 def test_a_gearbox_that_is_stated_in_full_rests_on_nothing_assumed(tmp_path):
     """Where no value is assumed neither the headline nor a table says so."""
     path = tmp_path / "stated.toml"
-    path.write_text(f'{STATED["worm"]}\nfriction_torque = "1 N m"')
+    path.write_text(f'{STATED["worm"]}\nfriction_torque = "1 N m ± 0.2 N m"')
     sheet = lostmotion.gear(path).sheet
     assert sheet.facts["states"]["assumed"] == []
     assert "assumed" not in sheet.verdict

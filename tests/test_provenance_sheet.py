@@ -106,7 +106,7 @@ def test_a_described_arm_is_no_lower_bound():
 
 def test_a_described_arm_without_assumed_values_has_none_counted():
     """The sentence is omitted where everything is stated."""
-    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "gearbox": {"backlash": 3e-4, "friction_torque": 0.1}}
+    joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "gearbox": {"backlash": 3e-4, "friction_torque": "0.1 N m ± 20 %"}}
     verdict = lostmotion.study(lostmotion.Arm(name="x", joints=(joint,)), 32, 8, 3).sheet.verdict
     assert "assumed" not in verdict
     assert "least" not in verdict

@@ -31,7 +31,8 @@ from lostmotion.mechanism.tool import Payload as Payload, Tool as Tool
 from lostmotion.mechanism.serial import frames as frames, worst_torques_over_tilts as worst_torques_over_tilts, wrenches as wrenches
 from lostmotion.mechanism.elastostatics import compliance as compliance, deflection as deflection, ellipsoid as ellipsoid
 from lostmotion.error_model.poses import Poses as Poses, sample_poses as sample_poses
-from lostmotion.error_model.pose_matrix import screws as screws, worst_case as worst_case
+from lostmotion.error_model.bounds import worst_case as worst_case
+from lostmotion.error_model.pose_matrix import screws as screws
 from lostmotion.errors import DidNotConvergeError as DidNotConvergeError, InputError as InputError
 from lostmotion.errors import LostmotionError as LostmotionError, OutputExistsError as OutputExistsError
 

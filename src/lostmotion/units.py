@@ -154,6 +154,12 @@ def read_quantity(text: str, si: str) -> Toleranced:
     return Toleranced(value, tolerance, cast("ToleranceLaw", match["law"] or "normal"))
 
 
+def states_tolerance(value: object) -> bool:
+    """Return whether a value that `Quantity` accepts states a tolerance, zero included: text with ±, or a Toleranced."""
+    match = _TEXT.match(value) if isinstance(value, str) else None
+    return isinstance(value, Toleranced) or (match is not None and match["tolerance"] is not None)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Marks a field of a part: which SI unit it holds, which values pass, and an example that does.

@@ -22,7 +22,7 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.serial import joint_torques
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.error_source import AngleAmount, AngularStiffness, PlayDim, TorqueAmount
+from lostmotion.parts.error_source import AngleAmount, AngularStiffness, FrictionTorque, PlayDim, TorqueAmount
 from lostmotion.parts.family import TubeFamily
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.section import Tube
@@ -30,7 +30,7 @@ from lostmotion.units import Toleranced
 from tests.analyses.chosen_parts import with_parts
 
 ARCMIN = math.pi / 10800
-Reducer = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+Reducer = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque]
 
 
 def reducer(name, torque, stiffness, play, **costs):

@@ -81,7 +81,7 @@ def test_the_figures_of_a_zone_are_those_of_its_stored_errors(arm, corner):
     matrix = screws(arm, corner.poses.q)
     assert in_zone(matrix.at[-1, :, :3, 3], CORNER)[0].all()
     robots, visits = (axis.ravel() for axis in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij"))
-    errors = np.array([(matrix.tool[k, 3:] @ draws_of(matrix, 1, k, robots, visits)).T for k in range(64)])
+    errors = np.array([(matrix.tool[k, 3:] @ draws_of(matrix, k, 1, k, robots, visits)).T for k in range(64)])
     sizes = np.linalg.norm(errors, axis=-1)
     found = corner.sampled
     assert pooled_mean(found.robot_means[:, :, 0]).value == pytest.approx(sizes.mean(), rel=1e-9)

@@ -194,7 +194,7 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
         matrix = screws(with_payload_share(arm, load), q, approach=path_approach(q, found.approach[DISTANCE[0]]))
         for cycle in range(found.path_cycles):
             for k, place in enumerate(places):
-                draws = draws_of(matrix, found.seed, 2000 + 200 * number + k, np.array([2]), np.array([cycle]))
+                draws = draws_of(matrix, k, found.seed, 2000 + 200 * number + k, np.array([2]), np.array([cycle]))
                 attained = place + (matrix.tool[k, 3:] @ draws)[:, 0]
                 rows.append(f",P2-P4,{cycle + 1},{100 * load:g},{','.join(f'{1e3 * x:.9f}' for x in attained)},,,")
     path = tmp_path / "path.csv"

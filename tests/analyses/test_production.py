@@ -10,7 +10,8 @@ import pytest
 from scipy.stats import binom
 
 from lostmotion.analyses.targets.yield_ import compute_yield, computed_blocks, exact_share, robot_figures, robots_needed
-from lostmotion.error_model.draws import robot_draws, visit_draws
+from lostmotion.error_model.closing import standardised
+from lostmotion.error_model.draws import robot_draws, uniforms, visit_draws
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
@@ -88,6 +89,8 @@ def built():
                     drawn = drawn * robot_draws(3, [info.robot], 40)[:, 0].ravel()[robots]
                 if info.visit is not None:
                     drawn = drawn * visit_draws(3, [info.visit], pose, robots, visits)[0]
+                if info.closing is not None:
+                    drawn = drawn * standardised(uniforms(3, info.closing.stream.name, 40)[robots], matrix.closed[info.closing.row, pose])
                 total += drawn[:, None] * matrix.tool[pose, 3:, k]
         errors[pose] = total.reshape(40, 6, 3)
     return plan, errors
@@ -115,9 +118,7 @@ def test_blocks_change_nothing(built):
     """Poses in one block or in many give the same figures."""
     plan, _ = built
     whole = screws(plan.arm, plan.poses.q)
-    from dataclasses import replace
-
-    parts = [(k, replace(whole, tool=whole.tool[k : k + 5])) for k in range(0, 16, 5)]
+    parts = [(k, whole.stretch(k, k + 5)) for k in range(0, 16, 5)]
     one, other = robot_figures(plan, [(0, whole)], 0.9), robot_figures(plan, parts, 0.9)
     for name in ("error", "worst_accuracy", "repeatability", "worst_repeatability"):
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12)

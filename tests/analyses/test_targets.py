@@ -24,7 +24,7 @@ from lostmotion.io import read
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation.analytic import Drawn
-from lostmotion.propagation.error_magnitude import POOLED_POINTS, pooled_counts
+from lostmotion.propagation.error_magnitude import POOLED_POINTS
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -216,8 +216,7 @@ def test_samples_agree_with_sums_over_terms():
     for item in items(arm, matrix.infos)[8:12]:
         factors = all_factors(matrix, item, 2.5)
         changed = matrix.scaled(factors)
-        drawn = Drawn(changed)
-        counts = pooled_counts(drawn.shift(changed), changed.bias[:, 3:], drawn.draws(POOLED_POINTS))
+        counts = Drawn(changed).pooled_counts(changed, POOLED_POINTS)
         assert metric.value(factors).value == pytest.approx(quantile(counts.sum(axis=0), 0.95), rel=3e-3)
 
 

@@ -10,8 +10,9 @@ import pytest
 from scipy import stats
 
 import lostmotion
+from lostmotion.error_model.bounds import root_sum_square, worst_case
 from lostmotion.error_model.draws import robot_draws, sobol
-from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.distributions import Normal, Table, product_mean
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint

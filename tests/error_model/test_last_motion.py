@@ -9,6 +9,7 @@ from lostmotion.analyses.sizing.error_cache import BIAS, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.arm import Arm
+from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 from tests.parts.random_arms import example_arms, random_arms
 
@@ -19,7 +20,7 @@ ARCMIN = np.pi / 10_800
 def mean_square(matrix):
     """Return the mean-square position error at each pose (pose,), m^2: draws are uncorrelated and have mean square one."""
     columns = matrix.merged
-    drawn = [k for k, info in enumerate(columns.infos) if info.streams]
+    drawn = [k for k, info in enumerate(columns.infos) if info.draws]
     return (columns.bias[:, 3:] ** 2).sum(axis=1) + columns.squares[drawn].sum(axis=0)
 
 
@@ -33,6 +34,36 @@ def test_either_way_is_the_mixture_of_always_up_and_always_down_for_one_joint(ar
         up[:, joint], down[:, joint], either[:, joint] = 1.0, -1.0, 0.0
         each = [mean_square(screws(arm, q, approach=approach)) for approach in (up, down)]
         np.testing.assert_allclose(mean_square(screws(arm, q, approach=either)), np.mean(each, axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_every_robot_errs_at_a_random_approach_as_from_one_side_or_the_other(arm):
+    """Every part with a side, by its draws: each visit with a random last motion is a visit from above or from below, half of them each.
+
+    So mean error, r.m.s. error and each robot's AP are those of the 50/50 mixture, within what 32 visits of 64 robots leave.
+    """
+    q = sample_poses(arm, 8).q[:1]
+    robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(64), np.arange(32), indexing="ij"))
+    for joint in {of.joint for of in arm.terms if of.term.sided}:
+        sides = np.ones(q.shape)
+        errors = {}
+        for side in (0.0, 1.0, -1.0):
+            sides[:, joint] = side
+            matrix = screws(arm, q, approach=sides)
+            errors[side] = (matrix.tool[0, 3:] @ draws_of(matrix, 0, 5, 0, robot, visit)).T.reshape(64, 32, 3)
+        either, up, down = errors.values()
+        close = 1e-10 * np.abs(either).max()
+        as_up, as_down = (np.abs(either - one).max(axis=2) <= close for one in (up, down))
+        assert (as_up | as_down).all()
+        apart = np.abs(up - down).max(axis=2) > 10 * close
+        assert not apart.any() or as_up[apart].mean() == pytest.approx(0.5, abs=2.5 / np.sqrt(apart.sum()))
+        sizes = [np.linalg.norm(one, axis=2) for one in (either, up, down)]
+        noise = 4 * np.sqrt(((sizes[1] - sizes[2]) ** 2).mean()) / 2 / np.sqrt(len(robot)) + close
+        assert sizes[0].mean() == pytest.approx((sizes[1].mean() + sizes[2].mean()) / 2, abs=noise)
+        assert np.sqrt((sizes[0] ** 2).mean()) == pytest.approx(np.sqrt((sizes[1] ** 2 + sizes[2] ** 2).mean() / 2), abs=noise)
+        accuracy, mixed = (np.linalg.norm(one.mean(axis=1), axis=1) for one in (either, (up + down) / 2))
+        assert accuracy == pytest.approx(mixed, abs=4 * np.abs(up - down).max() / np.sqrt(32) + close)
+        assert accuracy.mean() == pytest.approx(mixed.mean(), abs=np.abs(up - down).max() / np.sqrt(32) + close)
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.error_model.closing import mean_and_change
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.laws.distributions import Cosine, Sine, product_mean
+from lostmotion.laws.distributions import COMPARED, Cosine, Sine, product_mean
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.serial import Conditions, frames
 from lostmotion.parts.forms import Constant, Harmonic, Linear
@@ -37,10 +38,11 @@ def test_errors_of_one_draw_add_and_any_others_are_uncorrelated(arm, approach):
 
     def mean(one, other):
         by_stream = defaultdict(list)
-        for level, stream in (each for info in (one, other) for each in (("robot", info.robot), ("visit", info.visit))):
-            if stream is not None:
-                by_stream[level, stream.name].append(stream.law)
-        return np.prod([product_mean(tuple(sorted(laws, key=repr))) for laws in by_stream.values()])
+        for stream, law in (each for info in (one, other) for each in info.draws):
+            by_stream[stream].append(law)
+        # Whether a play is closed is a draw of mean 0 and mean square 1.
+        means = (float(len(laws) == 2) if laws[0] == COMPARED else product_mean(tuple(sorted(laws, key=repr))) for laws in by_stream.values())
+        return np.prod(list(means))
 
     for k, one in enumerate(merged.infos):
         assert mean(one, one) == pytest.approx(1.0, abs=1e-8)
@@ -85,6 +87,7 @@ class Record:
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     design: list = field(default_factory=list)
     drawn: list = field(default_factory=list)
+    plays: list = field(default_factory=list)
 
 
 def lowered(arm):
@@ -92,7 +95,9 @@ def lowered(arm):
     out = defaultdict(Record)
     for of in arm.terms:
         term, form, here = of.term, of.term.form, out[of.place, of.joint]
-        if term.level == "design":
+        if form.threshold is not None:
+            here.plays.append((of.owner, term))
+        elif term.level == "design":
             if isinstance(form, Constant):
                 here.mean += term.scale * form.direction
             elif isinstance(form, Linear):
@@ -123,11 +128,17 @@ def test_terms_lower_to_records_that_have_the_same_mean_and_covariance(arm):
         condition = felt(next(of for of in arm.terms if (of.place, of.joint) == (place, joint)))
         local = record.mean[:, None] + record.compliance @ condition.wrench + record.own_weight @ condition.gravity
         local = local + sum(term.scale * term.form.screw(condition) for term in record.design)
+        some = [(owner, term, *mean_and_change(term.form.threshold.share(condition), above=term.form.above)) for owner, term in record.plays]
+        local = local + sum(term.scale * term.form.screw(condition) * mean for _, term, mean, _ in some if term.level == "design")
         spread = np.tile(record.covariance, (len(q), 1, 1))
         by_draw = defaultdict(lambda: np.zeros((6, len(q))))
-        for owner, term in record.drawn:
+        parts = [(owner, term, None, 1.0) for owner, term in record.drawn]
+        parts += [(owner, term, None, mean) for owner, term, mean, _ in some if term.level != "design"]
+        parts += [(owner, term, term.form.threshold, changed) for owner, term, _, changed in some]
+        for owner, term, closing, share in parts:
             # What follows the last motion alone adds up over the parts of the joint; any other draw is the part's own.
-            by_draw[None if term.sided and term.robot is None else owner, term.robot, term.visit] += term.scale * term.form.screw(condition)
+            of = None if term.sided and term.robot is closing is None else owner
+            by_draw[of, term.robot, term.visit, closing] += term.scale * term.form.screw(condition) * share
         for screw in by_draw.values():
             spread += np.einsum("ip,jp->pij", screw, screw)
         to_tool = carry(arm.tree, at, place)
@@ -143,7 +154,7 @@ def test_terms_that_differ_only_in_size_share_a_form(arm):
     matrix = screws(arm, random_poses(arm, 8))
     by_form = defaultdict(list)
     for k, info in enumerate(matrix.infos):
-        by_form[info.of.place, info.of.term.form].append(k)
+        by_form[info.of.place, info.of.term.form, info.closing].append(k)
     for first, *others in by_form.values():
         for k in others:
             np.testing.assert_allclose(

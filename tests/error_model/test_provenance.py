@@ -12,6 +12,7 @@ from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
+from lostmotion.units import Toleranced
 from tests.io.conftest import EXAMPLES
 
 ARMS = ("z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf", "paper/z-arm-lumped.toml")
@@ -86,9 +87,9 @@ def test_a_default_never_shows_as_stated():
     found = states(Arm(name="x", joints=(joint(gearbox=gearbox),)))
     assert {each.key: each.reason for each in found.assumed} == {
         "lost_motion_torque": "default, 3 % of the rated torque",
-        "friction_torque": "default, 1 % of the rated torque",
+        "friction_torque": "default, 1 % of the rated torque, ±50 %",
     }
-    stated = {**gearbox, "lost_motion_torque": 0.03, "friction_torque": 4.0}
+    stated = {**gearbox, "lost_motion_torque": 0.03, "friction_torque": Toleranced(4.0, 1.0)}
     assert not states(Arm(name="x", joints=(joint(gearbox=stated),))).assumed
 
 

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from lostmotion.error_model.bounds import root_sum_square, worst_case
 from lostmotion.error_model.budget import Tally, costs
-from lostmotion.error_model.pose_matrix import root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import RevoluteJoint

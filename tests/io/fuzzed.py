@@ -23,7 +23,7 @@ import numpy as np
 from lostmotion import gear, read, screws, worst_case
 from lostmotion.analyses.iso9283.measured_file import read_measured
 from lostmotion.analyses.sizing.request import read_request
-from lostmotion.error_model.pose_matrix import root_sum_square
+from lostmotion.error_model.bounds import root_sum_square
 from lostmotion.errors import LostmotionError
 from lostmotion.io.compliance_csv import read_compliance
 from lostmotion.io.own_reducers import read_reducers

@@ -83,7 +83,7 @@ def test_every_table_of_a_file_may_say_what_it_assumes(tmp_path):
     mass = "1 kg"
     assumed = ["mass", "limits"]
     source = "s5"
-    bearing = { kind = "rolling", span = "80 mm", clearance = "20 µm", closing_force = "5 N", assumed = ["clearance"], source = "s6" }
+    bearing = { kind = "rolling", span = "80 mm", clearance = "20 µm", closing_force = "5 N ± 1 N", assumed = ["clearance"], source = "s6" }
     encoder = { zero = "1 arcmin", assumed = ["zero"], source = "s7" }
     mounting = { tilt = "1 arcmin", assumed = ["tilt"], source = "s8" }
     lumped = { angle = "1 arcmin", assumed = ["angle"], source = "s9" }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.error_model.closing import mean_and_change, standardised
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Condition, Draw, Holding, Level, Motion, Term, level_of
@@ -40,11 +41,15 @@ class Place:
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A term with its screw (pose, 6) at a place; a sided one with its side where the approach is known."""
+    """A term with its screw (pose, 6) at a place; a sided one with its side where the approach is known.
+
+    closed  (pose,) share of robots whose play is closed, on what that changes from robot to robot
+    """
 
     term: Term
     screw: Floats
     visit: Draw | None
+    closed: Floats | None = None
 
     @property
     def name(self) -> str:
@@ -59,7 +64,7 @@ class Evaluated:
     @property
     def level(self) -> Level:
         """Return the level of chance, with the side that is known."""
-        return level_of(self.robot, self.visit)
+        return level_of(self.robot if self.closed is None else self.term.form, self.visit)
 
     @property
     def bound(self) -> float:
@@ -94,8 +99,14 @@ def terms_at(part: ErrorSource, place: Place) -> list[Evaluated]:
     out = []
     for term in part.terms(Motion(place.axis, place.holding)):
         known = term.sided and place.approach
-        screw = term.scale * term.form.screw(at).T * (-place.approach if known else 1.0)
-        out.append(Evaluated(term, screw, None if known else term.visit))
+        screw, visit = term.scale * term.form.screw(at).T * (-place.approach if known else 1.0), None if known else term.visit
+        friction = term.form.threshold
+        if friction is None:
+            out.append(Evaluated(term, screw, visit))
+            continue
+        closed = friction.share(at)
+        mean, changed = mean_and_change(closed, above=term.form.above)
+        out += [Evaluated(term, screw * mean[:, None], visit), Evaluated(term, screw * changed[:, None], visit, closed)]
     return out
 
 
@@ -140,7 +151,11 @@ def drawn(found: Iterable[Evaluated], draws: int, seed: int = 0, poses: int = 1)
             if draw is not None:
                 u = streams.setdefault((level, draw.stream), rng.uniform(1e-12, 1 - 1e-12, draws))
                 weight = weight * draw.law.quantile(u)
-        out = out + weight[:, None, None] * np.broadcast_to(term.screw, (poses, 6))
+        there = np.ones((draws, 1))
+        if term.closed is not None and term.term.form.threshold is not None:
+            u = streams.setdefault(("closing", term.term.form.threshold.stream), rng.uniform(1e-12, 1 - 1e-12, draws))
+            there = standardised(u[:, None], term.closed)
+        out = out + (weight[:, None] * there)[:, :, None] * np.broadcast_to(term.screw, (poses, 6))
     return out
 
 

@@ -108,10 +108,11 @@ def test_clearances_differ_from_bearing_to_bearing_loaded_or_not():
 
 
 def test_the_load_holds_a_closed_bearing_where_it_is():
-    """Under a load above the closing force the position in the clearance is the same at every visit; below it only in part."""
+    """Under a load above the closing force the position in the clearance is the same at every visit; at that force in half of the robots."""
     pair = RollingPair(clearance=GAP, span=SPAN, closing_force=10.0)
-    assert visit_size(terms_at(pair, condition([0, 0, 0, 20.0, 0, 0]))) == 0
-    half = terms_at(pair, condition([0, 0, 0, 10.0, 0, 0]))
+    assert visit_size(terms_at(pair, condition([0, 0, 0, 30.0, 0, 0]))) == 0
+    # Each of the two bearings takes half of the force.
+    half = terms_at(pair, condition([0, 0, 0, 20.0, 0, 0]))
     assert design(half)[0, 3] == pytest.approx(GAP / 4)
     assert visit_size(half) > 0
 

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.parts.forms import Curve, HeldPlay, Seat
+from lostmotion.parts.forms import Curve
+from lostmotion.parts.play import HeldPlay, Seat
 from lostmotion.parts.term import Condition, Motion
+from lostmotion.units import Toleranced
 
 # Squares of smaller loads have no digits left.
 LOADS = st.floats(-1e6, 1e6).map(lambda load: load if abs(load) > 1e-100 else 0.0)
@@ -25,7 +27,7 @@ def under(forces):
 @settings(deadline=None, max_examples=200)
 def test_a_journal_never_leaves_its_clearance(loads, friction):
     """In a round clearance the part that the load holds and the part that is free add up to the radius, and it is held in the load's direction."""
-    at, seat = under(loads), Seat(SHIFTS, friction)
+    at, seat = under(loads), Seat(SHIFTS, Toleranced(friction))
     held, free = HeldPlay(seat, "held").screw(at)[3:], HeldPlay(seat, "free", np.eye(6)[3]).screw(at)[3]
     np.testing.assert_allclose(np.linalg.norm(held, axis=0) + free, 1.0, rtol=1e-12)
     assert (free >= 0).all()
@@ -36,7 +38,7 @@ def test_a_journal_never_leaves_its_clearance(loads, friction):
 
 def test_a_journal_without_load_is_free_all_round():
     """Without load the last motion decides everything, and nothing is divided by zero."""
-    at, seat = under(np.zeros((2, 3))), Seat(SHIFTS, 0.0)
+    at, seat = under(np.zeros((2, 3))), Seat(SHIFTS, Toleranced(0.0))
     np.testing.assert_array_equal(HeldPlay(seat, "held").screw(at), 0)
     np.testing.assert_array_equal(HeldPlay(seat, "free", np.eye(6)[3]).screw(at)[3], 1)
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from scipy import stats
 
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.units import Toleranced
@@ -43,10 +44,13 @@ def test_scatter_of_stiffness_is_a_share_of_the_wind_up():
     assert np.abs(wind_up / 0.01 - 1).max() > 0.09
 
 
-@pytest.mark.parametrize("torque", [2.0, -2.0, 300.0, -300.0])
+@pytest.mark.parametrize("torque", [3.0, -3.0, 300.0, -300.0])
 @pytest.mark.parametrize("approach", [-1.0, 0.0, 1.0])
 def test_a_load_closes_the_play_on_its_side(torque: float, approach: float):
-    """Under a load above friction the flanks stay closed: the output sits at half the play on the load's side, at every visit, however it came."""
+    """Under a load above the largest friction the output sits at half the play on the load's side, at every visit, whatever the approach.
+
+    Friction of 2 N m differs by ±50 % where its scatter is not stated, so that 3 N m overcome it in every robot.
+    """
     found = terms_at(PLAY, condition(about_z(torque), approach=approach))
     np.testing.assert_allclose(design(found)[0], math.copysign(0.5e-3, torque) * TURN_Z, rtol=1e-12)
     assert visit_size(found) == 0
@@ -72,28 +76,30 @@ def test_play_comes_and_goes_through_the_balance_point():
     """As a joint passes the pose at which its load changes sign, its repeatability is worst at balance and best outside the friction."""
     torques = np.linspace(-4, 4, 81)
     found = terms_at(PLAY, condition([about_z(t) for t in torques]))
-    spread = next(np.abs(term.screw[:, 2]) for term in found if term.visit is not None)
-    np.testing.assert_allclose(spread, 0.5e-3 * np.clip(1 - np.abs(torques) / 2, 0, None), atol=1e-12)
+    spread = np.sqrt(sum(term.screw[:, 2] ** 2 for term in found if term.visit is not None))
+    # The play stays open in robots whose friction is larger: a truncated normal distribution about 2 N m, three sigma of which are 1 N m.
+    closed = stats.truncnorm(-3, 3, loc=2.0, scale=1 / 3).cdf(np.abs(torques))
+    np.testing.assert_allclose(spread, 0.5e-3 * np.sqrt(1 - closed), atol=1e-12)
 
 
 def test_friction_is_a_hundredth_of_the_rated_torque_unless_stated():
-    """Without a stated friction torque 1 % of the rated torque can hold the play open."""
+    """Without a stated friction torque 1 % of the rated torque, ±50 %, can hold the play open: 2 N m, and so 1 to 3."""
     part = gearbox(backlash=1e-3, rated_torque=200.0)
-    assert visit_size(terms_at(part, condition(about_z(1.0)))) == pytest.approx(0.25e-3)
-    assert visit_size(terms_at(part, condition(about_z(2.0)))) == 0
+    assert visit_size(terms_at(part, condition(about_z(1.0)))) == pytest.approx(0.5e-3)
+    assert visit_size(terms_at(part, condition(about_z(2.0)))) == pytest.approx(0.25e-3)
+    assert visit_size(terms_at(part, condition(about_z(3.0)))) == 0
     assert visit_size(terms_at(gearbox(backlash=1e-3), condition(about_z(1e-3)))) == 0
 
 
 @given(st.floats(-6, 6), st.sampled_from([-1.0, 0.0, 1.0]), st.floats(0, 1), st.sampled_from(["normal", "uniform"]))
 @settings(deadline=None, max_examples=60)
 def test_no_output_leaves_its_play(torque: float, approach: float, share: float, law: str):
-    """Whatever the load and approach, no gearbox of play p ± t stands off by more than (p + t)/2; closed or open, none by less than (p - t)/2."""
+    """Whatever the load and approach, no gearbox of play p ± t stands off by more than (p + t)/2, nor by less than (p - t)/2: it is at an end."""
     part = gearbox(backlash=Toleranced(1e-3, share * 1e-3, law), friction_torque=2.0)
     off = np.abs(drawn(terms_at(part, condition(about_z(torque), approach=approach)), 2000)[:, 0, 2])
     assert off.max() <= 0.5e-3 * (1 + share) * (1 + 1e-12)
-    if abs(torque) >= 2 or torque == 0:
-        assert off.min() >= 0.5e-3 * (1 - share) * (1 - 1e-12)
-        assert off.mean() == pytest.approx(0.5e-3, rel=0.05)
+    assert off.min() >= 0.5e-3 * (1 - share) * (1 - 1e-12)
+    assert off.mean() == pytest.approx(0.5e-3, rel=0.05)
 
 
 def test_the_loop_of_friction_does_not_close_under_load():

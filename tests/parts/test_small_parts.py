@@ -65,9 +65,8 @@ def test_an_encoder_on_the_output_sees_the_gearbox():
     )
     assert set(geared.sources) == {"gearbox", "encoder"}
     arm = Arm(name="arm", joints=[measured.model_copy(update={"axis": "y"})], payload={"mass": 1.0, "centre_of_mass": (0.4, 0.0, 0.0)})
-    assert [(item.name, float(np.abs(twist).max())) for item, twist in at_tool(arm, [0.3]) if "gearbox" in item.owner] == [
-        ("joints.A.gearbox.backlash left open", 0.0)
-    ]
+    left = [(item.name, float(np.abs(twist).max())) for item, twist in at_tool(arm, [0.3]) if "gearbox" in item.owner]
+    assert set(left) == {("joints.A.gearbox.backlash left open", 0.0)}
     assert set(measured.model_copy(update={"gearbox": None}).sources) == {"encoder"}
     exact = RevoluteJoint(name="A", limits=(-1, 1), gearbox={"stiffness": 1e4, "hysteresis": 1e-4}, encoder={"side": "output"})
     assert set(exact.sources) == {"encoder"}

@@ -11,6 +11,7 @@ import lostmotion
 from lostmotion import sample_poses, screws
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
+from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.pose_matrix import Draws, PoseMatrix
@@ -23,36 +24,40 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("robot", "visit", "robot x visit")
 
 
-def draws(infos, count, seed=1):
-    """Draw every term from its distributions, streams of one name together: (term, sample)."""
+def draws(matrix, count, pose=0, seed=1):
+    """Draw every column at a pose from its distributions, streams of one name together: (column, sample)."""
     rng, known = np.random.default_rng(seed), {}
 
     def of(level, stream):
         return stream.law.quantile(known.setdefault((level, stream.name), rng.random(count)))
 
-    out = np.ones((len(infos), count))
-    for row, info in zip(out, infos, strict=True):
+    out = np.ones((len(matrix.infos), count))
+    for row, info in zip(out, matrix.infos, strict=True):
         if info.robot:
             row[:] *= of("robot", info.robot)
         if info.visit:
             row[:] *= of("visit", info.visit)
+        if info.closing:
+            row[:] *= standardised(of("closing", info.closing.stream), matrix.closed[info.closing.row, pose])
     return out
 
 
 def test_cumulants_are_the_samples(arm):
     """Products, shared harmonics and shared sizes included: second to fourth moments of the error along any direction agree with samples."""
     matrix = screws(arm, sample_poses(arm, 8).q[:3])
-    drawn, samples = Drawn(matrix), draws(matrix.infos, 400_000)
-    known, found = drawn.cumulants, of_screws(matrix, drawn)
+    drawn = Drawn(matrix)
+    found = of_screws(matrix, drawn)
     for p, shift in enumerate(drawn.shift(matrix)):
-        error = matrix.tool[p, 3:] @ samples - found.bias[p][:, None]
+        closed = matrix.closed[:, [p]].T[:, drawn.plays]
+        third, fourth = (np.ravel(known.at(closed)) for known in (drawn.with_plays.third, drawn.with_plays.fourth))
+        error = matrix.tool[p, 3:] @ draws(matrix, 400_000, p) - found.bias[p][:, None]
         for h in np.vstack([np.eye(3), [[1, 2, -1], [-1, 1, 1]]]):
             part, along = h @ error, h @ shift
             variance = h @ found.covariance[p] @ h
             assert part.var() == pytest.approx(variance, rel=0.01)
-            excess = known.four_values @ along[known.fours].prod(axis=1) / variance**2
+            excess = fourth @ along[drawn.with_plays.fourth.terms].prod(axis=1) / variance**2
             assert np.mean(part**4) / np.mean(part**2) ** 2 - 3 == pytest.approx(excess, abs=0.03)
-            skewness = known.three_values @ along[known.threes].prod(axis=1) / variance**1.5
+            skewness = third @ along[drawn.with_plays.third.terms].prod(axis=1) / variance**1.5
             assert np.mean(part**3) / np.mean(part**2) ** 1.5 == pytest.approx(skewness, abs=0.02)
         # The excess over all directions, k_iijj over the mean fourth power of the normal vector.
         squares = np.square(error).sum(axis=0)
@@ -61,12 +66,14 @@ def test_cumulants_are_the_samples(arm):
 
 
 def test_only_an_amount_with_its_play_has_third_cumulants(arm):
-    """E[x s (x s)] of a scattered amount x and a side s is one, in six orders; nothing else is skew."""
+    """E[x s (x s)] of a scattered amount x and a side s is one, in six orders; nothing else is skew where all robots have the same plays closed."""
     matrix = screws(arm, sample_poses(arm, 8).q[:1])
-    known = cumulants([info.draws for info in matrix.infos])
-    assert len(known.threes)
-    for columns, value in zip(known.threes, known.three_values, strict=True):
-        by_level = {matrix.infos[k].level: matrix.infos[k] for k in columns}
+    assert not matrix.closed_in_some.any()
+    known = cumulants([info.draws for info in matrix.infos if info.closing is None])
+    assert len(known.third.terms)
+    for columns, value in zip(known.third.terms, known.third.values, strict=True):
+        steady = [info for info in matrix.infos if info.closing is None]
+        by_level = {steady[k].level: steady[k] for k in columns}
         both = by_level["robot x visit"]
         assert (both.robot, both.visit) == (by_level["robot"].robot, by_level["visit"].visit)
         assert value == pytest.approx(6.0, abs=1e-8)
@@ -78,7 +85,7 @@ def test_terms_of_one_harmonic_are_uncorrelated_but_not_independent(arm):
     known = cumulants([info.draws for info in matrix.infos])
     names = [info.name for info in matrix.infos]
     wave = tuple(k for k, name in enumerate(names) if name.startswith("joints.A.gearbox.transmission error 1"))
-    joint = {tuple(four): value for four, value in zip(known.fours.tolist(), known.four_values, strict=True)}
+    joint = {tuple(four): value for four, value in zip(known.fourth.terms.tolist(), known.fourth.values, strict=True)}
     assert joint[wave[0], wave[0], wave[1], wave[1]] == pytest.approx(-0.5 * 6, abs=1e-9)
     assert joint[(wave[0],) * 4] == pytest.approx(-1.5, abs=1e-9)
     together = [{names[k] for k in members} for members in matrix.groups.values()]
@@ -133,7 +140,7 @@ def test_few_errors_beside_a_large_bias_lie_within_their_uncertainty(case):
     )
     q = np.random.default_rng(1).uniform(-1.5, 1.5, (12, count))
     matrix, samples = screws(sagging, q), 200_000
-    drawn = draws(matrix.infos, samples)
+    drawn = draws(matrix, samples)
     found = analytic(sagging, q)
     scatter = np.sqrt(np.trace(found.covariance, axis1=1, axis2=2))
     for p in range(len(q)):
@@ -183,7 +190,7 @@ def test_a_joint_that_errs_by_play_and_friction_alone_has_every_figure():
     poses = sample_poses(arm, 16)
     found = analytic(arm, poses)
     matrix = screws(arm, poses.q)
-    drawn, whole = draws(matrix.infos, 1_000_000), pooled(arm, poses, found)
+    drawn, whole = draws(matrix, 1_000_000), pooled(arm, poses, found)
     for p in (0, 7, 15):
         lengths = np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0)
         exact = np.r_[lengths.mean(), np.quantile(lengths, found.levels)]
@@ -211,14 +218,14 @@ DOMINANT = {
 
 def screws_of(terms, bias):
     """Return one pose at which these draws displace the tool point."""
-    infos, columns = [Draws(None, None)], [np.array(bias, float)]
+    infos, columns = [Draws(None, None, None)], [np.array(bias, float)]
     for shift, robot, visit in terms:
         streams = [None if stream is None else Stream(*stream) for stream in (robot, visit)]
-        infos.append(Draws(*streams))
+        infos.append(Draws(*streams, None))
         columns.append(np.array(shift, float))
     tool = np.zeros((1, 6, len(infos)))
     tool[0, 3:] = np.array(columns).T
-    return PoseMatrix(tuple(infos), tool, np.zeros(len(infos), int), np.ones(len(infos)), tool, np.zeros((1, 1, 4, 4)), (0,))
+    return PoseMatrix(tuple(infos), tool, np.zeros(len(infos), int), np.ones(len(infos)), tool, np.zeros((1, 1, 4, 4)), np.zeros((0, 1)), (0,))
 
 
 def test_over_all_poses_no_length_in_a_gap_is_printed():
@@ -244,7 +251,7 @@ def test_dominant_draws_lie_within_their_uncertainty(case):
     noise = [(0.06 * np.eye(3)[k % 3], (f"noise {k}", SLIGHT), None) for k in range(6)]
     matrix = screws_of([*terms, *noise], bias)
     found = of_screws(matrix, Drawn(matrix))
-    lengths = np.linalg.norm(matrix.tool[0, 3:] @ draws(matrix.infos, 1_000_000), axis=0)
+    lengths = np.linalg.norm(matrix.tool[0, 3:] @ draws(matrix, 1_000_000), axis=0)
     exact = np.r_[lengths.mean(), lengths.std(), np.quantile(lengths, found.levels)]
     own = np.r_[found.mean, found.deviation, found.quantiles[0]]
     off = np.r_[found.mean_uncertainty, found.deviation_uncertainty, found.quantiles_uncertainty[0]]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.stats import qmc
 
-from lostmotion.error_model.cumulants import cumulants
+from lostmotion.error_model.cumulants import Cumulants, OfOrder, cumulants
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.laws.distributions import Cosine, Normal, Sine, Table, TwoSided, Uniform
 from lostmotion.propagation import error_magnitude as magnitude
@@ -261,10 +261,10 @@ def test_two_sided_draws_beside_a_large_bias_are_not_taken_for_normal():
 def exact_cumulants(shift, bias, known):
     """Return the first two cumulants of |b + S x|^2 (V. Leonov, A. Shiryaev 1959): exact for any draws."""
     t, k = np.zeros((3, 3, 3)), np.zeros((3, 3, 3, 3))
-    for members, value in zip(known.threes.tolist(), known.three_values, strict=True):
+    for members, value in zip(known.third.terms.tolist(), known.third.values, strict=True):
         for order in set(permutations(members)):
             t += value / len(set(permutations(members))) * np.einsum("i,j,k->ijk", *(shift[:, m] for m in order))
-    for members, value in zip(known.fours.tolist(), known.four_values, strict=True):
+    for members, value in zip(known.fourth.terms.tolist(), known.fourth.values, strict=True):
         for order in set(permutations(members)):
             k += value / len(set(permutations(members))) * np.einsum("i,j,k,l->ijkl", *(shift[:, m] for m in order))
     c = shift @ shift.T
@@ -279,7 +279,7 @@ def test_points_have_the_exact_variance_of_the_squared_error(seed):
     skew = Table(((0.0, 0.0), (0.2, 0.7), (1.0, 1.0)))
     terms[0] = [("skew", skew)]
     known = cumulants(terms)
-    assert len(known.threes)
+    assert len(known.third.terms)
     drawn = magnitude.sobol_draws(terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 2**16)
     for p in range(3):
         squares = np.square(shift[p] @ drawn + bias[p][:, None]).sum(axis=0)
@@ -292,8 +292,11 @@ def test_rays_follow_skewness():
     """A shifted gamma law along x beside a bias, by its cumulants alone: the correction brings the quantiles to SciPy's."""
     shape, bias = 60.0, 4.0
     law = stats.gamma(shape, loc=-np.sqrt(shape), scale=1 / np.sqrt(shape))
-    known = cumulants([[("x", NORMAL)]])
-    known = type(known)(np.zeros((1, 3), int), np.array([2 / np.sqrt(shape)]), np.zeros((1, 4), int), np.array([6 / shape]))
+    none = np.zeros(1, int)
+    third, fourth = (
+        OfOrder(np.zeros((1, n), int), np.array([value]), np.zeros(1), none, none) for n, value in ((3, 2 / np.sqrt(shape)), (4, 6 / shape))
+    )
+    known = Cumulants(third, fourth, ())
     shift = np.zeros((1, 3, 1))
     shift[0, 0] = 1.0
     exact = bias + law.ppf(LEVELS)

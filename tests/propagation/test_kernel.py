@@ -8,9 +8,9 @@ import pytest
 from lostmotion import Arm, Poses, frames, read, sample_poses, screws, worst_case
 from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
 from lostmotion.error_model import error_bins
+from lostmotion.error_model.bounds import root_sum_square
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
-from lostmotion.error_model.pose_matrix import root_sum_square
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block, sample_blocks
@@ -27,7 +27,7 @@ def block(arm):
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q)
     robot, visit = (x.ravel() for x in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij"))
-    errors = np.stack([(matrix.tool[p, 3:] @ draws_of(matrix, 7, p, robot, visit)).T for p in range(len(poses))])
+    errors = np.stack([(matrix.tool[p, 3:] @ draws_of(matrix, p, 7, p, robot, visit)).T for p in range(len(poses))])
     sample = sample_block(Plan.of(arm, poses, ROBOTS, VISITS, 7, 0.0), matrix, 0)
     return sample, errors.reshape(len(poses), ROBOTS, VISITS, 3)
 

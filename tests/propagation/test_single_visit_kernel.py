@@ -36,7 +36,7 @@ def lengths(arm, poses, robots, seed):
     """Form the errors of robots that come once, one by one: (pose, robot) m."""
     matrix = screws(arm, poses.q)
     every, once = np.arange(robots), np.zeros(robots, int)
-    return matrix, np.array([np.linalg.norm(matrix.tool[p, 3:] @ draws_of(matrix, seed, p, every, once), axis=0) for p in range(len(poses))])
+    return matrix, np.array([np.linalg.norm(matrix.tool[p, 3:] @ draws_of(matrix, p, seed, p, every, once), axis=0) for p in range(len(poses))])
 
 
 def test_both_kernels_agree_on_robots_that_come_once(some_arm, monkeypatch):

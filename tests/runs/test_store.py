@@ -89,7 +89,7 @@ def test_quantiles_are_those_of_the_samples_within_the_bins(small):
         matrix = matrix_of(small.order, 0, block)
         first, last = small.order.span(block)
         for row in range(last - first):
-            draws = draws_of(matrix, 1, first + row, robots, visits)
+            draws = draws_of(matrix, row, 1, first + row, robots, visits)
             lengths.append(np.linalg.norm(matrix.tool[row, 3:] @ draws, axis=0))
     found = summarise(small)[0].quantiles[0.95].value
     assert found == pytest.approx(np.quantile(np.concatenate(lengths), 0.95, method="inverted_cdf"), rel=0.004)

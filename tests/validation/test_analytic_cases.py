@@ -8,12 +8,12 @@ import pytest
 from scipy.stats import qmc
 
 import lostmotion
+from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.cumulants import cumulants
-from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.poses import Poses
-from lostmotion.laws.distributions import Normal, Uniform
+from lostmotion.laws.distributions import COMPARED, Normal, Uniform
 from lostmotion.propagation.analytic import Drawn, analytic, of_screws, pooled
-from lostmotion.propagation.error_magnitude import by_points, by_rays, pooled_counts, sobol_draws
+from lostmotion.propagation.error_magnitude import by_rays
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = [EXAMPLES / "z-arm.toml", EXAMPLES / "ur5e.urdf", EXAMPLES / "arm-from-drawings.toml", EXAMPLES / "paper" / "z-arm-lumped.toml"]
@@ -105,12 +105,11 @@ def test_the_examples_are_many_points(path):
     poses = lostmotion.sample_poses(arm, 64)
     found = analytic(arm, poses, threads=2)
     matrix = lostmotion.screws(arm, poses.q)
-    drawn = Drawn(matrix)
-    columns = matrix.merged
-    terms = [columns.infos[k].draws for k in columns.columns("robot", "visit", "robot x visit")]
-    streams = {stream: 1.0 for term in terms for stream, _ in term}
-    many = sobol_draws(terms, streams, 2**17, seed=7)
-    exact, _ = by_points(drawn.shift(matrix), matrix.bias[:, 3:], many)
+    names = dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)
+    uniform = dict(zip(names, qmc.Sobol(len(names), rng=np.random.default_rng(7)).random(2**17).T.clip(1e-12, 1 - 1e-12), strict=True))
+    drawn = draws(matrix, uniform)
+    lengths = [np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0) for p in range(64)]
+    exact = np.array([np.r_[one.mean(), one.std(), np.quantile(one, found.levels)] for one in lengths])
     own = np.column_stack([found.mean, found.deviation, found.quantiles])
     assert own[:, 0] == pytest.approx(exact[:, 0], rel=5e-4)
     assert np.quantile(np.abs(own / exact - 1), 0.99) < 7e-3
@@ -118,9 +117,8 @@ def test_the_examples_are_many_points(path):
     assert (np.abs(own - exact) <= off + 1e-3 * exact).mean() > 0.97
     assert found.valid.all()
     whole = pooled(arm, poses, found, threads=2)
-    counts = pooled_counts(drawn.shift(matrix), matrix.bias[:, 3:], many).sum(axis=0)
     assert whole.mean.value == pytest.approx(exact[:, 0].mean(), rel=2e-4)
-    assert [one.value for one in whole.quantiles] == pytest.approx([quantile(counts, level) for level in found.levels], rel=1e-3)
+    assert [one.value for one in whole.quantiles] == pytest.approx(np.quantile(lengths, found.levels), rel=1e-3)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -138,10 +136,12 @@ def test_every_example_against_plain_samples(path):
     arm = lostmotion.read(path)
     matrix = lostmotion.screws(arm, lostmotion.sample_poses(arm, 32).q)
     found, count = of_screws(matrix, Drawn(matrix)), 400_000
-    drawn = draws(matrix.infos, np.random.default_rng(4), count)
+    rng = np.random.default_rng(4)
+    uniform = {stream: rng.random(count) for stream in dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)}
+    drawn = draws(matrix, uniform)
     wrong = 0
     for p in range(0, 32, 4):
-        lengths = np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0)
+        lengths = np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0)
         off = [found.mean_uncertainty[p], *found.quantiles_uncertainty[p]]
         for level, own, uncertainty in zip((None, *found.levels), (found.mean[p], *found.quantiles[p]), off, strict=True):
             if level is None:
@@ -155,13 +155,20 @@ def test_every_example_against_plain_samples(path):
     assert wrong <= 1
 
 
-def draws(infos, rng, count):
-    """Draw every term by its laws, streams of one name together: (term, sample)."""
-    uniform, out = {}, np.ones((len(infos), count))
-    for row, info in zip(out, infos, strict=True):
-        for level, stream in (("robot", info.robot), ("visit", info.visit)):
-            if stream is not None:
-                if (level, stream.name) not in uniform:
-                    uniform[level, stream.name] = rng.random(count)
-                np.multiply(row, stream.law.quantile(uniform[level, stream.name]), out=row)
+def draws(matrix, uniform):
+    """Return what is drawn for every column by its laws from the uniforms of its streams: (column, sample)."""
+    out = np.ones((len(matrix.infos), len(next(iter(uniform.values())))))
+    for row, info in zip(out, matrix.infos, strict=True):
+        for stream, law in info.draws:
+            if law != COMPARED:
+                np.multiply(row, law.quantile(uniform[stream]), out=row)
+    return out
+
+
+def with_plays(matrix, drawn, uniform, pose):
+    """Return the draws (column, sample) at one pose, where loads close plays in a share of the robots."""
+    out = drawn.copy()
+    for k, info in enumerate(matrix.infos):
+        if info.closing is not None:
+            out[k] *= standardised(uniform["closing", info.closing.stream.name], matrix.closed[info.closing.row, pose])
     return out

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.catalogue import data_file
 from lostmotion.errors import InputError, Problem, nearest, shown
-from lostmotion.parts.error_source import AngleAmount, AngularStiffness, Inertia, Line, Part, PlayDim, TorqueAmount
+from lostmotion.parts.error_source import AngleAmount, AngularStiffness, FrictionTorque, Inertia, Line, Part, PlayDim, TorqueAmount
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.provenance import LONGEST_SOURCE, NO_VALUES
 from lostmotion.units import Quantity
@@ -86,7 +86,7 @@ class _Printed(Part):
 class CheckedRow(_Printed):
     """A row with its gearbox validated key by key, as required of rows from a user's file."""
 
-    part: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+    part: CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque]
     typical: Typical | None = None
 
     @model_validator(mode="after")
@@ -136,7 +136,9 @@ class GearboxRow(_Printed):
         """Return the row with its gearbox in SI."""
         fields = {name: getattr(self, name) for name in type(self).model_fields if name not in {"part", "typical"}}
         typical = Typical.model_validate(self.typical, context={"text": True}) if self.typical else None
-        gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount].model_validate(self.with_stated({}), context={"text": True})
+        gearbox = CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque].model_validate(
+            self.with_stated({}), context={"text": True}
+        )
         return CheckedRow(**fields, part=gearbox, typical=typical)
 
     @property

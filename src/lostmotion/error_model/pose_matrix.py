@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.error_model.closing import Closing, mean_and_change
 from lostmotion.error_model.draws import Stream
+from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, as_poses, frames
 from lostmotion.parts.term import level_of
@@ -22,49 +24,55 @@ if TYPE_CHECKING:
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedTerm
-    from lostmotion.parts.term import Draw, Level
+    from lostmotion.parts.term import Draw, Level, Threshold
     from lostmotion.spatial import Floats
 
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """What a column is multiplied by. Columns with the same draws are one error; any others are uncorrelated."""
+    """What a column is multiplied by. Columns with the same draws are one error; any others are uncorrelated.
+
+    closing  where the column is what one robot's friction changes: drawn is `standardised` of whether this robot's play is closed
+    """
 
     robot: Stream | None
     visit: Stream | None
+    closing: Closing | None
 
     @property
     def level(self) -> Level:
         """Return the level of chance."""
-        return level_of(self.robot, self.visit)
-
-    @property
-    def streams(self) -> tuple[Stream, ...]:
-        """Return what is drawn."""
-        return tuple(stream for stream in (self.robot, self.visit) if stream is not None)
+        return level_of(self.robot or self.closing, self.visit)
 
     @property
     def draws(self) -> tuple[tuple[tuple[str, str], Law], ...]:
         """Return the streams (level, name) whose draws the column is multiplied by, each with its law."""
-        both = (("robot", self.robot), ("visit", self.visit))
-        return tuple(((level, stream.name), stream.law) for level, stream in both if stream is not None)
+        closing = None if self.closing is None else self.closing.stream
+        streams = (("closing", closing), ("robot", self.robot), ("visit", self.visit))
+        return tuple(((level, stream.name), stream.law) for level, stream in streams if stream is not None)
 
     @property
     def bound(self) -> float:
-        """Return the largest size of the draw; 1 where nothing is drawn."""
-        return math.prod(stream.law.bound for stream in self.streams)
+        """Return the largest size of the draws per robot and visit, without the closing; 1 where there are none."""
+        return math.prod(stream.law.bound for stream in (self.robot, self.visit) if stream is not None)
 
     @property
     def limit(self) -> float:
-        """Return the size of the draw in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
-        return math.prod(stream.law.limit for stream in self.streams)
+        """Return the size of these draws in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
+        return math.prod(stream.law.limit for stream in (self.robot, self.visit) if stream is not None)
 
 
 @dataclass(frozen=True, slots=True)
 class Column(Draws):
-    """A column of the pose matrix: a term `of` a part, or the half of a sided term for which the last motion is known, which draws no side."""
+    """A column of the pose matrix: a term `of` a part, or the half of a sided term for which the last motion is known, which draws no side.
+
+    A term that is there only where a load closes a play, or only where it leaves it open, has two columns: its mean over robots, and what a robot's
+    friction changes.
+    mean_by  what decides, for the first of the two; `closing` is what decides for the second
+    """
 
     of: PlacedTerm
+    mean_by: Closing | None
 
     @property
     def name(self) -> str:
@@ -124,6 +132,7 @@ class PoseMatrix(ToolScrews):
     scale   (column,) size of the column: columns of one form, at one place, are in proportion to it at every pose
     local   (pose, 6, column) rad, m per unit draw, in that place's frame
     at      (place, pose, 4, 4) the arm's frames
+    closed  (row, pose) share of robots in which a load overcomes the friction, for every `Closing`
     way     numbers of the places from the base to the tool
     """
 
@@ -132,16 +141,25 @@ class PoseMatrix(ToolScrews):
     scale: Floats
     local: Floats
     at: Floats
+    closed: Floats
     way: tuple[int, ...]
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
         """Return the matrix of the poses from number `first` up to `last`."""
-        rows = slice(first, last)
-        return PoseMatrix(self.infos, self.tool[rows], self.place, self.scale, self.local[rows], self.at[:, rows], self.way)
+        return self.rows(slice(first, last))
+
+    def rows(self, rows: slice | NDArray[np.int64]) -> PoseMatrix:
+        """Return the matrix of the poses in these rows."""
+        return replace(self, tool=self.tool[rows], local=self.local[rows], at=self.at[:, rows], closed=self.closed[:, rows])
 
     def scaled(self, factors: Floats) -> PoseMatrix:
         """Return the matrix with every column scaled by its factor (column,)."""
         return replace(self, tool=self.tool * factors, scale=self.scale * factors, local=self.local * factors)
+
+    @property
+    def closed_in_some(self) -> NDArray[np.bool_]:
+        """Return where (row, pose) a load closes a play in some robots and not in others."""
+        return (self.closed > 0) & (self.closed < 1)
 
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:
@@ -165,7 +183,7 @@ class PoseMatrix(ToolScrews):
             for k in others:
                 out[:, column] += self.along_poses[:, k]
         firsts = (self.infos[members[0]] for members in self.groups.values())
-        return ToolScrews(tuple(Draws(info.robot, info.visit) for info in firsts), out.transpose(2, 0, 1))
+        return ToolScrews(tuple(Draws(info.robot, info.visit, info.closing) for info in firsts), out.transpose(2, 0, 1))
 
 
 def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix:
@@ -178,20 +196,37 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
     at = frames(arm, values)
     arriving = np.asarray(approach, dtype=float)
     sides = _sides(arriving)
-    halves = [(of, side) for of in arm.terms for side in (sides if of.term.sided else (None,))]
-    place = np.array([of.place for of, _ in halves], dtype=int)
+    conditions, names = Conditions(arm, values, at), [joint.name for joint in arm.moving]
+    found = [
+        (of, side, part)
+        for of in arm.terms
+        for side in (sides if of.term.sided else (None,))
+        for part in (("whole",) if of.term.form.threshold is None else ("mean", "changed"))
+    ]
+    place = np.array([of.place for of, *_ in found], dtype=int)
+    closings: dict[tuple[int, Threshold], int] = {}
+    closed: list[Floats] = []
+    infos = []
     # Poses lie innermost in memory: every step from here on runs along them.
-    local = np.empty((6, len(halves), len(values)))
-    conditions = Conditions(arm, values, at)
-    for k, (of, side) in enumerate(halves):
-        of.term.form.write(conditions(of), of.term.scale, local[:, k])
+    local = np.empty((6, len(found), len(values)))
+    for k, (of, side, part) in enumerate(found):
+        form, condition = of.term.form, conditions(of)
+        form.write(condition, of.term.scale, local[:, k])
         if side is not None and of.joint is not None:
             local[:, k] *= _share(arriving if arriving.ndim == 0 else arriving[:, of.joint], known=side == "known")
+        closing = None
+        if form.threshold is not None:
+            row = closings.setdefault((of.place, form.threshold), len(closed))
+            if row == len(closed):
+                closed.append(form.threshold.share(condition))
+            closing = Closing(Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above)
+            mean, changed = mean_and_change(closed[row], above=form.above)
+            local[:, k] *= mean if part == "mean" else changed
+        infos.append(_column(of, side, names, closing, part))
     tool = tool_twists(arm.tree, at, place, local)
-    names = [joint.name for joint in arm.moving]
-    infos = tuple(_column(of, side, names) for of, side in halves)
-    scale = np.array([of.term.scale for of, _ in halves])
-    return PoseMatrix(infos, tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, arm.tree.tool_path)
+    scale = np.array([of.term.scale for of, *_ in found])
+    shares = np.array(closed).reshape(-1, len(values))
+    return PoseMatrix(tuple(infos), tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, shares, arm.tree.tool_path)
 
 
 def _sides(arriving: Floats) -> tuple[str, ...]:
@@ -204,61 +239,13 @@ def _share(arriving: Floats, *, known: bool) -> Floats:
     return -arriving if known else (arriving == 0).astype(float)
 
 
-def _column(of: PlacedTerm, side: str | None, joints: Sequence[str]) -> Column:
-    """Return the column of a term, or of one half of a sided term, whose last motion is one stream for all parts of the joint."""
+def _column(of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Closing | None, part: str) -> Column:
+    """Return the column of a term, or of one part of it; the last motion is one stream for all parts of the joint."""
     term = of.term
     owner = f"joints.{joints[of.joint]}" if term.sided and of.joint is not None else of.owner
-    return Column(_stream(of.owner, term.robot), None if side == "known" else _stream(owner, term.visit), of)
+    robot, visit = _stream(of.owner, term.robot), None if side == "known" else _stream(owner, term.visit)
+    return Column(robot, visit, closing if part == "changed" else None, of, closing if part == "mean" else None)
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:
     return None if draw is None else Stream(f"{owner}.{draw.stream}", draw.law)
-
-
-def worst_case(matrix: PoseMatrix) -> Floats:
-    """Return the largest possible error of the tool at each pose (pose,), m: |bias| + the sum of all errors at their bounds.
-
-    An upper bound: no draw exceeds it. The two parts of a harmonic count as one, since they share a phase. Infinite where a law is unbounded.
-    """
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + sum(at_bounds(matrix)))
-
-
-def root_sum_square(matrix: PoseMatrix) -> Floats:
-    """Return the error of the tool at each pose by the root-sum-square rule of tolerancing (pose,), m: |bias| + root of the sum of squared limits.
-
-    A distribution without limits counts with the amount that the file states, three standard deviations.
-    """
-    return np.asarray(np.linalg.norm(matrix.bias[:, 3:], axis=1) + np.sqrt(sum(at_limits(matrix) ** 2)))
-
-
-def at_limits(matrix: PoseMatrix) -> Floats:
-    """Return the size of each independent error at its limit (error, pose), m: its bound, or the stated amount where there is none."""
-    columns = matrix.merged
-    errors = independent_errors(columns.infos)
-    out = np.zeros((max(len(errors), 1), len(matrix.tool)))
-    for row, phases in zip(out, errors, strict=False):
-        np.sqrt(sum(sum(np.sqrt(columns.squares[k]) * columns.infos[k].limit for k in members) ** 2 for members in phases), out=row)
-    return out
-
-
-def at_bounds(matrix: PoseMatrix) -> Floats:
-    """Return the size of each independent error at its bound (error, pose), m: infinite where an error without limits moves the tool."""
-    out, infos = at_limits(matrix), matrix.merged.infos
-    for row, phases in zip(out, independent_errors(infos), strict=False):
-        if any(math.isinf(infos[k].bound) for members in phases for k in members):
-            row[:] = np.where(row > 0, np.inf, 0.0)
-    return out
-
-
-def independent_errors(infos: Sequence[Draws]) -> list[list[list[int]]]:
-    """Return the drawn columns by independent error, and within it by its two phases where it is a harmonic.
-
-    One stream decides an error's side or phase: that of the visit, or else that of the robot. Columns of one phase, such as a play and its scatter,
-    are largest at the same draws and so add; the two phases of a harmonic never are, and count by the root of the sum of their squares.
-    """
-    out: dict[str, dict[Law, list[int]]] = {}
-    for k, info in enumerate(infos):
-        if info.streams:
-            deciding = info.streams[-1]
-            out.setdefault(deciding.name, {}).setdefault(deciding.law, []).append(k)
-    return [list(phases.values()) for phases in out.values()]

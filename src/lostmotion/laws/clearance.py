@@ -1,8 +1,7 @@
-"""Play as a dead band whose side the load chooses.
+"""Play that a load closes once it overcomes dry friction, which differs from robot to robot.
 
-A part with play rests on the side to which the load pushes it. Where the load is smaller than the friction that can hold the part elsewhere, the
-direction of arrival decides. Between the two cases the law is linear: with c = load/friction limited to -1..1 the part rests at c times the half
-play, and the direction of arrival moves it within the remaining 1 - |c|, so it never leaves the play.
+Below the friction the part rests where the last motion left it, within its play; above it the load holds the part on one side. Between robots the
+friction scatters, so that a load closes the play in a share of them.
 """
 
 from __future__ import annotations
@@ -11,22 +10,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.laws.distributions import of_tolerance
+
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
+    from lostmotion.units import Toleranced
 
 # A load below this share of the whole wrench is rounding, not a load.
 _ROUNDING = 1e-9
 
 
-def seated(load: Floats, friction: float, scale: Floats) -> Floats:
-    """Return the share of the half play that the load takes up, -1..1 with its sign, for loads (pose,).
+def closed_share(load: Floats, friction: Toleranced, scale: Floats) -> Floats:
+    """Return the share of robots in which loads (pose,) of zero or more overcome the friction and close the play: 0..1.
 
-    `friction` in the load's unit, zero or more; without friction any load closes the play. `scale` (pose,) is the magnitude of the whole wrench that
-    the load is a component of. Where friction is at most 1e-9 of it, loads below 1e-9 of it are rounding and count as none. With more friction the
-    share is continuous in the load, also through zero.
+    `friction` in the load's unit, zero or more, with its scatter between robots; without friction any load closes the play, and without scatter the
+    share is 0 or 1. `scale` (pose,) is the magnitude of the whole wrench that the load is a component of. Where friction is at most 1e-9 of it, loads
+    below 1e-9 of it are rounding and count as none. With scatter the share is continuous in the load.
     """
     rounding = _ROUNDING * scale
-    real = np.where((np.abs(load) > rounding) | (friction > rounding), load, 0.0)
-    if friction == 0:
-        return np.sign(real)
-    return np.clip(real, -friction, friction) / friction
+    real = np.where((load > rounding) | (friction.nominal > rounding), load, 0.0)
+    if not friction.tolerance:
+        return np.asarray((real > 0) & (real >= friction.nominal), dtype=float)
+    return of_tolerance(friction.law).share_below((real - friction.nominal) / friction.tolerance)

@@ -52,8 +52,16 @@ class Law(ABC):
         return ()
 
 
+class Scatter(Law):
+    """A distribution of made parts, by which a file states an amount ±t."""
+
+    @abstractmethod
+    def share_below(self, amount: Floats) -> Floats:
+        """Return the share of parts below an amount (any shape), a share of the stated one: -1 is its lower limit, 1 its upper."""
+
+
 @dataclass(frozen=True, slots=True)
-class Normal(Law):
+class Normal(Scatter):
     """A normal law truncated at `cut` of its own standard deviations and rescaled to unit variance; cut = inf: not truncated."""
 
     cut: float = 3.0
@@ -78,6 +86,15 @@ class Normal(Law):
         whole = np.asarray(ndtri(low + u * (1 - 2 * low)))
         return whole / _cut_deviation(self.cut)
 
+    def share_below(self, amount: Floats) -> Floats:
+        """Return the truncated normal distribution function."""
+        from scipy.special import ndtr
+
+        if not math.isfinite(self.cut):
+            return np.asarray(ndtr(self.stated * amount))
+        low = ndtr(-self.cut)
+        return np.asarray((ndtr(self.cut * np.clip(amount, -1.0, 1.0)) - low) / (1 - 2 * low))
+
 
 @functools.cache
 def _cut_deviation(cut: float) -> float:
@@ -87,7 +104,7 @@ def _cut_deviation(cut: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Uniform(Law):
+class Uniform(Scatter):
     """Uniform distribution between two limits."""
 
     @property
@@ -99,9 +116,13 @@ class Uniform(Law):
         """Map uniforms to -sqrt 3 .. sqrt 3."""
         return (2 * u - 1) * math.sqrt(3)
 
+    def share_below(self, amount: Floats) -> Floats:
+        """Return a straight line between the limits."""
+        return np.asarray((1 + np.clip(amount, -1.0, 1.0)) / 2)
+
 
 @dataclass(frozen=True, slots=True)
-class Table(Law):
+class Table(Scatter):
     """A user's distribution: rows of (value, probability that a draw lies below it), uniform between neighbouring values.
 
     Values are shares of the stated amount, rising; probabilities rise from 0 to 1 (`lostmotion.units.table_rows` checks both). Draws are
@@ -135,6 +156,11 @@ class Table(Law):
         """Map uniforms along straight lines between the rows."""
         found = _table(self.rows)
         return np.asarray(np.interp(u, found.shares, found.values))
+
+    def share_below(self, amount: Floats) -> Floats:
+        """Return straight lines between the rows."""
+        values, shares = np.array(self.rows, dtype=float).T
+        return np.asarray(np.interp(amount, values, shares))
 
 
 class _Standardised(NamedTuple):
@@ -171,6 +197,23 @@ class TwoSided(Law):
     def quantile(self, u: Floats) -> Floats:
         """Map the lower half of the uniforms to -1 and the upper to +1."""
         return np.where(u < 0.5, -1.0, 1.0)  # noqa: PLR2004 - the middle of 0..1
+
+
+@dataclass(frozen=True, slots=True)
+class Compared(Law):
+    """A uniform in 0..1 that is compared with a share, which differs from pose to pose: `error_model.closing.standardised` makes a draw of it."""
+
+    @property
+    def bound(self) -> float:
+        """Return one."""
+        return 1.0
+
+    def quantile(self, u: Floats) -> Floats:
+        """Return the uniforms themselves."""
+        return u
+
+
+COMPARED: Final = Compared()
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,7 +289,7 @@ def _pieces(breaks: tuple[float, ...]) -> tuple[Floats, Floats]:
     return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
 
 
-def of_tolerance(law: ToleranceLaw) -> Law:
+def of_tolerance(law: ToleranceLaw) -> Scatter:
     """Return the distribution that the word or the table of a tolerance names."""
     if not isinstance(law, str):
         return Table(law)

@@ -141,12 +141,12 @@ class Arm(Part):
 
     @functools.cached_property
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:
-        """Return the friction (N m or N) that is assumed for parts with play whose own is not stated, with its reason; keys are joint and part."""
+        """Return the friction (N m or N) of parts with play that do not state it, or not its scatter; keys are joint and part."""
         out = {}
         for k, joint in enumerate(self.joints):
             for name, source in joint.sources.items():
                 friction = source.play_friction(functools.partial(self.holding, k))
-                if friction is not None and friction.reason:
+                if friction is not None and (friction.reason or friction.scatter_assumed):
                     out[joint.name, name] = friction
         return out
 

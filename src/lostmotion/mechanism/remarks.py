@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.parts.error_source import OF_HELD
+from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, OF_HELD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gear
     """Return remarks on encoders on the output, rigid members, gearboxes without a rating, assumed friction and gearbox masses, a text each.
 
     moving                  the moving joints
-    assumed                 friction (N m or N) that is assumed because none is stated, by names of joint and part
+    assumed                 friction (N m or N) of which the size or the scatter is assumed because none is stated, by names of joint and part
     gearboxes_without_mass  models of gearboxes without a stated mass
     """
     return (
@@ -53,15 +53,24 @@ def _unrated(moving: Moving) -> tuple[str, ...]:
 def _assumed_frictions(moving: Moving, assumed: Mapping[tuple[str, str], Friction]) -> tuple[str, ...]:
     grouped: dict[tuple[str, str, str], dict[str, str]] = {}
     units = {joint.name: joint.load_unit for joint in moving}
+    scattered: dict[str, list[str]] = {}
     for (joint, part), friction in assumed.items():
+        if not friction.reason:
+            scattered.setdefault(part, []).append(joint)
+            continue
         unit = units[joint] if part.startswith("gearbox") else "N"
-        grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load:.3g}"
-    return tuple(
-        f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose, at any tilt' if reason == OF_HELD else ''} "
-        f"({', '.join(loads.values() if len(set(loads.values())) > 1 else [*loads.values()][:1])} {unit}); "
+        grouped.setdefault((part, friction.reason, unit), {})[joint] = f"{friction.load.nominal:.3g}"
+    loads_assumed = [
+        f"friction of the {part} of {', '.join(loads)}: not stated, assumed {reason}{', in any pose, at any tilt' if reason == OF_HELD else ''}, "
+        f"{FRICTION_SCATTER_TEXT} ({', '.join(loads.values() if len(set(loads.values())) > 1 else [*loads.values()][:1])} {unit}); "
         "a smaller load does not close the play"
         for (part, reason, unit), loads in grouped.items()
-    )
+    ]
+    scatter_of = [
+        f"scatter of the friction of the {part} of {', '.join(joints)}: not stated, assumed {FRICTION_SCATTER_TEXT}"
+        for part, joints in scattered.items()
+    ]
+    return (*loads_assumed, *scatter_of)
 
 
 def _masses(moving: Moving, gearboxes_without_mass: Sequence[str]) -> list[str]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, NamedTuple, Protocol, Self, runtime_checkable
 
-from pydantic import AfterValidator, BaseModel, ConfigDict
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidatorFunctionWrapHandler, WrapValidator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
-from lostmotion.units import Quantity, Toleranced
+from lostmotion.units import Quantity, Toleranced, states_tolerance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -50,6 +50,49 @@ LinearStiffness = Annotated[float, Quantity("N/m", "200 N/µm", above=0)]
 Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
 
 
+# Default friction where none is stated, as a share of the rated torque, or else of the largest load that the joint holds at rest.
+RATED_SHARE: Final = 0.01
+HELD_SHARE: Final = 0.02
+OF_RATED: Final = "1 % of the rated torque"
+OF_HELD: Final = "2 % of the most that it holds at rest"
+# Default scatter (±) of dry friction from drive to drive, as a share of it: an engineering estimate, not a measurement.
+FRICTION_SCATTER: Final = 0.5
+FRICTION_SCATTER_TEXT: Final = f"±{100 * FRICTION_SCATTER:g} %"
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    """Load (N m or N) below which a play stays open, with its scatter (±) from drive to drive.
+
+    reason           of an assumed load; empty for a stated one
+    scatter_assumed  whether the scatter is the default, because none is stated
+    """
+
+    load: Toleranced
+    reason: str = ""
+    scatter_assumed: bool = False
+
+    @classmethod
+    def of_load(cls, load: float, reason: str = "") -> Self:
+        """Return the friction of this size (N m or N) with the default scatter. Without friction there is none to assume."""
+        return cls(Toleranced(load, FRICTION_SCATTER * load), reason, scatter_assumed=load > 0)
+
+
+def _friction(value: object, quantity: ValidatorFunctionWrapHandler) -> Friction:
+    """Return a stated friction, with the default scatter where its own is not stated."""
+    if isinstance(value, Friction):
+        return replace(value, load=quantity(value.load))
+    load: Toleranced = quantity(value)
+    if states_tolerance(value):
+        return Friction(load)
+    default = Friction.of_load(load.nominal)
+    return replace(default, load=replace(default.load, law=load.law))
+
+
+FrictionTorque = Annotated[Friction, Quantity("N m", "1 N m ± 30 %", low=0, toleranced=True), WrapValidator(_friction)]
+FrictionForce = Annotated[Friction, Quantity("N", "5 N ± 30 %", low=0, toleranced=True), WrapValidator(_friction)]
+
+
 class Part(BaseModel):
     """Base class of descriptions: immutable, and unknown fields are refused."""
 
@@ -74,21 +117,6 @@ class Part(BaseModel):
         return f"{type(self).__name__.partition('[')[0]}({stated})"
 
     __str__ = __repr__
-
-
-@dataclass(frozen=True, slots=True)
-class Friction:
-    """Load (N m or N) below which a play stays open; `reason` explains an assumed value, and is empty for a stated one."""
-
-    load: float
-    reason: str = ""
-
-
-# Default friction where none is stated, as a share of the rated torque, or else of the largest load that the joint holds at rest.
-RATED_SHARE: Final = 0.01
-HELD_SHARE: Final = 0.02
-OF_RATED: Final = "1 % of the rated torque"
-OF_HELD: Final = "2 % of the most that it holds at rest"
 
 
 class ErrorSource(ABC):

@@ -1,24 +1,22 @@
-"""The six forms in which an error follows from angle, load and gravity: everything that a part can do is one of them.
+"""Four of the six forms in which an error follows from angle, load and gravity: everything that a part can do is one of them.
 
-Constant, Harmonic (of the joint's angle), Spring (a curve along one motion), Linear (a compliance matrix), HeldPlay (a play that the load closes) and
-LoadTable (shifts tabulated over several loads). Arrays have the pose last.
+Constant, Harmonic (of the joint's angle), Spring (a curve along one motion) and Linear (a compliance matrix); the other two are HeldPlay (a play that
+a load closes, `parts.play`) and LoadTable (shifts tabulated over several loads, `parts.load_table`). Arrays have the pose last.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lostmotion.laws.clearance import seated
 from lostmotion.parts.term import Form, rows_times
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.laws.rolling.table import ShiftTable
     from lostmotion.parts.term import Condition
     from lostmotion.spatial import Floats
 
@@ -168,178 +166,3 @@ class Linear(Form):
     def compliance(self, at: Condition) -> Floats:
         """Return the matrix for every pose (pose, 6, 6)."""
         return np.broadcast_to(self.matrix, (len(at.angle), 6, 6))
-
-
-@dataclass(frozen=True, eq=False)
-class Seat:
-    """A play of unit half width along `way` (m, 6), m from 1 to 3, and the friction below which a load does not close it.
-
-    The load in the play is way @ wrench (m, pose), N or N m; the part moves by way.T @ position, so that reciprocity holds.
-    lever  by which the size of the wrench is divided where it is compared with a load, m; one where `way` carries no lever arm
-    """
-
-    way: Floats
-    friction: float
-    lever: float = 1.0
-
-    def load(self, at: Condition) -> Floats:
-        """Return the load in the play (m, pose)."""
-        return at.once((self, "load"), lambda: rows_times(self.way, at.wrench))
-
-    def load_size(self, at: Condition) -> Floats:
-        """Return the size of the load in the play (pose,)."""
-        return at.once((self, "load size"), lambda: np.sqrt((self.load(at) ** 2).sum(axis=0)))
-
-    def towards(self, at: Condition) -> Floats:
-        """Return the unit direction of the load (m, pose); zero without a load."""
-        size = self.load_size(at)
-        return at.once((self, "towards"), lambda: self.load(at) / np.where(size > 0, size, 1.0))
-
-    def share(self, at: Condition) -> Floats:
-        """Return the share of the play that the load closes (pose,), 0..1 (`laws.clearance`)."""
-        return at.once((self, "share"), lambda: seated(self.load_size(at), self.friction, at.load_size / self.lever))
-
-
-@dataclass(frozen=True, eq=False)
-class HeldPlay(Form):
-    """A play of unit half width: "held" on the side of the load, or "free", along a fixed `direction` (6,), as far as the load leaves it."""
-
-    seat: Seat
-    state: Literal["held", "free"]
-    direction: Floats | None = None
-
-    def screw(self, at: Condition) -> Floats:
-        """Return where the play lets the part rest (6, pose)."""
-        share = self.seat.share(at)
-        if self.direction is not None:
-            return np.asarray(self.direction[:, None] * (1 - share))
-        return rows_times(self.seat.way.T, self.seat.towards(at) * share)
-
-
-# The last of a shaft's seats.
-_AXIS: Final = 2
-# The change of load, as a share of the whole load, over which a slope of a table is read.
-_STEP: Final = 1e-3
-# Makes one size of forces and moments, m: about the distance between the bearings of a joint.
-_LEVER: Final = 0.1
-
-
-@dataclass(frozen=True, eq=False)
-class ShaftOnRows:
-    """A shaft on rolling elements: its seats on the row behind, on the row ahead and along the axis, and the table of its shifts under their loads.
-
-    axial   whether the rows hold the shaft along its axis
-    wider   the table at a clearance larger by `step` (m); None where all bearings are the same
-    """
-
-    seats: tuple[Seat, Seat, Seat]
-    axial: bool
-    table: ShiftTable
-    wider: ShiftTable | None
-    step: float
-
-    def loads(self, at: Condition) -> tuple[Floats, Floats, Floats]:
-        """Return the sizes of the two radial loads and the axial force with its sign (pose,), N."""
-        behind, ahead, along = self.seats
-        return behind.load_size(at), ahead.load_size(at), along.load(at)[0] if self.axial else np.zeros(len(at.angle))
-
-    def shifts(self, at: Condition) -> tuple[Floats, Floats, Floats]:
-        """Return the shift along each load (3, pose), its part up to the edge of the play, and its growth per metre of clearance."""
-        return at.once(self, lambda: self._shifts(at))
-
-    def _shifts(self, at: Condition) -> tuple[Floats, Floats, Floats]:
-        loads = self.loads(at)
-        whole = self.table.shifts(*loads)
-        grows = np.zeros_like(whole) if self.wider is None else (self.wider.shifts(*loads) - whole) / self.step
-        return whole.T, self.table.edges(*loads).T, grows.T
-
-    def slopes(self, at: Condition) -> Floats:
-        """Return how the deflection along each load follows each load (3, 3, pose), m/N: symmetric differences over ±0.1 % of the load."""
-        return at.once((self, "slopes"), lambda: self._slopes(at))
-
-    def least(self, at: Condition) -> Floats:
-        """Return the least load (pose,), N, at which a deflection is read: 0.1 % of the whole load, and of 1 N where it is less.
-
-        Without any load a contact between rolling elements has no stiffness at all.
-        """
-        size = np.sqrt((at.wrench[3:] ** 2).sum(axis=0)) + np.sqrt((at.wrench[:3] ** 2).sum(axis=0)) / _LEVER
-        return np.asarray(_STEP * np.maximum(size, 1.0))
-
-    def _slopes(self, at: Condition) -> Floats:
-        loads, step = self.loads(at), self.least(at)
-        out = np.zeros((3, 3, len(step)))
-        for j in range(3 if self.axial else _AXIS):
-            ahead, behind = (self._deflection([load + sign * step * (k == j) for k, load in enumerate(loads)]) for sign in (1.0, -1.0))
-            out[:, j] = (ahead - behind) / (2 * step)
-        return out
-
-    def turning(self, row: int, at: Condition) -> Floats:
-        """Return the deflection of a row per radial load (pose,), m/N: its compliance across the load, whose direction alone turns."""
-        loads = list(self.loads(at))
-        loads[row] = np.maximum(loads[row], self.least(at))
-        return np.asarray(self._deflection(loads)[row] / loads[row])
-
-    def _deflection(self, loads: Sequence[Floats]) -> Floats:
-        """Return the deflection along each load beyond the edge of the play (3, load), for radial loads of either sign."""
-        behind, ahead, along = loads
-        sizes = np.abs(behind), np.abs(ahead), along
-        out = (self.table.shifts(*sizes) - self.table.edges(*sizes)).T
-        out[:2] *= np.where(np.stack([behind, ahead]) < 0, -1.0, 1.0)
-        return out
-
-
-@dataclass(frozen=True, eq=False)
-class LoadTable(Form):
-    """Shifts of a shaft along the loads of some of its seats (`rows`): 0 and 1 are the rows, 2 is the axis, which counts `axial_weight` times.
-
-    deflects  beyond the edge of the play
-    held      to that edge, as far as the loads close the play
-    grows     per metre of clearance
-    free      along a fixed `direction` (6,), as far as all of these loads leave the play open
-    """
-
-    shaft: ShaftOnRows
-    state: Literal["deflects", "held", "grows", "free"]
-    rows: tuple[int, ...]
-    direction: Floats | None = None
-    axial_weight: float = 1.0
-
-    @property
-    def elastic(self) -> bool:
-        """Return whether it is a spring."""
-        return self.state == "deflects"
-
-    def screw(self, at: Condition) -> Floats:
-        """Return the shift (6, pose)."""
-        if self.direction is not None:
-            return np.asarray(self.direction[:, None] * self._left_open(at))
-        whole, edge, grows = self.shaft.shifts(at)
-        out = np.zeros((6, len(at.angle)))
-        for row in self.rows:
-            seat, axial = self.shaft.seats[row], row == _AXIS
-            size = whole[row] - edge[row] if self.state == "deflects" else seat.share(at) * (edge[row] if self.state == "held" else grows[row])
-            # Along the axis the table's own values have a sign.
-            out += rows_times(seat.way.T, size[None] * self.axial_weight if axial else seat.towards(at) * size)
-        return out
-
-    def compliance(self, at: Condition) -> Floats:
-        """Return the tangent (pose, 6, 6): along each load by the slopes of the table, across a radial one by its own direction's turning."""
-        out = np.zeros((len(at.angle), 6, 6))
-        if not self.elastic:
-            return out
-        slopes, seats = self.shaft.slopes(at), self.shaft.seats
-        # How the size of each load follows the wrench (6, pose).
-        sizes = [*(rows_times(seat.way.T, seat.towards(at)) for seat in seats[:_AXIS]), seats[_AXIS].way.T * np.ones(len(at.angle))]
-        for row in self.rows:
-            seat = seats[row]
-            along = sizes[row]
-            for j, size in enumerate(sizes):
-                out += np.einsum("ip,jp,p->pij", along, size, slopes[row, j])
-            if row != _AXIS:
-                turning = self.shaft.turning(row, at)
-                out += np.multiply.outer(turning, seat.way.T @ seat.way) - np.einsum("ip,jp,p->pij", along, along, turning)
-        return out
-
-    def _left_open(self, at: Condition) -> Floats:
-        *rows, axis = (1 - self.shaft.seats[row].share(at) for row in self.rows)
-        return np.asarray(axis * np.min(rows, axis=0))

@@ -8,7 +8,7 @@ from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
-from lostmotion.parts.error_source import Line, Part
+from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, Line, Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,6 +19,8 @@ ASSUMED: Final = "assumed"
 UPPER_LIMIT: Final = "maker's upper limit"
 # The reason of a default begins with this word.
 DEFAULT: Final = "default"
+# The reason of a stated friction whose scatter alone is a default.
+DEFAULT_SCATTER: Final = f"{DEFAULT} scatter, {FRICTION_SCATTER_TEXT}"
 LONGEST_SOURCE: Final = 500
 # Keys that identify a part or its provenance, and hold no values.
 NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes", "after"})
@@ -78,9 +80,16 @@ def value_keys(model: type[Part]) -> list[str]:
     return [name for name in model.model_fields if name not in NO_VALUES]
 
 
-def default_friction(key: str, friction: Friction | None) -> dict[str, str]:
-    """Return the entry of `assumptions` for friction that is not stated under `key`; empty where it is stated or not needed."""
-    return {key: f"{DEFAULT}, {friction.reason}"} if friction is not None and friction.reason else {}
+def with_friction(assumptions: dict[str, str], key: str, friction: Friction | None) -> dict[str, str]:
+    """Return `assumptions` with the entry for a friction, or a scatter of it, that is not stated under `key`; none for a part without play.
+
+    A friction that the part lists as assumed keeps its entry.
+    """
+    if friction is None or key in assumptions:
+        return assumptions
+    if friction.reason:
+        return {**assumptions, key: f"{DEFAULT}, {friction.reason}, {FRICTION_SCATTER_TEXT}"}
+    return {**assumptions, key: DEFAULT_SCATTER} if friction.scatter_assumed else assumptions
 
 
 def _refusal(why: str, expected: str, key: str, near: str, listing: str = "assumed") -> PydanticCustomError:

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from lostmotion.laws.distributions import Cosine, Normal, Sine, of_tolerance
-from lostmotion.parts.forms import Harmonic, HeldPlay, Seat, Spring
+from lostmotion.parts.forms import Harmonic, Spring
+from lostmotion.parts.play import HeldPlay, Seat
 from lostmotion.parts.term import LAST_MOTION, Draw, Parameter, Term
 from lostmotion.spatial import across
 
@@ -103,7 +104,7 @@ def play_terms(name: str, stated: Toleranced, seat: Seat, ends: Sequence[End], a
     return [*out, *free_terms(cause, seat, ends, half, spread, robot, sized)]
 
 
-def backlash_terms(motion: Motion, stated: Toleranced, friction: float) -> list[Term]:
+def backlash_terms(motion: Motion, stated: Toleranced, friction: Toleranced) -> list[Term]:
     """Return the terms of free play along a motion, held on one side by a load above `friction`, or else by the last motion."""
     if not stated.nominal:
         return []

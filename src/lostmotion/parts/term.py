@@ -121,6 +121,24 @@ def rows_times(matrix: Floats, vectors: Floats) -> Floats:
     return out
 
 
+class Threshold(ABC):
+    """Dry friction that a load overcomes in some robots and not in others. Compared by identity: one draw per robot decides.
+
+    stream  name within the part of what is drawn, one uniform per robot: the load overcomes the friction where it is at most the share
+    """
+
+    stream: str
+
+    @property
+    @abstractmethod
+    def scatters(self) -> bool:
+        """Return whether the friction differs from robot to robot."""
+
+    @abstractmethod
+    def share(self, at: Condition) -> Floats:
+        """Return the share of robots (pose,) in which the load overcomes the friction, 0..1."""
+
+
 class Form(ABC):
     """How a screw follows from what its place feels. Forms are compared by identity: terms that differ only in size share one."""
 
@@ -133,6 +151,16 @@ class Form(ABC):
     def elastic(self) -> bool:
         """Return whether it is a spring, which counts in the arm's compliance."""
         return False
+
+    @property
+    def threshold(self) -> Threshold | None:
+        """Return the friction that decides in each robot whether the screw is there; None where all robots have it."""
+        return None
+
+    @property
+    def above(self) -> bool:
+        """Return whether the screw is there where a load overcomes the threshold, or else where it does not."""
+        return True
 
     @abstractmethod
     def screw(self, at: Condition) -> Floats:

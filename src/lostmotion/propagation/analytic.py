@@ -15,14 +15,27 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from lostmotion.error_model.bounds import root_sum_square, worst_case
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
-from lostmotion.error_model.pose_matrix import PoseMatrix, root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import refuse_argument
+from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.serial import as_poses
-from lostmotion.propagation.error_magnitude import BLOCKS, LEVELS, POINTS, POOLED_POINTS, TILE, figures, pooled_counts, sobol_draws
+from lostmotion.propagation.error_magnitude import (
+    BLOCKS,
+    LEVELS,
+    POINTS,
+    POOLED_POINTS,
+    TILE,
+    Magnitude,
+    Plays,
+    figures,
+    pooled_counts,
+    sobol_draws,
+)
 from lostmotion.propagation.montecarlo.memory import keep_freed
 
 if TYPE_CHECKING:
@@ -146,7 +159,7 @@ def analytic(
 def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS) -> Analytic:
     """Return the figures at the poses of this matrix."""
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
-    found = figures(shift, bias, drawn.cumulants, drawn.draws, levels)
+    found = drawn.figures(matrix, shift, bias, levels)
     return Analytic(
         tuple(levels),
         bias,
@@ -171,7 +184,7 @@ def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, th
     by_block, by_set = np.zeros((BLOCKS, BINS), np.int64), np.zeros((poses.replicates, BINS), np.int64)
 
     def count(matrix: PoseMatrix) -> NDArray[np.int64]:
-        return pooled_counts(drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:]), drawn.draws(points))
+        return drawn.pooled_counts(matrix, points)
 
     for block, counts in zip(blocks, _over(arm, poses.q, blocks, approach, threads, count), strict=True):
         by_block += counts
@@ -198,23 +211,72 @@ def _of_one(found: Analytic) -> Pooled:
 
 
 class Drawn:
-    """The drawn columns of an arm's pose matrix, one per draw and the same at every pose: their cumulants, and their draws at Sobol points."""
+    """The drawn columns of an arm's pose matrix, one per draw and the same at every pose: their cumulants, and their draws at Sobol points.
+
+    The columns that change with the robots whose play is closed are the last ones, and count only at poses where that is so in some robots.
+    cumulants   of the other columns; with_plays of all columns
+    plays       rows of the matrix's `closed`, in the order of the closings of `with_plays`
+    """
 
     def __init__(self, matrix: PoseMatrix) -> None:
         """Take the columns of the matrix at some poses; the sizes of its columns there decide which draws the sequence serves best."""
-        self._columns = matrix.merged.columns("robot", "visit", "robot x visit")
-        terms = [matrix.merged.infos[k].draws for k in self._columns]
-        self.cumulants = cumulants(terms)
+        infos = matrix.merged.infos
+        drawn = matrix.merged.columns("robot", "visit", "robot x visit")
+        self._columns = np.array(sorted(drawn, key=lambda k: infos[k].closing is not None), dtype=int)
+        closings = [closing for k in self._columns if (closing := infos[k].closing) is not None]
+        self._steady = len(self._columns) - len(closings)
+        # Two plays with one friction, such as an axial play that any of three loads closes, differ in their shares: as if by a draw each.
+        terms = [
+            [((stream, closing.row) if (closing := infos[k].closing) and law == COMPARED else stream, law) for stream, law in infos[k].draws]
+            for k in self._columns
+        ]
+        self.cumulants = cumulants(terms[: self._steady])
+        self.with_plays = cumulants(terms) if closings else self.cumulants
+        by_row = {closing.row: closing for closing in closings}
+        self.plays = np.array(list(by_row), dtype=int)
+        self._of_term = np.array([list(by_row).index(closing.row) for closing in closings], dtype=int)
         importance: Counter[Hashable] = Counter()
-        for draws, size in zip(terms, (self.shift(matrix) ** 2).sum(axis=(0, 1)), strict=True):
-            for stream, _ in draws:
+        for k, size in zip(self._columns, (self.shift(matrix) ** 2).sum(axis=(0, 1)), strict=True):
+            for stream, _ in infos[k].draws:
                 importance[stream] += size
-        # The draws (term, count) at so many points.
-        self.draws = functools.cache(functools.partial(sobol_draws, terms, importance))
+        own = [[(stream, law) for stream, law in infos[k].draws if law != COMPARED] for k in self._columns]
+        uniforms = [[(("closing", closing.stream.name), COMPARED)] for closing in by_row.values()]
+        # The draws (term, count) at so many points, and after them the uniforms by which plays are closed.
+        self._drawn = functools.cache(functools.partial(sobol_draws, own + uniforms, importance))
+
+    def draws(self, count: int) -> Floats:
+        """Return the draws (term, count) at so many points, of plays without what decides whether they are closed."""
+        return self._drawn(count)[: len(self._columns)]
+
+    def _steady_draws(self, count: int) -> Floats:
+        return self.draws(count)[: self._steady]
 
     def shift(self, matrix: PoseMatrix) -> Floats:
         """Return by how much a unit of each draw moves the tool point (pose, 3, term), m."""
         return np.ascontiguousarray(matrix.merged.tool[:, 3:][:, :, self._columns])
+
+    def figures(self, matrix: PoseMatrix, shift: Floats, bias: Floats, levels: Sequence[float]) -> Magnitude:
+        """Return the figures of the error's magnitude at each pose; shift and bias (pose, 3) m as the matrix has them."""
+        some = np.asarray(matrix.closed_in_some.any(axis=0))
+        if not some.any():
+            return figures(shift[:, :, : self._steady], bias, self.cumulants, self._steady_draws, levels)
+        elsewhere = figures(shift[~some][:, :, : self._steady], bias[~some], self.cumulants, self._steady_draws, levels)
+        plays = self._deciding(POINTS, matrix, some)
+        there = figures(shift[some], bias[some], self.with_plays, self.draws, levels, plays)
+        back = np.argsort(np.concatenate([np.flatnonzero(~some), np.flatnonzero(some)]))
+        return Magnitude(*(np.concatenate([getattr(elsewhere, name), getattr(there, name)])[back] for name in Magnitude.__dataclass_fields__))
+
+    def pooled_counts(self, matrix: PoseMatrix, points: int) -> NDArray[np.int64]:
+        """Return how many lengths at these points fall into each bin (block, bin), over all poses of the matrix."""
+        shift, bias, some = self.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:]), np.asarray(matrix.closed_in_some.any(axis=0))
+        out = pooled_counts(shift[~some][:, :, : self._steady], bias[~some], self._steady_draws(points))
+        if some.any():
+            out += pooled_counts(shift[some], bias[some], self.draws(points), self._deciding(points, matrix, some))
+        return out
+
+    def _deciding(self, points: int, matrix: PoseMatrix, poses: NDArray[np.bool_]) -> Plays:
+        """Return what decides at these poses (pose,) of the matrix whether plays are closed."""
+        return Plays(self._drawn(points)[len(self._columns) :], matrix.closed[self.plays][:, poses].T, self._of_term)
 
 
 def _blocks(first: int, last: int) -> list[slice]:

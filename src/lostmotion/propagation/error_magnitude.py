@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.propagation import error_magnitude_kernel as kernel
 
@@ -68,6 +69,19 @@ class Magnitude:
     excess: Floats
 
 
+class Plays(NamedTuple):
+    """What decides at poses where plays are closed in some robots only; the terms that change with it are the last ones.
+
+    uniforms  (play, point): a play is closed where this is at most its share
+    closed    (pose, play) share of the robots whose play is closed
+    of_term   (term,) the play of each of these terms
+    """
+
+    uniforms: Floats
+    closed: Floats
+    of_term: NDArray[np.int64]
+
+
 class Rays(NamedTuple):
     """What integrals along rays need: b . b (pose,), b . a and a . a (pose, ray), and the weights of 1, r ... r^4 along each (pose, 5, ray).
 
@@ -80,22 +94,34 @@ class Rays(NamedTuple):
     weights: Floats
 
 
-def figures(shift: Floats, bias: Floats, cumulants: Cumulants, draws: Callable[[int], Floats], levels: Sequence[float] = LEVELS) -> Magnitude:
+def figures(
+    shift: Floats,
+    bias: Floats,
+    cumulants: Cumulants,
+    draws: Callable[[int], Floats],
+    levels: Sequence[float] = LEVELS,
+    plays: Plays | None = None,
+) -> Magnitude:
     """Return the figures of every pose: by rays where they apply, by points elsewhere.
 
     shift (pose, 3, term) m per unit draw, bias (pose, 3) m; draws(count) gives the draws (term, count) at so many points, as `sobol_draws` does.
+    Where plays are closed in some robots only, `plays` at POINTS points, in the order of the cumulants' closings.
     """
-    found = by_rays(shift, bias, cumulants, levels)
+    found = by_rays(shift, bias, cumulants, levels, None if plays is None else plays.closed)
     rest = np.flatnonzero(~found.nearly_normal)
     if len(rest):
-        found.values[rest], found.uncertainty[rest] = by_points(shift[rest], bias[rest], draws(POINTS), levels)
+        there = None if plays is None else plays._replace(closed=plays.closed[rest])
+        found.values[rest], found.uncertainty[rest] = by_points(shift[rest], bias[rest], draws(POINTS), levels, there)
     return found
 
 
-def by_rays(shift: Floats, bias: Floats, cumulants: Cumulants | None = None, levels: Sequence[float] = LEVELS) -> Magnitude:
+def by_rays(
+    shift: Floats, bias: Floats, cumulants: Cumulants | None = None, levels: Sequence[float] = LEVELS, closed: Floats | None = None
+) -> Magnitude:
     """Return the figures of nearly normal sums; without cumulants those of normal vectors. Valid where `nearly_normal` says so.
 
-    shift (pose, 3, term) m per unit draw, bias (pose, 3) m. Mean and deviation by Gauss's rule, quantiles by Newton's method.
+    shift (pose, 3, term) m per unit draw, bias (pose, 3) m, closed (pose, play) as in `Plays`.
+    Mean and deviation by Gauss's rule, quantiles by Newton's method.
     """
     from scipy.special import ndtri
 
@@ -107,7 +133,7 @@ def by_rays(shift: Floats, bias: Floats, cumulants: Cumulants | None = None, lev
         forms = None
         if cumulants is not None:
             white = (axes / np.where(deviations > 0, deviations, np.inf)[:, None]).transpose(0, 2, 1) @ shift[at]
-            forms = _forms(white, cumulants)
+            forms = _forms(white, cumulants, None if closed is None else closed[at])
             excess[at] = _excess(forms, deviations)
         rays = _rays(deviations, axes, bias[at], forms)
         kernel.moments_along_rays(*rays, *_radii(), values[at])
@@ -162,15 +188,16 @@ def _powers(order: int) -> tuple[tuple[int, int, int], ...]:
     return tuple((i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i))
 
 
-def _forms(white: Floats, known: Cumulants) -> Floats:
+def _forms(white: Floats, known: Cumulants, closed: Floats | None) -> Floats:
     """Return the coefficients (pose, 10 + 15) of the third and fourth forms of sums white (pose, 3, term) @ draws."""
+    threes, fours = known.third.terms, known.fourth.terms
 
     def pairs(terms: NDArray[np.int64]) -> Floats:
         one, two = white[:, :, terms[:, 0]], white[:, :, terms[:, 1]]
         return np.stack([one[:, i] * two[:, j] + (one[:, j] * two[:, i] if i != j else 0.0) for i, j in _PAIRS], axis=1)
 
-    third = pairs(known.threes) * known.three_values @ white[:, :, known.threes[:, 2]].transpose(0, 2, 1)
-    fourth = pairs(known.fours) * known.four_values @ pairs(known.fours[:, 2:]).transpose(0, 2, 1)
+    third = pairs(threes) * known.third.at(closed) @ white[:, :, threes[:, 2]].transpose(0, 2, 1)
+    fourth = pairs(fours) * known.fourth.at(closed) @ pairs(fours[:, 2:]).transpose(0, 2, 1)
     return np.concatenate([third.reshape(len(white), -1) @ _collect(3), fourth.reshape(len(white), -1) @ _collect(4)], axis=1)
 
 
@@ -254,27 +281,30 @@ def sobol_draws(terms: Sequence[Draws], importance: Mapping[Hashable, float], co
         return np.ones((len(terms), count))
     points = qmc.Sobol(len(order), scramble=True, rng=np.random.default_rng(seed)).random(count)
     u = np.clip(points, 1e-12, 1 - 1e-12).T
-    return np.array([np.prod([law.quantile(u[order[stream]]) for stream, law in term], axis=0) for term in terms]).reshape(len(terms), count)
+    return np.array([np.prod([np.ones(count), *(law.quantile(u[order[stream]]) for stream, law in term)], axis=0) for term in terms])
 
 
-def by_points(shift: Floats, bias: Floats, draws: Floats, levels: Sequence[float] = LEVELS) -> tuple[Floats, Floats]:
+def by_points(shift: Floats, bias: Floats, draws: Floats, levels: Sequence[float] = LEVELS, plays: Plays | None = None) -> tuple[Floats, Floats]:
     """Return values and uncertainty (pose, 2 + level) from draws (term, point), as in `Magnitude`."""
     values, uncertainty = np.empty((2, len(bias), 2 + len(levels)))
-    for at, squares in _squares(shift, bias, draws):
+    for at, squares in _squares(shift, bias, draws, plays):
         kernel.figures_of_lengths(squares, np.array(levels, float), _STANDARD_ERRORS, values[at], uncertainty[at])
     return values, uncertainty
 
 
-def pooled_counts(shift: Floats, bias: Floats, draws: Floats) -> NDArray[np.int64]:
+def pooled_counts(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None = None) -> NDArray[np.int64]:
     """Return how many lengths of all these poses fall into each bin, by block of points (BLOCKS, bin); bins as `error_bins`."""
     counts = np.zeros((BLOCKS, BINS), np.int64)
-    for _, squares in _squares(shift, bias, draws):
+    for _, squares in _squares(shift, bias, draws, plays):
         kernel.count_lengths(squares, counts)
     return counts
 
 
-def _squares(shift: Floats, bias: Floats, draws: Floats) -> Iterator[tuple[slice, NDArray[np.float32]]]:
+def _squares(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None) -> Iterator[tuple[slice, NDArray[np.float32]]]:
     """Yield some poses and their squared lengths (pose, block, point), m^2. Over the points every draw has mean zero."""
+    if plays is not None:
+        yield from _squares_with_plays(shift, bias, draws, plays)
+        return
     pad = -len(draws) % 4
     centred = np.pad((draws - draws.mean(axis=1, keepdims=True)).astype(np.float32), ((0, pad), (0, 0)))
     room = np.empty((TILE, draws.shape[1]), np.float32)
@@ -283,6 +313,27 @@ def _squares(shift: Floats, bias: Floats, draws: Floats) -> Iterator[tuple[slice
         out = room[: len(steps)]
         kernel.squared_lengths(steps, bias[at].astype(np.float32), centred, out)
         yield at, out.reshape(len(steps), BLOCKS, -1)
+
+
+def _squares_with_plays(shift: Floats, bias: Floats, draws: Floats, plays: Plays) -> Iterator[tuple[slice, NDArray[np.float32]]]:
+    """Yield the same pose by pose, where draws differ: of the last terms only those count whose play is closed in some robots here."""
+    steady = len(draws) - len(plays.of_term)
+    room = np.zeros((len(draws) + 3, draws.shape[1]), np.float32)
+    room[:steady] = draws[:steady] - draws[:steady].mean(axis=1, keepdims=True)
+    for p, closed in enumerate(plays.closed):
+        some = np.flatnonzero((closed > 0) & (closed < 1))
+        there = np.concatenate([np.arange(steady), *(steady + np.flatnonzero(plays.of_term == play) for play in some)])
+        for row, term in enumerate(there[steady:], steady):
+            play = plays.of_term[term - steady]
+            drawn = draws[term] * standardised(plays.uniforms[play], closed[play, None])
+            room[row] = drawn - drawn.mean()
+        last = len(there) + -len(there) % 4
+        room[len(there) : last] = 0.0
+        step = np.zeros((1, 3, last), np.float32)
+        step[0, :, : len(there)] = shift[p][:, there]
+        out = np.empty((1, draws.shape[1]), np.float32)
+        kernel.squared_lengths(step, bias[p : p + 1].astype(np.float32), room[:last], out)
+        yield slice(p, p + 1), out.reshape(1, BLOCKS, -1)
 
 
 def _tiles(count: int) -> list[slice]:

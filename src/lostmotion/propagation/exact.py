@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_draws
 from lostmotion.mechanism.frames import steps_between
 from lostmotion.spatial import exp
@@ -61,10 +62,12 @@ def join(checks: Sequence[ExactCheck]) -> ExactCheck:
     )
 
 
-def draws_of(matrix: PoseMatrix, seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]) -> Floats:
-    """Return the draws of each term at these visits (term, sample), for equally long lists of robots and visits; 1 for design terms.
+def draws_of(
+    matrix: PoseMatrix, row: int | NDArray[np.int64], seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]
+) -> Floats:
+    """Return the draws of each column at these visits (column, sample), for equally long lists of robots and visits; 1 for design terms.
 
-    `pose` is the number of the pose in the study: one for all samples, or one for each.
+    `row` is the row of the matrix and `pose` the number of the pose in the study: one for all samples, or one for each.
     """
     out = np.ones((len(matrix.infos), len(robots)))
     built = int(robots.max()) + 1
@@ -73,6 +76,8 @@ def draws_of(matrix: PoseMatrix, seed: int, pose: int | NDArray[np.int64], robot
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
             out[k] *= _first_robots(seed, info.robot, built)[robots]
+        if info.closing is not None:
+            out[k] *= standardised(_first_robots(seed, info.closing.stream, built)[robots], matrix.closed[info.closing.row, row])
     return out
 
 
@@ -110,7 +115,7 @@ def check(matrix: PoseMatrix, first_pose: int, rows: NDArray[np.int64], seed: in
     if not len(rows):
         return ExactCheck(0.0, 0.0, 0)
     row, robot, visit = (axis.ravel() for axis in np.meshgrid(rows, np.arange(robots), np.arange(visits), indexing="ij"))
-    draws = draws_of(matrix, seed, first_pose + row, robot, visit).reshape(len(matrix.infos), len(rows), robots * visits).transpose(1, 0, 2)
+    draws = draws_of(matrix, row, seed, first_pose + row, robot, visit).reshape(len(matrix.infos), len(rows), robots * visits).transpose(1, 0, 2)
     turns, linear = np.split((matrix.tool[rows] @ draws).transpose(0, 2, 1), 2, axis=-1)
     exactly = compose(matrix, rows, draws)[..., :3, 3] - matrix.at[-1, rows, None, :3, 3]
     distances = np.linalg.norm(exactly - linear, axis=-1)

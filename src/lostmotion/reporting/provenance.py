@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.error_model.provenance import KINDS, assumed_in_part
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.parts.provenance import DEFAULT_SCATTER
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, several
 
 if TYPE_CHECKING:
@@ -140,7 +141,8 @@ def assumed_value_sentences(known: States) -> list[str]:
 
 
 def _rests_on(assumed: Sequence[AssumedValue]) -> list[str]:
-    count = len(assumed)
+    # A scatter is no value of its own: it is listed in the table, and not counted.
+    count = sum(each.reason != DEFAULT_SCATTER for each in assumed)
     return [f"This rests on {several(count, 'assumed value')}, see the table."] if count else []
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.error_model import error_bins
+from lostmotion.error_model.bounds import root_sum_square, worst_case
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import PoseMatrix, root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
 from lostmotion.propagation.montecarlo import kernel

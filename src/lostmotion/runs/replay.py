@@ -113,16 +113,21 @@ def _replay(store: Store, found: Worst) -> Replay:
     first, _ = order.span(found.block)
     row = found.pose - first
     matrix = matrix_of(order, found.design, found.block)
-    draws = exact.draws_of(matrix, order.seed, found.pose, np.array([found.robot]), np.array([found.visit]))
+    draws = exact.draws_of(matrix, row, order.seed, found.pose, np.array([found.robot]), np.array([found.visit]))
     shifts = matrix.tool[row, 3:] * draws[:, 0]
     error = shifts.sum(axis=1)
     size = float(np.linalg.norm(error))
-    along = (error @ shifts) / size if size else np.zeros(len(draws))
-    terms = [
-        Drawn(info.name, info.owner, info.level, float(draws[k, 0]), shifts[:, k], float(along[k]))
-        for k, info in enumerate(matrix.infos)
-        if shifts[:, k].any()
-    ]
+    terms = []
+    for k, info in enumerate(matrix.infos):
+        shift = shifts[:, k]
+        if info.mean_by is not None:
+            # Its mean over robots, and what this robot's friction changes about it: there, or not there.
+            changed = draws[k, 0] * draws[k + 1, 0]
+            if changed and (changed > 0) != info.mean_by.above:
+                continue
+            shift = shift + shifts[:, k + 1]
+        if info.closing is None and shift.any():
+            terms.append(Drawn(info.name, info.owner, info.level, float(draws[k, 0]), shift, float(error @ shift) / size if size else 0.0))
     theirs, mine = order.made_with, made_with()
     return Replay(
         found,

@@ -16,6 +16,7 @@ from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet
 if TYPE_CHECKING:
     from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
     from lostmotion.parts.joint import Bearing
+    from lostmotion.parts.term import Term
 
 _WORDS: Final = (
     ("clearance", "the full free way of one ring across the other, on the diameter. Below zero the bearing is preloaded."),
@@ -229,8 +230,18 @@ def _terms(bearing: Bearing, load: BearingLoad) -> Section:
     for term in bearing.terms(Motion(np.array([0, 0, 1.0, 0, 0, 0]))):
         screw = term.form.screw(at)[:, 0] * (term.scale * term.bound)
         tilt, shift = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
-        if tilt or shift:
-            exact = "the part's own law"
-            rows.append(Row(term.name, (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)), term.level))
+        share = _share_of_robots(term, at)
+        if share and (tilt or shift):
+            exact, some = "the part's own law", f", in {100 * share:.2g} % of robots" if share < 1 else ""
+            rows.append(Row(term.name, (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)), term.level + some))
     note = "largest draw of each at this load, midway between the bearings; design, robot, visit: what it differs with"
     return Section("terms", "What it adds to an arm's error", ("shift", "tilt"), tuple(rows), note)
+
+
+def _share_of_robots(term: Term, at: Condition) -> float:
+    """Return the share of robots in which a term is there under this load: friction decides whether it closes a play."""
+    form = term.form
+    if form.threshold is None:
+        return 1.0
+    closed = float(form.threshold.share(at)[0])
+    return closed if form.above else 1 - closed

@@ -140,12 +140,12 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
     as_drawn = wind_up(gearbox, levels)
     softer = _of_materials(gearbox, as_drawn, count, seed)
     angle = flanks + wind_up_without_scatter(as_drawn)[:, None] + softer
-    friction_torque = friction(gearbox, levels) + (gearbox.friction_torque or 0.0)
+    friction_torque = friction(gearbox, levels) + gearbox.friction_in_loop
     start = np.zeros(1)
     curve = SampledCurve(
         np.concatenate([start, levels]),
         np.concatenate([np.zeros((1, count)), angle]),
-        np.concatenate([start + (gearbox.friction_torque or 0.0), friction_torque]),
+        np.concatenate([start + gearbox.friction_in_loop, friction_torque]),
     )
     at = int(np.searchsorted(levels, torque))
     found = distribute_wind_up(as_drawn, (flanks + softer).mean(axis=1))

@@ -123,7 +123,7 @@ def gear(
     if not is_drawn(gearbox):
         curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.hysteresis or 0.0)
         read = readings(curve, np.array([gearbox.play.nominal]), asked)
-        return GearStudy(gearbox, chosen, gearboxes, seed, _loop(curve, gearbox.play.nominal, gearbox.friction, read), read, None)
+        return GearStudy(gearbox, chosen, gearboxes, seed, _loop(curve, gearbox.play.nominal, gearbox.friction.load.nominal, read), read, None)
     try:
         inside = drawn(gearbox, asked, gearboxes, seed)
     except DidNotConvergeError as error:
@@ -132,7 +132,7 @@ def gear(
             f"{most:.4g} N m at the output is more than the contacts of the lobes can carry: take a smaller torque, larger lobes or a stiffer "
             f"material ({error})"
         ) from error
-    loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest, inside.read)
+    loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest.load.nominal, inside.read)
     return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside)
 
 

@@ -203,7 +203,7 @@ def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, v
     for first in range(0, robots, _AT_ONCE):
         last = min(first + _AT_ONCE, robots)
         robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(first, last), np.arange(visits), indexing="ij"))
-        draws = exact.draws_of(matrix, seed, number, robot, visit)
+        draws = exact.draws_of(matrix, row, seed, number, robot, visit)
         out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, visits, 6)
     if instrument:
         readings = np.random.Generator(np.random.Philox(key=key(seed, f"iso9283.readings.{number}")))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.closing import mean_and_change
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, frames
 from lostmotion.parts.term import LAST_MOTION
@@ -80,13 +81,23 @@ class ErrorCache:
         for k, term in enumerate(terms):
             term.form.write(felt, term.scale, local[:, k])
         shift = tool_twists(self._tree, self._at, np.full(len(terms), part.place), local)[3:]
-        groups: dict[tuple[Draw | None, Draw | None], Floats] = {}
+        groups: dict[tuple[Draw | None, Draw | None, str | None], Floats] = {}
+
+        def add(draws: tuple[Draw | None, Draw | None, str | None], moved: Floats) -> None:
+            groups[draws] = groups[draws] + moved if draws in groups else moved
+
         for k, term in enumerate(terms):
-            draws = term.robot, term.visit
-            groups[draws] = groups[draws] + shift[:, k] if draws in groups else shift[:, k]
-        out[BIAS] = groups.pop((None, None), 0.0)
+            friction = term.form.threshold
+            if friction is None:
+                add((term.robot, term.visit, None), shift[:, k])
+                continue
+            mean, changed = mean_and_change(friction.share(felt), above=term.form.above)
+            add((term.robot, term.visit, None), shift[:, k] * mean)
+            if changed.any():
+                add((term.robot, term.visit, friction.stream), shift[:, k] * changed)
+        out[BIAS] = groups.pop((None, None, None), 0.0)
         # The sign of the last motion is one draw for all parts of a joint: what depends on it alone adds up over the parts before it is squared.
-        out[ROWS:] = groups.pop((None, LAST_MOTION), 0.0)
+        out[ROWS:] = groups.pop((None, LAST_MOTION, None), 0.0)
         for drawn in groups.values():
             _add_square(out, drawn)
         return out

@@ -18,6 +18,7 @@ import numpy as np
 
 from lostmotion.analyses.targets.yield_ import split_blocks
 from lostmotion.error_model import error_bins
+from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, uniforms
 from lostmotion.error_model.intervals import Estimate, pooled_quantile, pooled_robots_quantile, student
 from lostmotion.errors import DidNotConvergeError
@@ -175,14 +176,15 @@ class ErrorMetric:
                 size = np.ones((len(matrix.tool), self.repeats))
                 for level, stream in (("robot", info.robot), ("visit", info.visit)):
                     if stream is not None:
-                        size = size * self._drawn(level, stream)
+                        size = size * stream.law.quantile(self._uniforms(level, stream))
+                if info.closing is not None:
+                    size = size * standardised(self._uniforms("robot", info.closing.stream), matrix.closed[info.closing.row, :, None])
                 for axis in range(3):
                     out[..., axis] += size * shift[:, axis, None]
         return out
 
-    def _drawn(self, level: str, stream: Stream) -> Floats:
-        u = uniforms(self.seed, f"targets.{level}.{stream.name}", self.samples)
-        return np.asarray(stream.law.quantile(u)).reshape(-1, self.repeats)
+    def _uniforms(self, level: str, stream: Stream) -> Floats:
+        return uniforms(self.seed, f"targets.{level}.{stream.name}", self.samples).reshape(-1, self.repeats)
 
     def _excess(self, squares: Floats, limit: float) -> Excess:
         sets = (squares <= limit * limit).reshape(self._sets).mean(axis=(1, 2) if self._sets[2] == 1 else (0, 2))
@@ -201,8 +203,7 @@ class RepeatabilityMetric:
         self.plan = replace(plan, robots=min(plan.robots, _RP_ROBOTS), groups=1)
         of_visit = np.zeros(len(matrix.infos))
         of_visit[matrix.columns("visit", "robot x visit")] = 1
-        rows = {"local": matrix.local[self.rows], "tool": matrix.tool[self.rows], "at": matrix.at[:, self.rows]}
-        self.matrix = replace(matrix, **rows).scaled(of_visit)
+        self.matrix = matrix.rows(self.rows).scaled(of_visit)
 
     @property
     def poses(self) -> int:

@@ -12,14 +12,15 @@ from lostmotion.parts.error_source import (
     OF_HELD,
     ClearanceDim,
     ErrorSource,
-    ForceAmount,
     Friction,
+    FrictionForce,
     LengthPlus,
     LinearStiffness,
     PartFigure,
 )
-from lostmotion.parts.forms import Linear, Seat
-from lostmotion.parts.provenance import Sourced, default_friction
+from lostmotion.parts.forms import Linear
+from lostmotion.parts.play import Seat
+from lostmotion.parts.provenance import Sourced, with_friction
 from lostmotion.parts.standard_terms import End, circle, parameter, play_terms
 from lostmotion.parts.term import Draw, Holding, Motion, Term
 from lostmotion.spatial import skew
@@ -42,7 +43,7 @@ class RollingPair(Sourced, ErrorSource):
     radial_stiffness  of each bearing; default: rigid once the clearance is closed
     axial_stiffness   of the pair, on a turning joint only; default: rigid
     closing_force     under a load below it on one bearing its clearance stays open; default: 2 % of the largest load on one bearing at rest, in
-                      any pose on any slope
+                      any pose on any slope. ± is its scatter over joints; default: ±50 %
 
     Each bearing carries its share of force and moment, and is displaced by half its clearance towards its own reaction. Valid for a rigid
     shaft and housing.
@@ -54,12 +55,12 @@ class RollingPair(Sourced, ErrorSource):
     axial_play: ClearanceDim = Toleranced(0.0)
     radial_stiffness: LinearStiffness | None = None
     axial_stiffness: LinearStiffness | None = None
-    closing_force: ForceAmount | None = None
+    closing_force: FrictionForce | None = None
 
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
-        return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
+        return with_friction(super().assumptions, "closing_force", self.play_friction(Holding))
 
     @property
     def stated_figures(self) -> list[PartFigure]:
@@ -80,7 +81,7 @@ class RollingPair(Sourced, ErrorSource):
         for name, side in SIDES:
             way = per_shift(axis, side, self.span)
             if self.clearance.nominal:
-                seat = Seat(way, closing, min(self.span, 1.0))
+                seat = Seat(way, closing, min(self.span, 1.0), f"{name} friction")
                 # Without load the shaft rests anywhere on the circle of the clearance.
                 ends = circle(f"{name} clearance", f"{name} position", way, axis)
                 out += play_terms(f"{name} clearance", self.clearance, seat, ends, f"{name} amount", clearance, cause="clearance")
@@ -94,11 +95,11 @@ class RollingPair(Sourced, ErrorSource):
         """Return the closing force that is stated, or else assumed."""
         return closing_friction(self.closing_force, self.span, holding) if self.clearance.nominal or self.axial_play.nominal else None
 
-    def _axial(self, along: Floats, closing: float) -> list[Term]:
+    def _axial(self, along: Floats, closing: Toleranced) -> list[Term]:
         out: list[Term] = []
         if self.axial_play.nominal:
             ends, sized = [End("axial play", along, Draw("axial side", TwoSided()))], parameter("axial play", self.axial_play.nominal, "m")
-            out += play_terms("axial play", self.axial_play, Seat(along[None], closing), ends, "axial amount", sized)
+            out += play_terms("axial play", self.axial_play, Seat(along[None], closing, stream="axial friction"), ends, "axial amount", sized)
         if self.axial_stiffness is not None:
             form = Linear(np.outer(along, along) / self.axial_stiffness)
             sized = parameter("axial stiffness", self.axial_stiffness, "N/m")
@@ -106,12 +107,12 @@ class RollingPair(Sourced, ErrorSource):
         return out
 
 
-def closing_friction(stated: float | None, span: float, holding: Callable[[], Holding]) -> Friction:
+def closing_friction(stated: Friction | None, span: float, holding: Callable[[], Holding]) -> Friction:
     """Return the load (N), stated or else assumed, that closes the clearance of one of two bearings `span` (m) apart."""
     if stated is not None:
-        return Friction(stated)
+        return stated
     most = holding()
-    return Friction(HELD_SHARE * (most.force / 2 + most.moment / span), OF_HELD)
+    return Friction.of_load(HELD_SHARE * (most.force / 2 + most.moment / span), OF_HELD)
 
 
 def per_shift(axis: Floats, side: float, span: float) -> Floats:

@@ -13,11 +13,13 @@ from lostmotion.laws.rolling.table import Pair, ShiftTable, shift_table
 from lostmotion.parts.bearing.fits import MountedBearing
 from lostmotion.parts.bearing.rolling import SIDES, closing_friction, per_shift
 from lostmotion.parts.bearing.runout import runout_terms
-from lostmotion.parts.error_source import ErrorSource, ForceAmount, Friction, LengthAmount, PartFigure
-from lostmotion.parts.forms import LoadTable, Seat, ShaftOnRows
-from lostmotion.parts.provenance import default_friction
+from lostmotion.parts.error_source import ErrorSource, Friction, FrictionForce, LengthAmount, PartFigure
+from lostmotion.parts.load_table import LoadTable, ShaftOnRows
+from lostmotion.parts.play import Seat
+from lostmotion.parts.provenance import with_friction
 from lostmotion.parts.standard_terms import circle, free_terms
 from lostmotion.parts.term import Draw, Holding, Motion, Parameter, Term
+from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +36,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
     """Base class of bearings described by a drawing.
 
     closing_force  under a load below it on one bearing its clearance stays open; default: 2 % of the largest load on one bearing at rest, in any
-                   pose on any slope
+                   pose on any slope. ± is its scatter over joints; default: ±50 %
     radial_runout, axial_runout  full indicator reading over a turn
 
     Rings, shaft and housing are assumed rigid, without friction. Loads on the elements and the shaft's displacement are those of
@@ -42,14 +44,14 @@ class DrawnBearing(MountedBearing, ErrorSource):
     """
 
     by_drawing: ClassVar[bool] = True
-    closing_force: ForceAmount | None = None
+    closing_force: FrictionForce | None = None
     radial_runout: LengthAmount = 0.0
     axial_runout: LengthAmount = 0.0
 
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
-        return {**super().assumptions, **default_friction("closing_force", self.play_friction(Holding))}
+        return with_friction(super().assumptions, "closing_force", self.play_friction(Holding))
 
     @property
     def stated_figures(self) -> list[PartFigure]:
@@ -100,9 +102,9 @@ class DrawnBearing(MountedBearing, ErrorSource):
         shaft = self._shaft(motion, along)
         play, clearance, stiffness = self.working.nominal, Parameter("clearance"), Parameter("stiffness")
         for k, (name, seat, robot) in enumerate(zip(names, shaft.seats, robots, strict=False)):
-            out.append(Term(f"{name} give", "give", LoadTable(shaft, "deflects", (k,)), parameter=stiffness, exponent=-1))
+            out.append(Term(f"{name} give", "give", LoadTable(shaft, "deflects", k), parameter=stiffness, exponent=-1))
             if play > 0:
-                held = LoadTable(shaft, "held", (k,))
+                held = LoadTable(shaft, "held", k)
                 out.append(Term(f"{name} clearance side held by load", "clearance", held, parameter=clearance))
                 ends = circle(f"{name} clearance", f"{name} clearance position", seat.way, axis)
                 out += free_terms("clearance", seat, ends, play / 2, spread / 2, robot, clearance)
@@ -111,27 +113,30 @@ class DrawnBearing(MountedBearing, ErrorSource):
             out += self._along(shaft, along)
             rows = {stream: (*each, 2) for stream, each in rows.items()}
         for robot in dict.fromkeys(robots) if spread else ():
-            # The axial load is shared by all bearings.
-            form = LoadTable(shaft, "grows", rows[robot.stream], axial_weight=1 / len(rows))
-            out.append(Term(robot.stream, "clearance", form, spread, robot, parameter=clearance))
+            for k in rows[robot.stream]:
+                side = (*names, "axial")[k]
+                name = robot.stream if side in robot.stream else f"{side} {robot.stream}"
+                # The axial load is shared by all bearings.
+                size = spread / len(rows) if side == "axial" else spread
+                out.append(Term(name, "clearance", LoadTable(shaft, "grows", k), size, robot, parameter=clearance, effect=robot.stream))
         return out + (runout_terms(axis, self.radial_runout, self.axial_runout) if motion.turning else [])
 
     def _shaft(self, motion: Motion, along: Floats) -> ShaftOnRows:
         rows, friction = self.rows, self.play_friction(motion.holding)
-        closing = 0.0 if friction is None else friction.load
-        behind, ahead = (Seat(per_shift(motion.axis, side, rows.span), closing, min(rows.span, 1.0)) for _, side in SIDES)
+        closing = Toleranced(0.0) if friction is None else friction.load
+        behind, ahead = (Seat(per_shift(motion.axis, side, rows.span), closing, min(rows.span, 1.0), f"{name} friction") for name, side in SIDES)
         wider = self.table(self.working.nominal + _STEP) if self.working.tolerance else None
-        seats = behind, ahead, Seat(along[None], closing)
+        seats = behind, ahead, Seat(along[None], closing, stream="axial friction")
         return ShaftOnRows(seats, motion.turning and rows.axial, self.table(self.working.nominal), wider, _STEP)
 
     def _along(self, shaft: ShaftOnRows, along: Floats) -> list[Term]:
         """Return deflection and play along the axis."""
         stiffness, clearance = Parameter("axial stiffness"), Parameter("clearance")
-        out = [Term("axial give", "axial give", LoadTable(shaft, "deflects", (2,)), parameter=stiffness, exponent=-1)]
+        out = [Term("axial give", "axial give", LoadTable(shaft, "deflects", 2), parameter=stiffness, exponent=-1)]
         if self.working.nominal > 0:
             half = float(shaft.table.edges(*np.array([[0.0], [0.0], [1.0]]))[0, 2])
-            free, side = LoadTable(shaft, "free", (0, 1, 2), direction=along), Draw("axial side", TwoSided())
-            out.append(Term("axial play side held by load", "axial play", LoadTable(shaft, "held", (2,)), parameter=clearance))
+            free, side = LoadTable(shaft, "free", 2, along), Draw("axial side", TwoSided())
+            out.append(Term("axial play side held by load", "axial play", LoadTable(shaft, "held", 2), parameter=clearance))
             out.append(Term("axial play", "axial play", free, half, visit=side, parameter=clearance))
         return out
 

@@ -6,7 +6,6 @@ import functools
 from typing import TYPE_CHECKING
 
 from lostmotion.laws.distributions import Normal
-from lostmotion.parts.error_source import OF_RATED
 from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
 from lostmotion.parts.gearbox.cycloidal_model import Behaviour, behaviour, material_shares
 from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
@@ -25,7 +24,8 @@ class CycloidalGearbox(CycloidalDrawing):
     frame            torsional stiffness of housing and output shaft, at the output
     input_shaft      torsional stiffness at the input
     friction_torque  at the output without load (seals, preload), included in the hysteresis. Under a load below it the play stays open; default:
-                     1 % of the rated torque for the play, and none in the hysteresis
+                     1 % of the rated torque for the play, and none in the hysteresis. ± is its scatter over gearboxes, of the play alone;
+                     default: ±50 %
     mass, inertia    of the gearbox, and at its input, as for `Gearbox`
     """
 
@@ -51,7 +51,7 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
     if play > 0:
         # a normal distribution of the same mean and deviation, truncated at zero play
         limit = min(float(found.play.std()) * Normal().bound, play)
-        out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest, OF_RATED if gearbox.friction_torque is None else "")
+        out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest)
     disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
     scatters = {name: of_disc * disc + of_ring * ring for name, (of_disc, of_ring) in material_shares().items()}
     for name, angle in found.wind_up.items():

@@ -13,16 +13,17 @@ from lostmotion.parts.error_source import (
     RATED_SHARE,
     AngularStiffness,
     ClearanceDim,
+    Friction,
+    FrictionTorque,
     Inertia,
     LengthPlus,
     Line,
     LinearStiffness,
     Mass,
-    TorqueAmount,
 )
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.provenance import Sourced, with_friction
 from lostmotion.units import Quantity, Toleranced
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
@@ -85,7 +86,7 @@ class CycloidalDrawing(CycloidalStage):
     first_stage: Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None = None
     frame: AngularStiffness | None = None
     input_shaft: AngularStiffness | None = None
-    friction_torque: TorqueAmount | None = None
+    friction_torque: FrictionTorque | None = None
     mass: Mass | None = None
     inertia: Inertia | None = None
 
@@ -119,8 +120,7 @@ class CycloidalDrawing(CycloidalStage):
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default friction."""
-        default = {} if self.friction_torque is not None else {"friction_torque": f"default, {OF_RATED}"}
-        return {**super().assumptions, **default}
+        return with_friction(super().assumptions, "friction_torque", self.friction_at_rest)
 
     @property
     def rigid(self) -> tuple[str, ...]:
@@ -148,6 +148,11 @@ class CycloidalDrawing(CycloidalStage):
         )
 
     @property
-    def friction_at_rest(self) -> float:
-        """Return the load (N m) below which the direction of the last motion decides the side of the play."""
-        return self.friction_torque if self.friction_torque is not None else RATED_SHARE * self.rated_torque
+    def friction_at_rest(self) -> Friction:
+        """Return the load (N m) below which the direction of the last motion decides the side of the play, stated or else assumed."""
+        return self.friction_torque if self.friction_torque is not None else Friction.of_load(RATED_SHARE * self.rated_torque, OF_RATED)
+
+    @property
+    def friction_in_loop(self) -> float:
+        """Return the friction torque without load (N m) that counts in the hysteresis: the stated one."""
+        return self.friction_torque.load.nominal if self.friction_torque is not None else 0.0

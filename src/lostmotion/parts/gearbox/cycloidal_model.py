@@ -92,7 +92,7 @@ def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
         harmonic_torque=rated * np.array(_HARMONIC_LEVELS),
         harmonics=harmonics,
         neglected_share=neglected,
-        friction=np.concatenate([start, friction(gearbox, torque)]) + (gearbox.friction_torque or 0.0),
+        friction=np.concatenate([start, friction(gearbox, torque)]) + gearbox.friction_in_loop,
         jammed=made.jammed,
     )
 

@@ -51,19 +51,18 @@ class WindUp(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Play(ErrorSource):
-    """Free play with scatter, closed by a load above `friction` (N m); `reason` where that is assumed."""
+    """Free play with scatter, closed by a load above `friction` (N m)."""
 
     play: Toleranced
-    friction: float
-    reason: str = ""
+    friction: Friction
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
         """Return the stated friction, or else the assumed one."""
-        return Friction(self.friction, self.reason)
+        return self.friction
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return the play on the side where the load or the last motion leaves the output."""
-        return backlash_terms(motion, self.play, self.friction)
+        return backlash_terms(motion, self.play, self.friction.load)
 
 
 @dataclass(frozen=True, slots=True)

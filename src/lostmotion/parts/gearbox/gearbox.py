@@ -20,6 +20,7 @@ from lostmotion.parts.error_source import (
     AngularStiffness,
     ErrorSource,
     Friction,
+    FrictionTorque,
     Inertia,
     Line,
     Mass,
@@ -28,8 +29,9 @@ from lostmotion.parts.error_source import (
     Share,
     TorqueAmount,
 )
-from lostmotion.parts.forms import Constant, Curve, Seat
-from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, default_friction
+from lostmotion.parts.forms import Constant, Curve
+from lostmotion.parts.play import Seat
+from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, with_friction
 from lostmotion.parts.standard_terms import TRANSMISSION_ERROR, End, backlash_terms, free_terms, harmonic_terms, loop_term, parameter, spring_terms
 from lostmotion.parts.term import Draw, Holding, Motion, Parameter, Term
 from lostmotion.units import Quantity, Toleranced
@@ -45,6 +47,7 @@ AmountT = TypeVar("AmountT", bound=float)
 PlayT = TypeVar("PlayT", bound=Toleranced)
 StiffnessT = TypeVar("StiffnessT", bound=float)
 LoadT = TypeVar("LoadT", bound=float)
+FrictionT = TypeVar("FrictionT", bound=Friction)
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class Harmonic(Sourced, Generic[AmountT]):
     cycles: Annotated[float, Quantity("", "2", above=0)]
 
 
-class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
+class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, FrictionT]):
     """Data-sheet figures of any reducer; an omitted value is assumed ideal (no play, rigid, exact).
 
     backlash          total free play at the output; ± is its scatter over gearboxes
@@ -98,7 +101,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     hysteresis        full width of the friction loop at zero load; its side follows the last motion, with or without load
     transmission_error full peak-to-peak error over a turn (one harmonic per turn), or a list of harmonics
     friction_torque   under a load below it the play stays open; default: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
-                      most that the joint holds at rest, in any pose on any slope
+                      most that the joint holds at rest, in any pose on any slope. ± is its scatter over gearboxes; default: ±50 %
     mass              of the gearbox; used where the joint states no mass, which would include its gearbox
     inertia           moment of inertia at the input; data only, no result uses it
     upper_limits      keys for which the maker states an upper limit instead of a value: figures based on them are "at most"
@@ -117,7 +120,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
     lost_motion_torque: Annotated[float, Quantity("", "3 %", above=0, high=1)] = 0.03
     hysteresis: AmountT | None = None
     transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
-    friction_torque: LoadT | None = None
+    friction_torque: FrictionT | None = None
     mass: Mass | None = None
     inertia: Inertia | None = None
     upper_limits: Keys = ()
@@ -134,7 +137,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         out = {**super().assumptions, **dict.fromkeys(self.upper_limits, UPPER_LIMIT)}
         if self.lost_motion is not None and "lost_motion_torque" not in self.model_fields_set:
             out["lost_motion_torque"] = "default, 3 % of the rated torque"
-        return out | default_friction("friction_torque", self.play_friction(Holding))
+        return with_friction(out, "friction_torque", self.play_friction(Holding))
 
     @property
     def zones(self) -> list[float]:
@@ -191,9 +194,9 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
         return Toleranced(play_from_lost_motion(self.lost_motion, small, self.zones, self.zone_torques))
 
     @property
-    def friction(self) -> float:
+    def friction(self) -> Friction:
         """Return the load below which the last motion decides the side of the play, of the gearbox by itself; 0 where it is not known."""
-        return self._friction_in(Holding).load
+        return self._friction_in(Holding)
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
         """Return the stated friction, or else the assumed one; None without play."""
@@ -201,10 +204,10 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT]):
 
     def _friction_in(self, holding: Callable[[], Holding]) -> Friction:
         if self.friction_torque is not None:
-            return Friction(self.friction_torque)
+            return self.friction_torque
         if self.rated_torque is not None:
-            return Friction(RATED_SHARE * self.rated_torque, OF_RATED)
-        return Friction(HELD_SHARE * holding().load, OF_HELD)
+            return Friction.of_load(RATED_SHARE * self.rated_torque, OF_RATED)
+        return Friction.of_load(HELD_SHARE * holding().load, OF_HELD)
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return wind-up under load, play on the side set by load or last motion, hysteresis, transmission error."""
@@ -309,7 +312,7 @@ class PlayInLoop(ErrorSource):
 
 
 # Base class of the kinds for turning joints only.
-TurningFigures = Gearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount]
+TurningFigures = Gearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque]
 
 
 def refuse(why: str, expected: str, example: str) -> PydanticCustomError:

@@ -12,6 +12,8 @@ from lostmotion.parts.error_source import (
     AngularStiffness,
     ClearanceDim,
     ForceAmount,
+    FrictionForce,
+    FrictionTorque,
     LengthAmount,
     LinearStiffness,
     PlayDim,
@@ -37,9 +39,9 @@ if TYPE_CHECKING:
     _StatedTurning: TypeAlias = TurningFigures
 else:
     _KINDS = [each for each in vars(package).values() if isinstance(each, type) and issubclass(each, TurningFigures)]
-    _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount], *_KINDS)]
+    _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque], *_KINDS)]
 TurningGearbox = Annotated[_StatedTurning | CycloidalGearbox, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
-SlidingDrive: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount]
+SlidingDrive: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount, FrictionForce]
 # Described by data-sheet figures, on a turning or a sliding joint; and of any kind.
 StatedGearbox: TypeAlias = _StatedTurning | SlidingDrive
 AnyGearbox: TypeAlias = StatedGearbox | CycloidalGearbox

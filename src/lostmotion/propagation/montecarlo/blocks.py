@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Self, TypeAli
 import numpy as np
 
 from lostmotion.error_model import draw_kernel, error_bins
+from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_key, visit_table
 from lostmotion.error_model.intervals import robots_quantile, student
 from lostmotion.errors import refuse_argument
@@ -18,6 +19,7 @@ from lostmotion.propagation.montecarlo.memory import keep_freed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from lostmotion.error_model.closing import Closing
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
@@ -89,11 +91,26 @@ class Plan:
             self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
         return self._robot_draws[stream]
 
-    def tables(self, streams: list[Stream]) -> Floats:
-        """Return the tables that these streams' visits read, one after another (stream x ROW)."""
-        return self._kept(
-            "visits", streams, lambda: np.concatenate([visit_table(self.seed, stream) for stream in streams] or [np.zeros(draw_kernel.ROW)])
-        )
+    def tables(self, streams: list[Stream | None]) -> Floats:
+        """Return the tables that these streams' visits read, one after another (stream x ROW); of None all draws are one."""
+
+        def laid_out() -> Floats:
+            rows = [np.ones(draw_kernel.ROW) if stream is None else visit_table(self.seed, stream) for stream in streams]
+            return np.concatenate(rows or [np.zeros(draw_kernel.ROW)])
+
+        return self._kept("visits", streams, laid_out)
+
+    def frictions(self, closings: list[Closing | None]) -> Floats:
+        """Return the uniform of each robot that decides whether its play is closed (tile, closing, LANES); zeros for None."""
+
+        def laid_out() -> Floats:
+            out = np.zeros((-(-self.robots // draw_kernel.LANES), len(closings), draw_kernel.LANES))
+            for row, closing in enumerate(closings):
+                if closing is not None:
+                    out[:, row] = self._drawn(closing.stream)
+            return out
+
+        return self._kept("frictions", closings, laid_out)
 
     def _kept(self, what: str, of: list[Any], laid_out: Callable[[], Floats]) -> Floats:
         known = self._laid_out.get(what)
@@ -155,14 +172,14 @@ def sample_block(plan: Plan, matrix: PoseMatrix, first: int) -> BlockSample:
 def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
     """Run the kernel on one block of poses after the other; `spans` are their numbers in the study, which the matrix holds from the first on."""
     merged = matrix.merged
-    robot = [k for k in merged.columns("robot") if merged.square_sums[k] != 0]
-    at_visits = [each for each in _at_visits(matrix) if matrix.square_sums[each.column] != 0]
-    visit, both = ([each for each in at_visits if (each.factor == ALWAYS) == plain] for plain in (True, False))
-    tables: dict[Stream, int] = {}
+    robot = [k for k in merged.columns("robot") if merged.square_sums[k] != 0 and merged.infos[k].closing is None]
+    changing = [each for each in _changing(matrix) if each.screw.any()]
+    visit, both = ([each for each in changing if (each.factor == ALWAYS and each.closing is None) == plain] for plain in (True, False))
+    tables: dict[Stream | None, int] = {}
     for each in (*visit, *both):
         tables.setdefault(each.stream, len(tables))
-    work = _kernel(plan, moves=len(at_visits) > 0)
-    shift = np.concatenate([merged.along_poses[3:, robot], matrix.along_poses[3:, [each.column for each in (*visit, *both)]]], axis=1)
+    work = _kernel(plan, moves=any(each.stream is not None for each in changing))
+    shift = np.concatenate([merged.along_poses[3:, robot], *(each.screw[:, None] for each in (*visit, *both))], axis=1)
     columns = np.arange(shift.shape[1])
     first_visit, first_both = len(robot), len(robot) + len(visit)
     drawn = (
@@ -173,12 +190,14 @@ def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) 
         columns[first_both:],
         *_reading(plan.seed, both, tables),
         plan.of_robots("robots x visits", [each.factor for each in both]),
+        plan.frictions([each.closing for each in both]),
         plan.tables(list(tables)),
         plan.robots,
         plan.visits,
         plan.groups,
         student(plan.robots - 1),
     )
+    plays = _plays(matrix, both)
     counts = np.zeros((plan.groups, error_bins.ROW_OF_BINS), np.int64)
     lowest, highest, before = error_bins.BINS, -1, np.zeros(error_bins.BINS, np.int64)
     for first, last in spans:
@@ -187,7 +206,7 @@ def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) 
         ap_rp = np.zeros((last - first, 2, plan.robots if plan.visits > 1 else 0))
         robot_sums = np.zeros(plan.robots)
         bias, moves = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], shift[:, :, here]))
-        low, high = work(first, bias, moves, *drawn, per_pose, ap_rp, robot_sums, counts)
+        low, high = work(first, bias, moves, plays[here], *drawn, per_pose, ap_rp, robot_sums, counts)
         lowest, highest = min(lowest, low), max(highest, high)
         bins = slice(lowest, highest + 1)
         counted = counts[:, bins].sum(axis=0)
@@ -207,26 +226,59 @@ def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
 ALWAYS: Final[Factor] = ((None, 1.0),)
 
 
-class AtVisits(NamedTuple):
-    """A column that changes with every visit: the stream that is drawn, and what each robot multiplies it by."""
+class Changing(NamedTuple):
+    """What changes with every visit, or with the plays that are closed at a pose.
 
-    column: int
-    stream: Stream
+    screw    (3, pose) what it does to the tool point per unit drawn, m
+    stream   what is drawn per visit
+    factor   what each robot multiplies it by
+    closing  what decides whether its play is closed
+    whole    whether the screw is there in some robots and not in others; else it is multiplied by `closing.standardised`
+    """
+
+    screw: Floats
+    stream: Stream | None
     factor: Factor
+    closing: Closing | None
+    whole: bool
 
 
-def _at_visits(matrix: PoseMatrix) -> Iterator[AtVisits]:
-    """Yield the columns that change with every visit, those of one form and one stream together.
+def _changing(matrix: PoseMatrix) -> Iterator[Changing]:
+    """Yield what changes with every visit, or with the plays that are closed at a pose; columns of one form and the same draws together.
 
     They differ only in size and in the robot's draw, such as a play and its scatter, so that one column with a robot's sum of both stands for all.
+    The mean over robots of what a load closes in some of them, and what that changes, are one column too, unless they are scaled apart.
     """
-    found: dict[tuple[Stream, int, Form], list[int]] = {}
+    found: dict[tuple[Stream | None, int, Form], dict[Closing | None, list[int]]] = {}
     for k, info in enumerate(matrix.infos):
-        if info.visit is not None and matrix.scale[k] != 0:
-            found.setdefault((info.visit, info.of.place, info.of.term.form), []).append(k)
+        if (info.visit is not None or info.closing is not None) and matrix.scale[k] != 0:
+            found.setdefault((info.visit, info.of.place, info.of.term.form), {}).setdefault(info.closing, []).append(k)
+    shift = matrix.along_poses[3:]
     for (stream, _, _), members in found.items():
-        first = members[0]
-        yield AtVisits(first, stream, tuple((matrix.infos[k].robot, float(matrix.scale[k] / matrix.scale[first])) for k in members))
+        factors = {
+            closing: tuple((matrix.infos[k].robot, float(matrix.scale[k] / matrix.scale[first])) for k in (first, *others))
+            for closing, (first, *others) in members.items()
+        }
+        closing = next(reversed(members))
+        if closing is not None and len(members) > 1:
+            (mean, *_), (changed, *_) = members.values()
+            if matrix.scale[mean] == matrix.scale[changed] and factors[None] == factors[closing]:
+                there = standardised(0.0 if closing.above else 1.0, matrix.closed[closing.row])
+                yield Changing(shift[:, mean] + there * shift[:, changed], stream, factors[closing], closing, whole=True)
+                continue
+        for each, (first, *_) in members.items():
+            yield Changing(shift[:, first], stream, factors[each], each, whole=False)
+
+
+def _plays(matrix: PoseMatrix, both: list[Changing]) -> Floats:
+    """Return for each column (pose, column, 3) the share of robots whose play is closed, and by what those with it closed and open are multiplied."""
+    out = np.ones((len(both), 3, len(matrix.tool)))
+    for (closed, shut, opened), each in zip(out, both, strict=True):
+        if each.closing is not None:
+            closed[:] = matrix.closed[each.closing.row]
+            shut[:] = each.closing.above if each.whole else standardised(0.0, closed)
+            opened[:] = not each.closing.above if each.whole else standardised(1.0, closed)
+    return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 
 def _padded(columns: np.ndarray) -> np.ndarray:
@@ -234,9 +286,9 @@ def _padded(columns: np.ndarray) -> np.ndarray:
     return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
 
 
-def _reading(seed: int, columns: list[AtVisits], tables: dict[Stream, int]) -> tuple[np.ndarray, np.ndarray]:
+def _reading(seed: int, columns: list[Changing], tables: dict[Stream | None, int]) -> tuple[np.ndarray, np.ndarray]:
     """Return the table of each visit stream and the key of its position, padded like the screws."""
     rows = [tables[each.stream] for each in columns]
-    keys = [visit_key(seed, each.stream.name) for each in columns]
+    keys = [np.uint64(0) if each.stream is None else visit_key(seed, each.stream.name) for each in columns]
     pad = [0] * (-len(rows) % 4)
     return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)

@@ -55,6 +55,7 @@ def run_block(
     first_pose: int,
     bias: Floats,
     shift: Floats,
+    plays: Floats,
     robot_columns: np.ndarray,
     robot_draws: Floats,
     visit_columns: np.ndarray,
@@ -64,6 +65,7 @@ def run_block(
     product_tables: np.ndarray,
     product_keys: np.ndarray,
     product_factors: Floats,
+    frictions: Floats,
     tables: Floats,
     robots: int,
     visits: int,
@@ -83,14 +85,15 @@ def run_block(
     with jax.enable_x64(True):
         work = _compiled()
         products = len(product_columns)  # their tables and keys are filled up to a multiple of four
-        constant = (robot_draws, visit_tables, visit_keys, product_tables[:products], product_keys[:products], product_factors, tables)
+        product = product_tables[:products], product_keys[:products], product_factors, frictions
+        constant = (robot_draws, visit_tables, visit_keys, *product, tables)
         steady = [jax.numpy.asarray(x) for x in constant]
         for start in range(0, poses, step):
             # The last step begins again at its first pose until it is full; what is there twice does not count.
             rows = np.minimum(np.arange(start, start + step), poses - 1)
             real = np.arange(start, start + step) < poses
             screws = [_taken(shift, columns, rows) for columns in (robot_columns, visit_columns, product_columns)]
-            found = work(first_pose + rows, real, bias[rows], *screws, *steady, z, robots=robots, visits=visits, groups=groups)
+            found = work(first_pose + rows, real, bias[rows], plays[rows], *screws, *steady, z, robots=robots, visits=visits, groups=groups)
             table, both, sums, counts = (np.asarray(x) for x in found)
             per_pose[rows[real]] = table[real]
             if visits > 1:
@@ -118,6 +121,7 @@ def _reduced(
     pose: Array,
     real: Array,
     bias: Array,
+    plays: Array,
     robot_screws: Array,
     visit_screws: Array,
     product_screws: Array,
@@ -127,6 +131,7 @@ def _reduced(
     product_tables: Array,
     product_keys: Array,
     product_factors: Array,
+    frictions: Array,
     tables: Array,
     z: Array,
     *,
@@ -146,13 +151,19 @@ def _reduced(
     errors = jnp.broadcast_to(fixed[:, :, :, None], (3, len(pose), tiles, visits, LANES))
     reads = _reader(pose, tiles, visits, tables)
 
-    def add(errors: Array, term: tuple[Array, Array, Array, Array]) -> tuple[Array, None]:
-        screw, table, key, factor = term
-        return errors + screw[:, :, None, None, None] * (factor[:, None] * reads(table, key)), None
+    def add(errors: Array, term: tuple[Array, Array, Array]) -> tuple[Array, None]:
+        screw, table, key = term
+        return errors + screw[:, :, None, None, None] * reads(table, key), None
 
-    ones = jnp.ones((len(visit_tables), tiles, LANES))
-    errors, _ = jax.lax.scan(add, errors, (visit_screws, visit_tables, visit_keys, ones))
-    errors, _ = jax.lax.scan(add, errors, (product_screws, product_tables, product_keys, product_factors.transpose(1, 0, 2)))
+    def add_product(errors: Array, term: tuple[Array, ...]) -> tuple[Array, None]:
+        screw, table, key, factor, friction, play = term
+        closed, shut, opened = (play[:, None, None, k] for k in range(3))
+        weight = factor * jnp.where(friction <= closed, shut, opened)
+        return errors + screw[:, :, None, None, None] * (weight[:, :, None] * reads(table, key)), None
+
+    errors, _ = jax.lax.scan(add, errors, (visit_screws, visit_tables, visit_keys))
+    of_robots = (product_factors.transpose(1, 0, 2), frictions.transpose(1, 0, 2), plays.transpose(1, 0, 2))
+    errors, _ = jax.lax.scan(add_product, errors, (product_screws, product_tables, product_keys, *of_robots))
 
     square = (errors * errors).sum(axis=0)
     size = jnp.sqrt(square)

@@ -170,10 +170,24 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
 
 
 @compiled
+def counts(play):
+    """Return whether a term counts in any robot: play (3,) holds the share with a closed play, and the factors of a closed and of an open one."""
+    return (play[0] > 0.0 and play[1] != 0.0) or (play[0] < 1.0 and play[2] != 0.0)
+
+
+@compiled
+def weigh(width, factors, play, frictions, out):
+    """Put what each robot multiplies a term by into out (lane,): its own factor times its play's, closed where friction is at most the share."""
+    for i in range(width):
+        out[i] = factors[i] * (play[1] if frictions[i] <= play[0] else play[2])
+
+
+@compiled
 def run_block(
     first_pose,  # index of the first pose in the whole study
     bias,  # (pose, 3)
     shift,  # (3, column, pose) what every term does to the tool point per unit drawn
+    plays,  # (pose, product term, 3) share of robots whose play is closed, and the factors of a closed and of an open one
     robot_columns,  # (term,) columns of `shift`, a multiple of four; -1 for a term that does nothing
     robot_draws,  # (tile, term, LANES)
     visit_columns,  # (term,) likewise
@@ -183,6 +197,7 @@ def run_block(
     product_tables,
     product_keys,
     product_factors,  # (tile, term, LANES)
+    frictions,  # (tile, product term, LANES)
     tables,  # (rows of ROW, one after another)
     robots,
     visits,
@@ -201,7 +216,7 @@ def run_block(
     for t in range(n_robot):
         at_robot[t] = t * LANES
     fixed = np.empty((3, LANES))
-    weight = np.empty(LANES)
+    weight, weights = np.empty(LANES), np.empty((n_product, LANES))
     kept = np.empty((visits, 3, LANES))
     sums = np.empty((5, LANES))  # one array, so that the compiler knows its rows do not overlap
     words = np.empty(LANES, np.int64)
@@ -232,6 +247,9 @@ def run_block(
                 fixed[c] = bias[p, c]
             _add_terms(width, fixed, robot_screws, robot_draws[tile].ravel(), at_robot)
             sums[:, :] = 0.0
+            for t in range(n_product):
+                if counts(plays[p, t]):
+                    weigh(width, product_factors[tile, t], plays[p, t], frictions[tile, t], weights[t])
             for v in range(visits):
                 for t in range(n_visit):
                     at_visit[t] = visit_tables[t] * ROW + place_in_table(first_pose + p, tile, v, visit_keys[t])
@@ -243,10 +261,12 @@ def run_block(
                         e[c, i] = fixed[c, i]
                 _add_terms(width, e, visit_screws, tables, at_visit)
                 for t in range(n_product):
+                    if not counts(plays[p, t]):
+                        continue
                     a0 = at_product[t]
                     d0 = tables[a0 : a0 + LANES]
                     for i in range(width):
-                        weight[i] = product_factors[tile, t, i] * d0[i]
+                        weight[i] = weights[t, i] * d0[i]
                     for c in range(3):
                         s0 = product_screws[c, t]
                         for i in range(width):

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model import error_bins
+from lostmotion.error_model.bounds import root_sum_square, worst_case
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import PoseMatrix, root_sum_square, screws, worst_case
+from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel

@@ -37,18 +37,17 @@ def fma(_typing, a, b, c):
 
 
 @intrinsic
-def _squares_of_sixteen(_typing, screws, draws, bias, pose, lane, out):
-    """Put |bias + sum_t screws[t] draws_t[lane + i]|^2 of one pose into out[pose, lane + i], i = 0 … 15."""
+def _squares_of_sixteen(_typing, terms, screws, draws, bias, pose, lane, out):
+    """Put |bias + sum_t screws[t] draws_t[lane + i]|^2 of one pose into out[pose, lane + i], i = 0 … 15, over the first terms, one at least."""
     if any(array.layout != "C" for array in (screws, draws, bias, out)):
         return None
-    signature = types.void(screws, draws, bias, pose, lane, out)
+    signature = types.void(terms, screws, draws, bias, pose, lane, out)
 
     def written(context, builder, signature, values):
         real, index = ir.DoubleType(), ir.IntType(64)
         vector = ir.VectorType(real, _WIDE)
-        arrays = [make_array(signature.args[k])(context, builder, values[k]) for k in (0, 1, 2, 5)]
-        pose, lane = values[3:5]
-        terms = cgutils.unpack_tuple(builder, arrays[1].shape, 2)[1]
+        arrays = [make_array(signature.args[k])(context, builder, values[k]) for k in (1, 2, 3, 6)]
+        terms, pose, lane = values[0], values[4], values[5]
         fused = cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fma.v{_WIDE}f64")
 
         def at(pointer, offset):
@@ -99,18 +98,18 @@ def _squares_of_sixteen(_typing, screws, draws, bias, pose, lane, out):
 
 
 @compiled
-def squared_lengths(poses, count, screws, draws, bias, out):
+def squared_lengths(poses, count, terms, screws, draws, bias, out):
     """Put the squared error of each of `count` robots (a multiple of sixteen) at each of these poses into out (pose, robot), in m^2.
 
     |bias + sum over terms of screw x draw|^2, summed in the order of the terms: screws (pose, term, 3) and bias (pose, 3) in m; draws (pose, term)
-    the address of what the first robot drew for each term, the others' draws follow it. Arrays may hold more poses than these, but no gaps.
+    the address of what the first robot drew for each term, the others' draws follow it. Of each pose the first `terms` (pose,) count. Arrays may hold
+    more poses than these, but no gaps.
     """
-    if draws.shape[1] == 0:
-        for k in range(poses):
-            for i in range(count):
-                out[k, i] = fma(bias[k, 2], bias[k, 2], fma(bias[k, 1], bias[k, 1], bias[k, 0] * bias[k, 0]))
-        return
     for first in range(0, count, _STEP):
         for k in range(poses):
+            if terms[k] == 0:
+                for i in range(first, min(first + _STEP, count)):
+                    out[k, i] = fma(bias[k, 2], bias[k, 2], fma(bias[k, 1], bias[k, 1], bias[k, 0] * bias[k, 0]))
+                continue
             for i in range(first, min(first + _STEP, count), AT_ONCE):
-                _squares_of_sixteen(screws, draws, bias, k, i, out)
+                _squares_of_sixteen(terms[k], screws, draws, bias, k, i, out)

@@ -24,6 +24,8 @@ from lostmotion.propagation.montecarlo.kernel import (
     MEAN_ERROR,
     MEAN_SQUARE,
     bin_of,
+    counts,
+    weigh,
 )
 from lostmotion.propagation.montecarlo.product_kernel import AT_ONCE, squared_lengths
 
@@ -159,6 +161,7 @@ def run_once(
     first_pose,
     bias,
     shift,
+    plays,
     robot_columns,
     robot_draws,
     visit_columns,
@@ -168,6 +171,7 @@ def run_once(
     product_tables,
     product_keys,
     product_factors,
+    frictions,
     tables,
     robots,
     visits,  # more than one only where nothing is drawn per visit: each then brings the same error
@@ -184,6 +188,7 @@ def run_once(
     n_steady = n_robot + n_visit
     screws = np.empty((_POSES, n_steady + n_product, 3))
     at = np.empty((_POSES, n_steady + n_product), np.uintp)
+    terms, product = np.empty(_POSES, np.int64), np.empty((_POSES, n_product), np.int64)
     weights = np.empty((_POSES, n_product, LANES))
     words = np.empty((_POSES, LANES), np.int64)
     squares = words.view(np.float64)
@@ -196,7 +201,7 @@ def run_once(
     rows = np.empty(robots, np.int32)
     for r in range(robots):
         rows[r] = r * groups // robots * ROW_OF_BINS
-    counts = group_hist.ravel() if visits == 1 else np.zeros(group_hist.size, np.int64)
+    counted = group_hist.ravel() if visits == 1 else np.zeros(group_hist.size, np.int64)
     least_of_all, largest_of_all = _MOST, np.int64(-1)
     draws_at, tables_at, weights_at = robot_draws.ctypes.data, tables.ctypes.data, weights.ctypes.data
     for start in range(0, len(bias), together):
@@ -204,7 +209,13 @@ def run_once(
         for k in range(some):
             _take(shift, robot_columns, n_robot, start + k, screws[k])
             _take(shift, visit_columns, n_visit, start + k, screws[k, n_robot:])
-            _take(shift, product_columns, n_product, start + k, screws[k, n_steady:])
+            terms[k] = n_steady
+            for t in range(n_product):
+                if counts(plays[start + k, t]):
+                    product[k, terms[k] - n_steady] = t
+                    for c in range(3):
+                        screws[k, terms[k], c] = shift[c, product_columns[t], start + k]
+                    terms[k] += 1
             least[k], largest[k] = _MOST, -1
         sums[:] = 0.0
         for tile in range(tiles):
@@ -217,12 +228,14 @@ def run_once(
                 for t in range(n_visit):
                     place = visit_tables[t] * ROW + place_in_table(first_pose + start + k, tile, 0, visit_keys[t])
                     at[k, n_robot + t] = tables_at + np.uintp(8 * place)
-                for t in range(n_product):
+                for j in range(terms[k] - n_steady):
+                    t = product[k, j]
                     place = product_tables[t] * ROW + place_in_table(first_pose + start + k, tile, 0, product_keys[t])
+                    weigh(width, product_factors[tile, t], plays[start + k, t], frictions[tile, t], weights[k, t])
                     for i in range(width):
-                        weights[k, t, i] = product_factors[tile, t, i] * tables[place + i]
-                    at[k, n_steady + t] = weights_at + np.uintp(8 * LANES * (k * n_product + t))
-            squared_lengths(some, width, screws, at, bias[start:], squares)
+                        weights[k, t, i] *= tables[place + i]
+                    at[k, n_steady + j] = weights_at + np.uintp(8 * LANES * (k * n_product + t))
+            squared_lengths(some, width, terms, screws, at, bias[start:], squares)
             for k in range(some):
                 _measure(count, squares[k], sizes[k, first:], sums[k], robot_sums[first:])
             for k in range(some):
@@ -238,7 +251,7 @@ def run_once(
             for k in range(some):
                 _bins_of(count, words[k], rows[first:], places[k])
             for k in range(some):
-                _count(count, places[k], counts)
+                _count(count, places[k], counted)
             if visits > 1:
                 for k in range(some):
                     for i in range(count):
@@ -265,5 +278,5 @@ def run_once(
     if visits > 1:
         for group in range(groups):
             for i in range(ROW_OF_BINS):
-                group_hist[group, i] += visits * counts[group * ROW_OF_BINS + i]
+                group_hist[group, i] += visits * counted[group * ROW_OF_BINS + i]
     return bin_of(least_of_all), bin_of(largest_of_all)

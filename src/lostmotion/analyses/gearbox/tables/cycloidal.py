@@ -88,7 +88,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
         notes.append("gearboxes that jam have flanks that interfere without torque; their wind-up is relative to their position at rest")
     if drawn.friction_curve is not None and drawn.friction_curve.friction[-1] > _LARGE_FRICTION * drawn.friction_curve.loads[-1]:
         notes.append("friction is more than a fifth of the torque: loads are computed without it, so that efficiency is a rough estimate")
-    if torque <= gearbox.friction_at_rest:
+    if torque <= gearbox.friction_at_rest.load.nominal:
         notes.append(f"{as_stated(torque)} N m do not overcome the friction: no hysteresis is shown")
     return tuple(notes)
 

@@ -12,6 +12,7 @@ from lostmotion.analyses.gearbox.tables.stated import (
     OF_LOOP,
     OF_PLAY,
     at_most,
+    friction_note,
     lost_motion_figure,
     play_figure,
     torsion_figure,
@@ -36,8 +37,8 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
     gearbox, torque = study.gearbox, study.gearbox.rated_torque
     show = _Shown(study, units)
     rows = [*_stiffnesses(read, study, show)]
-    assumed = "" if gearbox.friction_torque is not None else f" (assumed 1 % of the rated {units.what})"
-    crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{assumed}" if loop.rest else "traversed by any load"
+    note = friction_note(gearbox.friction_at_rest if is_drawn(gearbox) else gearbox.friction, units)
+    crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{note and f' ({note})'}" if loop.rest else "traversed by any load"
     rows.append(Row("play", (show.play,), crossed))
     rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=OF_LOOP),), f"width at zero {units.what}"))
     if study.drawn is not None and study.drawn.friction_curve is not None:

@@ -12,12 +12,14 @@ from lostmotion.analyses.gearbox.tables.units import STATED
 from lostmotion.catalogue.gearboxes import find_rows
 from lostmotion.errors import InputError
 from lostmotion.laws.gears import wind_up
+from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import GearStudy
     from lostmotion.analyses.gearbox.readings import Readings
     from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.parts.error_source import Friction
     from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
 
 # Fields that determine the play, and the hysteresis.
@@ -30,7 +32,7 @@ def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) ->
     if study.read is None or study.torque is None:
         return (f"no rated {units.what} is stated, so that no figures under load are shown: state one with --torque",)
     notes = []
-    if study.loop is None and study.torque <= gearbox.friction:
+    if study.loop is None and study.torque <= gearbox.friction.load.nominal:
         notes.append(f"{as_stated(study.torque)} {units.torque} do not overcome the friction: no hysteresis is shown")
     if study.read.lost_motion is None or study.read.slope is None:
         notes.append(
@@ -150,13 +152,22 @@ def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
     if gearbox.hysteresis is not None:
         width = at_most(units.of_angle(gearbox.hysteresis, STATED), gearbox, OF_LOOP)
         rows.append(Row("friction's loop, full width", (width,), f"at zero {units.what}, without the play"))
-    if gearbox.friction:
-        assumed = "" if gearbox.friction_torque is not None else f"assumed 1 % of the rated {units.what}, none is stated"
-        rows.append(Row(f"friction without load, as {units.what}", (units.of_torque(gearbox.friction, STATED),), assumed))
+    load = gearbox.friction.load
+    if load.nominal:
+        limits = (load.nominal - load.tolerance, load.nominal + load.tolerance) if load.tolerance else (math.nan, math.nan)
+        value = units.of_torque(load.nominal, STATED, *limits, ends="assumed limits" if gearbox.friction.scatter_assumed else "stated limits")
+        rows.append(Row(f"friction without load, as {units.what}", (value,), friction_note(gearbox.friction, units)))
     for own in gearbox.own_figures:
         figure = Figure(math.degrees(own.value), "deg", samples=STATED) if own.unit == "rad" else _pure(own.value)
         rows.append(Row(own.label, (figure,), own.note))
     return Section("stated", "What is stated", ("value",), tuple(rows))
+
+
+def friction_note(friction: Friction, units: Units) -> str:
+    """Return what is assumed of a gearbox's friction: its size and scatter, or its scatter alone; empty where both are stated."""
+    if friction.reason:
+        return f"not stated, assumed 1 % of the rated {units.what}, {FRICTION_SCATTER_TEXT}"
+    return f"scatter not stated, assumed {FRICTION_SCATTER_TEXT}" if friction.scatter_assumed else ""
 
 
 def zones_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:

@@ -30,9 +30,9 @@ class Units:
         factor = self.angle_factor
         return Figure(value * factor, self.angle, low * factor, high * factor, samples, ends)
 
-    def of_torque(self, value: float, samples: str) -> Figure:
+    def of_torque(self, value: float, samples: str, low: float = math.nan, high: float = math.nan, ends: str = "95 % interval") -> Figure:
         """Return a torque, or a force."""
-        return Figure(value, self.torque, samples=samples, stated=samples == STATED)
+        return Figure(value, self.torque, low, high, samples, ends, stated=samples == STATED)
 
     def of_stiffness(self, value: float, samples: str) -> Figure:
         """Return a stiffness."""
