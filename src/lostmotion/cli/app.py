@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import importlib
 import os
 import signal
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 # Other names of commands.
 _ALIASES: Final = {"run": "study"}
+# New objects between two garbage collections. Libraries make a million objects that stay; Python's own 700 would search them again and again.
+_COLLECTED_EVERY: Final = 100_000
 
 
 class _Questions(TyperGroup):
@@ -78,6 +81,7 @@ def main() -> None:
     0 done; 1 done, and the answer is no: nothing fits, not reproduced, or the output could not be printed; 2 refused, nothing written; 130 stopped.
     """
     signal.signal(signal.SIGINT, _stop)
+    gc.set_threshold(_COLLECTED_EVERY)
     there = open_up()
     code, message = _carried_out()
     lost = flush()
