@@ -57,7 +57,7 @@ def framed(title: str, *traces: Any, height: int) -> go.Figure:  # noqa: ANN401 
     """Draw traces in a figure dressed for print."""
     import plotly.graph_objects as go
 
-    return styled(go.Figure(list(traces)), title, height=height)
+    return go.Figure(list(traces), {**_dress(title, height), "xaxis": {**_LINE, **_GRID}, "yaxis": {**_LINE, **_GRID}})
 
 
 def projected(title: str, across: int, up: int, marked: Floats, words: str, number: int, *traces: Any) -> go.Figure:  # noqa: ANN401
@@ -79,17 +79,22 @@ def projected(title: str, across: int, up: int, marked: Floats, words: str, numb
 
 def styled(figure: go.Figure, title: str, *, height: int) -> go.Figure:
     """Dress a figure for print: white, one font, a light grid, nothing else."""
-    figure.update_layout(
-        template="none",
-        title={"text": title, "x": 0, "y": 1, "xref": "container", "yref": "container", "pad": {"t": 10, "l": 4}, "font": {"size": 15}},
-        font={"family": FONT, "size": 13, "color": INK},
-        height=height,
-        margin={"l": 60, "r": 16, "t": 52, "b": 56},
-        hoverlabel={"font": {"family": FONT}},
-    )
+    figure.update_layout(_dress(title, height))
     figure.update_xaxes(**_LINE, **_GRID)
     figure.update_yaxes(**_LINE, **_GRID)
     return figure
+
+
+def _dress(title: str, height: int) -> dict[str, Any]:
+    """Return the layout that every plot shares."""
+    return {
+        "template": "none",
+        "title": {"text": title, "x": 0, "y": 1, "xref": "container", "yref": "container", "pad": {"t": 10, "l": 4}, "font": {"size": 15}},
+        "font": {"family": FONT, "size": 13, "color": INK},
+        "height": height,
+        "margin": {"l": 60, "r": 16, "t": 52, "b": 56},
+        "hoverlabel": {"font": {"family": FONT}},
+    }
 
 
 def histogram(edges: Floats, counts: np.ndarray, colour: str, hover: str) -> go.Bar:
