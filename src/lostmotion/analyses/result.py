@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,8 @@ from lostmotion.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
+
+    import xarray
 
     from lostmotion.errors import Problem
     from lostmotion.reporting.plot import Plot
@@ -87,3 +90,14 @@ class Result(ABC):
         from lostmotion.reporting.page import tables
 
         return tables(self.sheet)
+
+
+def netcdf(arrays: xarray.Dataset) -> bytes:
+    """Return labelled arrays as the content of a NetCDF 3 file."""
+    from xarray.backends import ScipyDataStore
+
+    content = io.BytesIO()
+    store = ScipyDataStore(content, mode="w")
+    arrays.dump_to_store(store)  # `to_netcdf` writes the same bytes, but first loads the schedulers of dask where it is installed
+    store.sync()
+    return content.getvalue()

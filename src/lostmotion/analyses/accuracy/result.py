@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.accuracy.attribution import Attributed
-from lostmotion.analyses.result import Result
+from lostmotion.analyses.result import Result, netcdf
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,7 +49,7 @@ class Study(Answer, Attributed, Result):
 
     def files(self) -> dict[str, bytes]:
         """Return the arrays as arrays.nc."""
-        return {"arrays.nc": bytes(self.arrays().to_netcdf(engine="scipy"))}
+        return {"arrays.nc": netcdf(self.arrays())}
 
     def __repr__(self) -> str:
         """Return the main figures, one a line."""
@@ -119,7 +119,7 @@ class AnalyticStudy(Attributed, Result):
 
     def files(self) -> dict[str, bytes]:
         """Return the arrays as arrays.nc."""
-        return {"arrays.nc": bytes(self.arrays().to_netcdf(engine="scipy"))}
+        return {"arrays.nc": netcdf(self.arrays())}
 
     def __repr__(self) -> str:
         """Return what was studied, in a line."""

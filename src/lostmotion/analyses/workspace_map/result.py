@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.result import Result
+from lostmotion.analyses.result import Result, netcdf
 from lostmotion.analyses.workspace_map.map import WorkspaceMap
 from lostmotion.error_model.provenance import States, states
 
@@ -59,4 +59,4 @@ class AccuracyMap(WorkspaceMap, Result):
 
     def files(self) -> dict[str, bytes]:
         """Return the map as arrays.nc."""
-        return {"arrays.nc": bytes(self.arrays().to_netcdf(engine="scipy"))}
+        return {"arrays.nc": netcdf(self.arrays())}
