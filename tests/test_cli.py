@@ -134,6 +134,18 @@ def test_reading_an_arm_compiles_nothing():
     assert done.stdout.strip() == "[]"
 
 
+def test_writing_results_loads_no_scheduler(tmp_path):
+    """A study on one machine writes its arrays without the schedulers of dask, which are for many machines."""
+    out = tmp_path / "out"
+    code = (
+        f"import sys, lostmotion; lostmotion.study({str(EXAMPLES / 'z-arm.toml')!r}, 8, method='analytic').report({str(out)!r}); "
+        "print('distributed' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+    assert (out / "arrays.nc").stat().st_size > 0
+
+
 def test_the_version_is_printed(tmp_path):
     """`lostmotion --version` prints the package's version."""
     import lostmotion as package

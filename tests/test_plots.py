@@ -6,6 +6,7 @@ import functools
 import math
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
 
 import lostmotion
@@ -13,7 +14,7 @@ from lostmotion.analyses.accuracy.plots import study as plots
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.propagation.montecarlo.histogram import linear_bins
-from lostmotion.reporting.plot import label
+from lostmotion.reporting.plot import framed, label, styled
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
@@ -162,3 +163,9 @@ def test_names_cannot_carry_mark_up_into_a_plot():
     """Plotly reads tags in its texts; a name that looks like one is shown as written, and a long one is cut."""
     assert label("<b>A</b>") == "&lt;b&gt;A&lt;/b&gt;"
     assert len(label("x" * 200)) == 36
+
+
+def test_a_plot_alone_looks_like_one_of_several_axes():
+    """A figure that is laid out when it is made has the layout of one that is styled afterwards."""
+    bars = go.Bar(x=[1, 2], y=[3, 4])
+    assert framed("title", bars, height=300).to_plotly_json() == styled(go.Figure([bars]), "title", height=300).to_plotly_json()
