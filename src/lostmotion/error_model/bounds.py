@@ -93,9 +93,8 @@ def _without_mixed_plays(matrix: PoseMatrix) -> PoseMatrix:
 def _plays_closed_in_some(matrix: PoseMatrix) -> list[tuple[str, Floats, bool]]:
     """Return of each play the stream that decides its side, its size at its limit (pose,), m, and whether it has no bound.
 
-    The size is zero where all robots are the same: only the poses count at which the play is closed in some robots and open in others.
-
-    That is the larger of a closed play, on the side of the load, and an open one, wherever it lets the part rest.
+    The size is the larger of a closed play, on the side of the load, and an open one, wherever it lets the part rest; zero at poses where the play is
+    closed in all robots or open in all.
     """
     by_friction: dict[str, list[int]] = {}
     for k, info in enumerate(matrix.infos):
