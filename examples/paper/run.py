@@ -112,7 +112,9 @@ def smallest_and_largest(study: lostmotion.Study) -> tuple[float, float]:
 def part_screws(arm: lostmotion.Arm, q: paper.Floats, owner: str) -> dict[str, tuple[paper.Floats, float]]:
     """Return a part's terms at one pose in its own frame: name -> screw (6,) per unit draw, and the largest draw."""
     matrix = lostmotion.screws(arm, q)
-    return {info.name.removeprefix(owner + "."): (matrix.local[0, :, k], info.bound) for k, info in enumerate(matrix.infos) if info.owner == owner}
+    # Without what friction changes from robot to robot: no load is near it here.
+    mine = [(k, info) for k, info in enumerate(matrix.infos) if info.owner == owner and info.closing is None]
+    return {info.name.removeprefix(owner + "."): (matrix.local[0, :, k], info.bound) for k, info in mine}
 
 
 def arcmin(value: float, digits: int = 4) -> str:

@@ -182,8 +182,11 @@ for visits, form in ((1, single_visit_kernel.run_once), (3, kernel.run_block)):
     tables = np.resize(rng.standard_normal(draw_kernel.TABLE), draw_kernel.ROW)
     out = (np.zeros((poses, kernel.COLUMNS)), np.zeros((poses, 2, robots)), np.zeros(robots), np.zeros((groups, error_bins.ROW_OF_BINS), np.int64))
     none = np.zeros(4, np.int64)
+    # One term that all robots have, and one that is there where a play is closed, in a third of the robots.
+    plays, frictions = np.tile([[1.0, 1.0, 1.0], [1 / 3, 1.0, 0.0]], (poses, 1, 1)), rng.random((2, 2, draw_kernel.LANES))
     steady, visiting, products = np.arange(8), 8 + np.arange(4), 12 + np.arange(2)
-    form(0, bias, shift, steady, drawn, visiting, none, keys[:4], products, none[:2], keys[4:6], factors, tables, robots, visits, groups, 2.0, *out)
+    drawn_products = (products, none[:2], keys[4:6], factors, frictions)
+    form(0, bias, shift, plays, steady, drawn, visiting, none, keys[:4], *drawn_products, tables, robots, visits, groups, 2.0, *out)
     print(hashlib.sha256(b"".join(x.tobytes() for x in out)).hexdigest())
 """
 
