@@ -33,7 +33,7 @@ def visited(arm: lostmotion.Arm, q: np.ndarray, approach: np.ndarray, first: int
     """Return the errors (pose, visit, 3) of the one robot, m."""
     matrix = screws(arm, q, approach=approach)
     numbers = np.arange(visits)
-    return np.stack([(matrix.tool[k, 3:] @ draws_of(matrix, SEED, first + k, np.full(visits, ROBOT), numbers)).T for k in range(len(q))])
+    return np.stack([(matrix.tool[k, 3:] @ draws_of(matrix, k, SEED, first + k, np.full(visits, ROBOT), numbers)).T for k in range(len(q))])
 
 
 def read(at: np.ndarray, readings: np.random.Generator) -> str:
