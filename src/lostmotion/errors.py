@@ -86,7 +86,7 @@ class Mistakes:
         self._problems: list[Problem] = []
 
     def of(self, read: Callable[P, T], *given: P.args, **named: P.kwargs) -> T:
-        """Return what `read` makes of these; where it refuses them, keep its mistakes and give None, which nobody sees behind the end."""
+        """Return what `read` makes of these; where it refuses them, keep its mistakes and return None, which never reaches the caller."""
         try:
             return read(*given, **named)
         except InputError as error:

@@ -17,6 +17,7 @@ AVOID = {
     r"\bhow sure\b|\bas sure\b|\bsurer\b|\bsure to\b|\bless sure\b|\bthat sure\b": "precise, uncertainty, confidence interval",
     r"\bdearest\b|\bwho is to blame\b|\bwho to blame\b": "largest contributor, error budget",
     r"\bgives? way\b|\bgave way\b|\bgiving way\b|\bthe give\b|\bplay and give\b|\bor give\b": "deflects, compliance",
+    r"\b(?:radial|axial|own|inboard|outboard) give\b|\band give\b|\"give\"": "deflection, return",
     r"\bafresh\b": "recomputed, validated on new samples",
     r"\bc[oa]mes? about\b|\bcome by\b": "derivation, how computed",
     r"\b(?:hold|keep|kept|keeps|holds|held)\b(?: \w+){0,2} targets?\b": "meet",

@@ -34,7 +34,7 @@ def mistakes(path: Path, sidecar: Path | None = None) -> list[Problem]:
 
 @pytest.fixture
 def mistakes_in(tmp_path: Path) -> Callable[..., dict[str, Problem]]:
-    """Write a text, read it as an arm, and give its mistakes by key."""
+    """Write a text, read it as an arm, and return its mistakes by key."""
 
     def read_mistakes(text: str, name: str = "arm.toml") -> dict[str, Problem]:
         path = tmp_path / name

@@ -250,7 +250,7 @@ class Outcome(NamedTuple):
 
 
 def outcomes(folder: Path, first: int, last: int, seed: int = 1):
-    """Spoil files number `first` to `last`, each by itself reproducible, read each, and give what became of it."""
+    """Spoil files number `first` to `last`, each by itself reproducible, read each, and return what became of it."""
     kinds = formats(folder)
     left = set(os.listdir(folder))  # noqa: PTH208 - names alone
     others = tuple(text for kind in kinds for text in kind.seeds)

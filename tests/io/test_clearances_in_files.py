@@ -33,7 +33,7 @@ ARM = 'name = "arm"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["0 deg
 
 @pytest.fixture
 def file(tmp_path):
-    """Write a file and give its path."""
+    """Write a file and return its path."""
 
     def write(text):
         path = tmp_path / "bearing.toml"

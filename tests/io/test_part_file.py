@@ -14,7 +14,7 @@ PAIR = '[bearing]\nkind = "rolling"\nclearance = "40 µm ± 20 µm"\nspan = "50 
 
 @pytest.fixture
 def file(tmp_path):
-    """Write a file and give its path."""
+    """Write a file and return its path."""
 
     def write(text, name="shoulder.toml"):
         path = tmp_path / name

@@ -130,7 +130,7 @@ def test_axial_play_lies_where_the_thrust_pushes():
 
 
 def test_along_a_slide_the_drive_holds():
-    """On a sliding joint neither axial play nor axial give of the guide counts: the drive holds that direction."""
+    """On a sliding joint neither axial play nor axial deflection of the guide counts: the drive holds that direction."""
     pair = RollingPair(span=SPAN, axial_play=2e-5, axial_stiffness=1e8)
     assert terms_at(pair, condition([0, 0, 0, 0, 0, 50.0], axis=SLIDE_Z)) == []
     crossed = CrossedRoller(axial_stiffness=1e8, radial_runout=1e-5, axial_runout=1e-5)

@@ -50,7 +50,7 @@ def test_a_209_pair_tilts_by_its_two_shifts():
 
 
 def test_clearance_sinks_with_any_load_and_then_gives():
-    """A load of next to nothing closes half the clearance; between its edge and a real load the elements give more than without clearance."""
+    """A load of next to nothing closes half the clearance; between its edge and a real load the elements deflect more than without clearance."""
     loose, tight = BallPair(**OF_209, clearance=20 * UM), BallPair(**OF_209)
     assert 10 * UM <= shift(loose, (0, 0, 0, 1e-3, 0, 0))[3] < 10 * UM / math.cos(math.pi / 9)
     for load in (100.0, 1000.0, 17800.0):

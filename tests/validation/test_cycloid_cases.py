@@ -60,7 +60,7 @@ FEM_FORCES = np.array([36.6, 553.4, 810.0, 868.2, 839.2, 764.7, 655.9, 516.4, 35
 def test_a_rigid_disc_shares_the_load_as_finite_elements_do_but_turns_too_little(law: str, low: float, high: float, off: float):
     """Against finite elements a rigid disc puts the right load on lobes 2 to 9 (to 10 % by Johnson, 7 % by Palmgren) and nothing on lobe 0.
 
-    The bodies' own give is missing: the rotation comes out a third (Palmgren) to two fifths (Johnson) too small. A gap of 1 um on every lobe
+    The bodies' own deflection is missing: the rotation comes out a third (Palmgren) to two fifths (Johnson) too small. A gap of 1 um on every lobe
     turns the disc by as much more as the elements say, 0.1900', to 3 %; the peak pressure, 1 115 MPa, comes out to 4 %.
     """
     ours = load_sharing(FEM, Flanks(0.01, STEEL, law), [50.0, 100.0], [0.0])  # type: ignore[arg-type]

@@ -92,7 +92,7 @@ def _fill_in_shared_parts(draft: Draft) -> None:
 
 
 def _fill_in_materials_of_gearboxes(draft: Draft) -> set[str]:
-    """Put materials where drawings of gearboxes name them, also in gearboxes that nobody uses, and give the names."""
+    """Put materials where drawings of gearboxes name them, also in gearboxes that no joint uses, and return their names."""
     stock, shared = draft.tree.get("materials", {}), draft.tree.get("gearboxes", {})
     stock = stock if isinstance(stock, dict) else {}
     spots: list[tuple[Path, Any]] = [(("joints", index, "gearbox"), joint.get("gearbox")) for index, joint in draft.joints]

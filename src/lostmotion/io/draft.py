@@ -70,7 +70,7 @@ class Draft:
         return [(index, joint) for index, joint in enumerate(self.tree.get("joints", ())) if isinstance(joint, dict)]
 
     def fill_in(self, table: str, stock: dict[str, Any], holder: dict[str, Any], path: Path) -> str:
-        """Replace one reference by the part it names, and give the name; empty where there is none."""
+        """Replace one reference by the part that it names, and return the name; empty where there is none."""
         last = str(path[-1])
         stated = holder[last]
         if isinstance(stated, dict):

@@ -124,7 +124,7 @@ def _require_tags(schema: Schema) -> None:
 
 
 def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
-    """Let a text stand where a joint takes a shared part, and give the tables of those parts."""
+    """Allow a text where a joint takes a shared part, and return the tables of those parts."""
     stock: dict[str, Schema] = {}
     for table, steps in SHARED.items():
         allowed: list[Schema] = []

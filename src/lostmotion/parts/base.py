@@ -167,7 +167,7 @@ class BaseMount(ErrorSource):
         stated = self.base.compliance or self.base.tracks
         scatter = stated.scatter if stated is not None else 0.0
         form, sized = Linear(self.compliance), Parameter("stiffness")
-        out = [Term("give", "give", form, parameter=sized, exponent=-1)]
+        out = [Term("deflection", "deflection", form, parameter=sized, exponent=-1)]
         return out + (limit_terms("scatter", form, scatter, Normal(), sized, exponent=-1) if scatter else [])
 
 

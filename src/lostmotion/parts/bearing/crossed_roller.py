@@ -63,9 +63,9 @@ class CrossedRoller(Sourced, ErrorSource):
         if self.radial_stiffness is not None:
             form = Linear(np.block([[zero, zero], [zero, radially / self.radial_stiffness]]))
             sized = parameter("radial stiffness", self.radial_stiffness, "N/m")
-            out.append(Term("radial give", "radial give", form, parameter=sized, exponent=-1))
+            out.append(Term("radial deflection", "radial deflection", form, parameter=sized, exponent=-1))
         if self.axial_stiffness is not None and turning:
             form = Linear(np.block([[zero, zero], [zero, along / self.axial_stiffness]]))
             sized = parameter("axial stiffness", self.axial_stiffness, "N/m")
-            out.append(Term("axial give", "axial give", form, parameter=sized, exponent=-1))
+            out.append(Term("axial deflection", "axial deflection", form, parameter=sized, exponent=-1))
         return out + (runout_terms(axis, self.radial_runout, self.axial_runout) if turning else [])

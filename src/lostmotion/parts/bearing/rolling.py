@@ -87,7 +87,7 @@ class RollingPair(Sourced, ErrorSource):
                 out += play_terms(f"{name} clearance", self.clearance, seat, ends, f"{name} amount", clearance, cause="clearance")
             if self.radial_stiffness is not None:
                 form = Linear(way.T @ way / self.radial_stiffness)
-                out.append(Term(f"{name} radial give", "radial give", form, parameter=stiffness, exponent=-1))
+                out.append(Term(f"{name} radial deflection", "radial deflection", form, parameter=stiffness, exponent=-1))
         # Along a sliding joint the drive carries the load; the joint refuses axial values that this would ignore.
         return [*out, *self._axial(np.concatenate([np.zeros(3), axis]), closing)] if motion.turning else out
 
@@ -103,7 +103,7 @@ class RollingPair(Sourced, ErrorSource):
         if self.axial_stiffness is not None:
             form = Linear(np.outer(along, along) / self.axial_stiffness)
             sized = parameter("axial stiffness", self.axial_stiffness, "N/m")
-            out.append(Term("axial give", "axial give", form, parameter=sized, exponent=-1))
+            out.append(Term("axial deflection", "axial deflection", form, parameter=sized, exponent=-1))
         return out
 
 

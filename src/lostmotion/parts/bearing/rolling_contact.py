@@ -102,7 +102,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
         shaft = self._shaft(motion, along)
         play, clearance, stiffness = self.working.nominal, Parameter("clearance"), Parameter("stiffness")
         for k, (name, seat, robot) in enumerate(zip(names, shaft.seats, robots, strict=False)):
-            out.append(Term(f"{name} give", "give", LoadTable(shaft, "deflects", k), parameter=stiffness, exponent=-1))
+            out.append(Term(f"{name} deflection", "deflection", LoadTable(shaft, "deflects", k), parameter=stiffness, exponent=-1))
             if play > 0:
                 held = LoadTable(shaft, "held", k)
                 out.append(Term(f"{name} clearance side held by load", "clearance", held, parameter=clearance))
@@ -132,7 +132,7 @@ class DrawnBearing(MountedBearing, ErrorSource):
     def _along(self, shaft: ShaftOnRows, along: Floats) -> list[Term]:
         """Return deflection and play along the axis."""
         stiffness, clearance = Parameter("axial stiffness"), Parameter("clearance")
-        out = [Term("axial give", "axial give", LoadTable(shaft, "deflects", 2), parameter=stiffness, exponent=-1)]
+        out = [Term("axial deflection", "axial deflection", LoadTable(shaft, "deflects", 2), parameter=stiffness, exponent=-1)]
         if self.working.nominal > 0:
             half = float(shaft.table.edges(*np.array([[0.0], [0.0], [1.0]]))[0, 2])
             free, side = LoadTable(shaft, "free", 2, along), Draw("axial side", TwoSided())
