@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.stats import qmc
 
-from lostmotion.error_model.cumulants import Cumulants, OfOrder, cumulants
+from lostmotion.error_model.cumulants import Cumulants, CumulantsOfOrder, cumulants
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.laws.distributions import Cosine, Normal, Sine, Table, TwoSided, Uniform
 from lostmotion.propagation import error_magnitude as magnitude
@@ -294,7 +294,7 @@ def test_rays_follow_skewness():
     law = stats.gamma(shape, loc=-np.sqrt(shape), scale=1 / np.sqrt(shape))
     none = np.zeros(1, int)
     third, fourth = (
-        OfOrder(np.zeros((1, n), int), np.array([value]), np.zeros(1), none, none) for n, value in ((3, 2 / np.sqrt(shape)), (4, 6 / shape))
+        CumulantsOfOrder(np.zeros((1, n), int), np.array([value]), np.zeros(1), none, none) for n, value in ((3, 2 / np.sqrt(shape)), (4, 6 / shape))
     )
     known = Cumulants(third, fourth, ())
     shift = np.zeros((1, 3, 1))

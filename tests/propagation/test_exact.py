@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion import Arm, screws
-from lostmotion.propagation.exact import ExactCheck, check, share_left_out
+from lostmotion.propagation.exact import ExactCheck, check, share_neglected
 
 RADIUS = 0.5
 
@@ -36,9 +36,9 @@ def test_turns_about_parallel_axes_add_up():
 
 def test_what_first_order_neglects_is_a_share_of_the_error():
     """A hundredth, a fifth; nothing of an error that is not there or below a nanometre; no share of an error that is no finite number."""
-    assert [share_left_out(ExactCheck(largest, largest, 10), 1e-3) for largest in (1e-5, 2e-4)] == pytest.approx([0.01, 0.2])
-    assert share_left_out(ExactCheck(0.0, 0.0, 10), 0.0) == 0
-    assert share_left_out(ExactCheck(5e-10, 5e-10, 10), 1e-9) == 0
-    assert share_left_out(ExactCheck(1e-3, 1e-3, 10), 0.0) == math.inf
-    assert share_left_out(ExactCheck(1e-3, 1e-3, 10), math.inf) == math.inf
-    assert share_left_out(ExactCheck(math.inf, 1e-3, 10), 1e-3) == math.inf
+    assert [share_neglected(ExactCheck(largest, largest, 10), 1e-3) for largest in (1e-5, 2e-4)] == pytest.approx([0.01, 0.2])
+    assert share_neglected(ExactCheck(0.0, 0.0, 10), 0.0) == 0
+    assert share_neglected(ExactCheck(5e-10, 5e-10, 10), 1e-9) == 0
+    assert share_neglected(ExactCheck(1e-3, 1e-3, 10), 0.0) == math.inf
+    assert share_neglected(ExactCheck(1e-3, 1e-3, 10), math.inf) == math.inf
+    assert share_neglected(ExactCheck(math.inf, 1e-3, 10), 1e-3) == math.inf

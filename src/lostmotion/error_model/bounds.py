@@ -1,4 +1,4 @@
-"""Every error at its limit: the worst case, and the root-sum-square rule of tolerancing, from the same pose matrix as all other figures."""
+"""Bounds of the tool error with every error at its limit: worst case and the root-sum-square rule of tolerancing, from the pose matrix."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 
 class _Limits(NamedTuple):
-    """The length of the bias (pose,) and the size of each independent error at its limit (error, pose), m; and which have no bound (error,)."""
+    """The tool errors that the bounds are made of.
+
+    bias       (pose,) length of the bias, m
+    errors     (error, pose) size of each independent error at its limit, m
+    unbounded  (error,) whether its distribution has no bound
+    """
 
     bias: Floats
     errors: Floats
@@ -25,13 +30,13 @@ class _Limits(NamedTuple):
 
 
 def worst_case(matrix: PoseMatrix) -> Floats:
-    """Return the largest possible error of the tool at each pose (pose,), m: |bias| + the sum of all errors at their bounds.
+    """Return the worst-case error of the tool at each pose (pose,), m: |bias| + the sum of all errors at their bounds.
 
-    An upper bound: no draw exceeds it. The two parts of a harmonic count as one, since they share a phase. Infinite where a law is unbounded.
+    No draw exceeds this upper bound. The two phases of a harmonic count as one error. Infinite where an unbounded distribution moves the tool.
     """
     bias, errors, unbounded = _limits(matrix)
-    for row, endless in zip(errors, unbounded, strict=True):
-        if endless:
+    for row, infinite in zip(errors, unbounded, strict=True):
+        if infinite:
             row[:] = np.where(row > 0, np.inf, 0.0)
     return np.asarray(bias + sum(errors))
 
@@ -39,7 +44,7 @@ def worst_case(matrix: PoseMatrix) -> Floats:
 def root_sum_square(matrix: PoseMatrix) -> Floats:
     """Return the error of the tool at each pose by the root-sum-square rule of tolerancing (pose,), m: |bias| + root of the sum of squared limits.
 
-    A distribution without limits counts with the amount that the file states, three standard deviations.
+    An unbounded distribution counts with the tolerance that the file states, which is three standard deviations.
     """
     bias, errors, _ = _limits(matrix)
     return np.asarray(bias + np.sqrt(sum(errors**2)))
@@ -49,52 +54,52 @@ def _limits(matrix: PoseMatrix) -> _Limits:
     rest = _without_mixed_plays(matrix)
     columns = rest.merged
     found: dict[str, Floats] = {}
-    endless: dict[str, bool] = {}
+    unbounded: dict[str, bool] = {}
     for name, phases in independent_errors(columns.infos).items():
-        found[name] = _together([[(np.sqrt(columns.squares[k]) * columns.infos[k].limit) for k in members] for members in phases])
-        endless[name] = any(math.isinf(columns.infos[k].bound) for members in phases for k in members)
+        found[name] = _combined([[(np.sqrt(columns.squares[k]) * columns.infos[k].limit) for k in members] for members in phases])
+        unbounded[name] = any(math.isinf(columns.infos[k].bound) for members in phases for k in members)
     if rest is not matrix:
-        for name, play, unbounded in _plays_closed_in_some(matrix):
+        for name, play, infinite in _plays_closed_in_some(matrix):
             found[name] = found.get(name, 0.0) + play
-            endless[name] = endless.get(name, False) or unbounded
+            unbounded[name] = unbounded.get(name, False) or infinite
     errors = np.array(list(found.values())).reshape(-1, len(matrix.tool))
-    return _Limits(np.linalg.norm(rest.bias[:, 3:], axis=1), errors, list(endless.values()))
+    return _Limits(np.linalg.norm(rest.bias[:, 3:], axis=1), errors, list(unbounded.values()))
 
 
-def _together(phases: Sequence[Sequence[Floats]]) -> Floats:
-    """Return the size of an error (pose,) by the sizes of its columns: those of a phase add, phases count by the root of the sum of squares."""
+def _combined(phases: Sequence[Sequence[Floats]]) -> Floats:
+    """Return the size of an error (pose,) from the sizes of its columns: columns of one phase add, the phases add as squares."""
     return np.asarray(np.sqrt(sum(sum(members) ** 2 for members in phases)))
 
 
 def independent_errors(infos: Sequence[Draws]) -> dict[str, list[list[int]]]:
-    """Return the drawn columns by the name of the stream that decides their sign or phase, and within it by the two phases of a harmonic.
+    """Return the numbers of the drawn columns, one list per phase, by the name of the stream that determines their sign or phase.
 
-    That stream is the one drawn per visit, or else the one drawn per robot. Columns of one phase, such as a play and its scatter, are largest at the
-    same draws and so add; the two phases of a harmonic never are, and count by the root of the sum of their squares.
+    That stream is the one drawn per visit, or else the one drawn per robot. Columns of one phase, such as a play and its scatter, reach their largest
+    size at the same draws, and so add. The two phases of a harmonic never do: they count by the root of the sum of their squares.
     """
     out: dict[str, dict[Law, list[int]]] = {}
     for k, info in enumerate(infos):
-        deciding = info.visit or info.robot
-        if deciding is not None:
-            out.setdefault(deciding.name, {}).setdefault(deciding.law, []).append(k)
+        stream = info.visit or info.robot
+        if stream is not None:
+            out.setdefault(stream.name, {}).setdefault(stream.law, []).append(k)
     return {name: list(phases.values()) for name, phases in out.items()}
 
 
 def _without_mixed_plays(matrix: PoseMatrix) -> PoseMatrix:
-    """Return the matrix without the plays that are closed in some robots only, where they are; the matrix itself where there is none."""
+    """Return the matrix with zeros for plays at poses where only some robots have them closed; the matrix itself where there are none."""
     some = matrix.closed_in_some
     if not some.any():
         return matrix
     rows = [closing.row if (closing := info.closing or info.mean_by) is not None else None for info in matrix.infos]
-    there = np.array([np.ones(len(matrix.tool)) if row is None else ~some[row] for row in rows]).T
-    return replace(matrix, tool=matrix.tool * there[:, None])
+    uniform = np.array([np.ones(len(matrix.tool)) if row is None else ~some[row] for row in rows]).T
+    return replace(matrix, tool=matrix.tool * uniform[:, None])
 
 
 def _plays_closed_in_some(matrix: PoseMatrix) -> list[tuple[str, Floats, bool]]:
-    """Return of each play the stream that decides its side, its size at its limit (pose,), m, and whether it has no bound.
+    """Return for each play the name of the stream of its side, its size at its limit (pose,) in m, and whether it is unbounded.
 
-    The size is the larger of a closed play, on the side of the load, and an open one, wherever it lets the part rest; zero at poses where the play is
-    closed in all robots or open in all.
+    The size is the larger of two: the closed play, with the part on the side of the load, and the open play, with the part at its farthest position.
+    It is zero at poses where the play is closed in all robots or open in all.
     """
     by_friction: dict[str, list[int]] = {}
     for k, info in enumerate(matrix.infos):
@@ -112,6 +117,6 @@ def _plays_closed_in_some(matrix: PoseMatrix) -> list[tuple[str, Floats, bool]]:
             share = np.where(matrix.closed_in_some[info.mean_by.row], closed if above else 1 - closed, np.inf)
             size[above].setdefault(None if info.visit is None else info.visit.law, []).append(np.sqrt(matrix.squares[k]) / share * info.limit)
             side = side if info.visit is None else info.visit.name
-        closed_size, open_size = (_together([*phases.values(), [np.zeros(len(matrix.tool))]]) for phases in size.values())
+        closed_size, open_size = (_combined([*phases.values(), [np.zeros(len(matrix.tool))]]) for phases in size.values())
         out.append((side, np.maximum(closed_size, open_size), any(math.isinf(matrix.infos[k].bound) for k in members)))
     return out

@@ -1,4 +1,4 @@
-"""Error budget by part, kind of error and level, with the effect of halving: exact sums over terms, no sampling."""
+"""Error budget by part, kind of error and level, with the effect of halving each: exact sums over terms, without sampling."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 By = Literal["part", "cause", "level", "term"]
-# A part whose r.m.s. error alone is a smaller share of the whole's moves the tool by rounding only: it counts as nothing, wherever that is asked.
+# A part whose own r.m.s. error is a smaller share of the total moves the tool by rounding only. It counts as zero in every analysis.
 NOTHING: Final = 1e-12
 _BLOCK: Final = 1024
-# The three parts of a mean square, by what an error changes with.
+# Each level of chance counts in one of three parts of a mean square: by design, by robot, by visit.
 _PARTS: Final[dict[Level, int]] = {"design": 0, "robot": 1, "visit": 2, "robot x visit": 2}
-# The label by which columns are put together.
+# The label by which columns are grouped.
 LABELS: Final[dict[By, Callable[[Column], str]]] = {
     "part": lambda column: column.owner,
     "cause": lambda column: f"{column.of.kind} {column.of.term.cause}",
@@ -39,7 +39,7 @@ LABELS: Final[dict[By, Callable[[Column], str]]] = {
 
 
 def label_of(by: By) -> Callable[[Column], str]:
-    """Return the label of a column when terms are put together by part, cause, level or term. Raises InputError for another word."""
+    """Return the function that labels a column when terms are grouped by part, cause, level or term. Raises InputError for any other word."""
     if by not in LABELS:
         raise refuse_argument("by", by, "one of " + ", ".join(LABELS), by="cause")
     return LABELS[by]
@@ -47,9 +47,12 @@ def label_of(by: By) -> Callable[[Column], str]:
 
 @dataclass(frozen=True)
 class Halving:
-    """By how much the 95 % error over the workspace falls (m) when errors are halved, from a smaller paired run of `samples`.
+    """Decrease of the 95th percentile of the error (m) when errors are halved, from a smaller run with common random numbers.
 
-    gains of each part (or of what else was asked for first), causes of each kind of error; `before` is the 95 % error of that run.
+    gains    decrease by part, or by the grouping that was requested instead
+    before   95th percentile of that run with all errors, m
+    samples  number of samples of that run
+    causes   decrease by kind of error
     """
 
     gains: dict[str, Estimate]
@@ -60,12 +63,14 @@ class Halving:
 
 @dataclass(frozen=True)
 class Tally:
-    """Sums over poses of mean-square tool errors, m^2; one entry per part in `owners`, or per whatever else terms are put together by.
+    """Sums over poses of mean-square tool errors, m^2, with one entry per part in `owners`, or per label of another grouping.
 
-    Columns with the same draws are one error, the design columns among them: with their sum X and the part x of it that one entry has,
-    total   of everything: |X|^2 over all errors
-    own     (entry,) |x|^2: the mean square of each entry by itself
-    shared  (entry, 3) x.X by design, by robot and by visit; the entries add up to the total
+    Columns with the same draws are one error; so are all design columns. X is the sum of the columns of one error, and x the part of it that belongs
+    to one entry.
+
+    total   sum of |X|^2 over all errors
+    own     (entry,) sum of |x|^2: the mean square of each entry by itself
+    shared  (entry, 3) sum of x.X by design, by robot and by visit; all entries together add up to the total
     """
 
     owners: tuple[str, ...]
@@ -76,7 +81,7 @@ class Tally:
 
     @classmethod
     def of(cls, matrix: PoseMatrix, by: By | Callable[[Column], str] = "part") -> Self:
-        """Sum up one block of poses, terms put together by part, by cause ("gearbox backlash", at whichever joint), by level, or by a label."""
+        """Return the sums over one block of poses, grouped by part, by cause ("gearbox backlash", at any joint), by level, by term, or by a label."""
         label = by if callable(by) else label_of(by)
         names = [label(column) for column in matrix.infos]
         entry = {owner: k for k, owner in enumerate(dict.fromkeys(names))}
@@ -85,8 +90,8 @@ class Tally:
         for column, members in enumerate(matrix.groups.values()):
             whole, part = merged.along_poses[3:, column], _PARTS[merged.infos[column].level]
             for name in dict.fromkeys(names[k] for k in members):
-                mine = [k for k in members if names[k] == name]
-                x = whole if len(mine) == len(members) else shift[:, mine].sum(axis=1)
+                of_entry = [k for k in members if names[k] == name]
+                x = whole if len(of_entry) == len(members) else shift[:, of_entry].sum(axis=1)
                 own[entry[name]] += np.vdot(x, x)
                 shared[entry[name], part] += np.vdot(x, whole)
             total += float(np.vdot(whole, whole))
@@ -94,11 +99,11 @@ class Tally:
 
     @property
     def levels(self) -> Floats:
-        """Return the mean square by design, by robot and by visit (3,)."""
+        """Return the mean squares by design, by robot and by visit (3,), summed over poses, m^2."""
         return np.asarray(self.shared.sum(axis=0))
 
     def __add__(self, other: Tally) -> Tally:
-        """Put two blocks together."""
+        """Return the sums over two blocks of poses of one arm. Raises ValueError for different entries."""
         if self.owners != other.owners:
             raise ValueError("blocks of different arms do not add")
         return Tally(self.owners, self.poses + other.poses, self.total + other.total, self.own + other.own, self.shared + other.shared)
@@ -106,10 +111,13 @@ class Tally:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What one part costs: its r.m.s. error alone (m), its share of the mean square, and the whole's r.m.s. error if it were halved (m).
+    """The contribution of one part to the error of an arm.
 
-    Shares add to one. A negative share means that the part happens to cancel others: without it the arm would be worse. `levels` are
-    the shares that are the part's by design, by robot and by visit, and add to its share.
+    part           the part, or the label of another grouping
+    alone          r.m.s. error of this part by itself, m
+    share          share of the mean-square error; all shares add to one. A negative share means that the part partly cancels others
+    rms_if_halved  r.m.s. error of the arm if the errors of this part were halved, m
+    levels         share by design, by robot and by visit; the three add to `share`
     """
 
     part: str
@@ -120,12 +128,12 @@ class Cost:
 
     @property
     def name(self) -> str:
-        """Name what terms were put together by: the part, the cause, the level or the term; `part` holds it too."""
+        """Return `part`: the name of the part, cause, level or term by which terms are grouped."""
         return self.part
 
 
 def costs(tally: Tally) -> list[Cost]:
-    """Return the cost of each part over the poses tallied, the largest first; exactly zero where only rounding makes it move the tool (`NOTHING`)."""
+    """Return the contribution of each part at the poses of the tally, the largest first; exactly zero where it is only rounding (`NOTHING`)."""
     mean_square = tally.total / tally.poses
     out = []
     for owner, own, shared in zip(tally.owners, tally.own / tally.poses, tally.shared / tally.poses, strict=True):
@@ -139,10 +147,11 @@ def costs(tally: Tally) -> list[Cost]:
 
 @dataclass(frozen=True)
 class Budget:
-    """Error budget at some poses: their number, their r.m.s. error (m), and the share of each part and each kind of error.
+    """Error budget at some poses: their number, the r.m.s. error (m), and the contribution of each part and each kind of error.
 
+    where     name of the poses
     of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the poses
-    halving   what halving each of them buys there, where that was asked
+    halving   effect of halving each part there, where it was requested
     """
 
     where: str
@@ -155,30 +164,33 @@ class Budget:
 
     @property
     def levels(self) -> tuple[float, float, float]:
-        """Return the shares of the mean square that are by design, by robot and by visit; they add to one, or are none where nothing errs."""
+        """Return the shares of the mean square by design, by robot and by visit; they add to one, or are zero for an arm without errors."""
         design, robot, visit = (sum(cost.levels[k] for cost in self.parts) for k in range(3))
         return float(design), float(robot), float(visit)
 
     def rms_interval(self, *levels: int) -> Estimate:
-        """Return the r.m.s. error of these levels of chance together (0 by design, 1 by robot, 2 by visit; all by default), m.
+        """Return the r.m.s. error (m) of these levels of chance together: 0 by design, 1 by robot, 2 by visit; all by default.
 
-        Exact at the poses; the interval, 95 %, is the uncertainty due to their choice, and has NaN ends where they are no independent sets.
+        The value is exact at the poses. The 95 % interval is the uncertainty due to their choice; its ends are NaN without independent sets of poses.
         """
         return root_mean_square(np.array(self.of_sets)[:, list(levels or (0, 1, 2))].sum(axis=1))
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
-    """Return the error budget of this arm at these poses (pose, joint), rad and m, by part, cause, level or term; exact.
+    """Return the exact error budget of an arm at the poses q (pose, joint), rad and m, by part, cause, level or term.
 
-    Raises InputError for another word, and as `screws`.
+    `approach` as in `screws`. Raises InputError for no poses or any other grouping, and ValueError as `screws` does.
     """
     return _tallies(arm, q, (by,), approach)[0]
 
 
 def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1) -> Budget:
-    """Return the error budgets by part and by kind of error at these poses (pose, joint), rad and m; `where` names the poses.
+    """Return the error budgets by part and by kind of error at the poses q (pose, joint), rad and m; `where` names the poses.
 
-    replicates   independent sets of equal size that they consist of, one after the other
+    approach     sign of the joints' last motion, as in `screws`
+    replicates   number of independent sets of equal size that the poses consist of, one after another
+
+    Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in size.
     """
     found = [_tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
     parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))

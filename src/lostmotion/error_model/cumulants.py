@@ -1,7 +1,7 @@
 """Joint cumulants of the draws of an arm's terms: second, third and fourth.
 
-Terms that draw from different streams are independent. Within a group that shares streams (the two components of a harmonic, the amount of a play and
-its side) every mean of a product is a product of means over the streams, each by quadrature.
+Terms that draw from different streams are independent. Terms of one group share streams, as the two phases of a harmonic do, or the size of a play
+and its side. Within a group the mean of a product is the product of the means over the streams, each by quadrature.
 """
 
 from __future__ import annotations
@@ -29,16 +29,22 @@ if TYPE_CHECKING:
     # The streams that a term multiplies draws of, each with its distribution.
     Draws = Sequence[tuple[Hashable, Law]]
 
-# What quadrature leaves of zero.
-_NOTHING: Final = 1e-8
+# A smaller cumulant is the rounding error of quadrature, and counts as zero.
+_ZERO: Final = 1e-8
 
 
 @dataclass(frozen=True)
-class OfOrder:
-    """The joint cumulants of one order that are not zero: terms (n, order) by number, rising, and values times the number of their orders.
+class CumulantsOfOrder:
+    """The n joint cumulants of one order (3 or 4) that are not zero; dimensionless, since draws are.
 
     Where three or four of the terms depend on whether one play is closed, the value at a pose is `values` + `with_moment` x the third or fourth
-    moment of that draw (`closing.third_and_fourth_moment`): moment (n,) is 0 or 1, closing (n,) the number of the play.
+    moment of that draw (`closing.third_and_fourth_moment`).
+
+    terms        (n, order) numbers of the terms, in rising order, repeated where a term occurs more than once
+    values       (n,) cumulant times the number of different orders in which its terms can be written
+    with_moment  (n,) likewise, the part that is multiplied by the moment
+    closing      (n,) number of the play
+    moment       (n,) 0 for the third moment, 1 for the fourth
     """
 
     terms: NDArray[np.int64]
@@ -48,7 +54,7 @@ class OfOrder:
     moment: NDArray[np.int64]
 
     def at(self, closed: Floats | None) -> Floats:
-        """Return the values (n,), or those at each pose (pose, 1, n) for the shares of robots whose plays are closed (pose, play)."""
+        """Return the values (n,), or those at each pose (pose, 1, n); closed (pose, play) is the share of robots in which each play is closed."""
         if closed is None or not self.with_moment.any():
             return self.values
         return np.asarray(self.values + self.with_moment * third_and_fourth_moment(closed)[self.moment, :, self.closing].T)[:, None]
@@ -56,15 +62,15 @@ class OfOrder:
 
 @dataclass(frozen=True)
 class Cumulants:
-    """The third and fourth joint cumulants; `closings` the streams that decide whether plays are closed, in the order of their numbers."""
+    """The third and fourth joint cumulants. `closings` are the streams that decide whether plays are closed, by number of the play."""
 
-    third: OfOrder
-    fourth: OfOrder
+    third: CumulantsOfOrder
+    fourth: CumulantsOfOrder
     closings: tuple[Hashable, ...]
 
 
 class _Value(NamedTuple):
-    """A cumulant: a number, and another that is multiplied by the third or fourth moment of a play's draw, by number of its stream."""
+    """A cumulant: `plain` + `with_moment` x the third (moment 0) or fourth (moment 1) moment of a play's draw; `stream` is the play's number."""
 
     plain: float
     with_moment: float = 0.0
@@ -73,9 +79,9 @@ class _Value(NamedTuple):
 
 
 def cumulants(terms: Sequence[Draws]) -> Cumulants:
-    """Return the third and fourth joint cumulants of these terms' draws.
+    """Return the third and fourth joint cumulants of the draws of these terms.
 
-    Single terms whose distributions are symmetric have no third cumulant; an amount that enters by itself has one with the play that it scales.
+    Terms with symmetric distributions have no third cumulant by themselves. The scattered size of a play has one together with the play's side.
     """
     found: dict[tuple[int, ...], _Value] = {}
     closings = {stream: k for k, stream in enumerate(dict.fromkeys(stream for term in terms for stream, law in term if law == COMPARED))}
@@ -88,26 +94,26 @@ def cumulants(terms: Sequence[Draws]) -> Cumulants:
     return Cumulants(_of_order(found, 3), _of_order(found, 4), tuple(closings))
 
 
-def _of_order(found: Mapping[tuple[int, ...], _Value], order: int) -> OfOrder:
-    chosen = {terms: value for terms, value in found.items() if len(terms) == order and max(abs(value.plain), abs(value.with_moment)) > _NOTHING}
+def _of_order(found: Mapping[tuple[int, ...], _Value], order: int) -> CumulantsOfOrder:
+    chosen = {terms: value for terms, value in found.items() if len(terms) == order and max(abs(value.plain), abs(value.with_moment)) > _ZERO}
     orders = np.array([_orders(members) for members in chosen], float)
     plain, with_moment, stream, moment = (np.array(column) for column in zip(*chosen.values(), strict=True)) if chosen else np.zeros((4, 0))
-    return OfOrder(
+    return CumulantsOfOrder(
         np.array(list(chosen), np.int64).reshape(-1, order), plain * orders, with_moment * orders, stream.astype(np.int64), moment.astype(np.int64)
     )
 
 
 @functools.lru_cache(maxsize=4096)
 def _of_group(draws: tuple[tuple[tuple[int, Law], ...], ...]) -> Mapping[tuple[int, ...], _Value]:
-    """Return the joint cumulants of terms that may depend on each other. Cached: joints with the same kinds of parts have the same ones."""
+    """Return the joint cumulants of terms that may depend on each other. Cached, since joints with the same kinds of parts have the same ones."""
     first = [_mean(draws, (k,)) for k in range(len(draws))]
 
     def central(terms: tuple[int, ...]) -> float:
-        # Terms without a mean, which are most, need no other moment.
+        # Most terms have mean zero: for them the central moment is the plain one.
         out = 0.0
-        for kept in product(*((True, False) if first[k] != 0.0 else (True,) for k in terms)):
-            inside = tuple(k for k, stays in zip(terms, kept, strict=True) if stays)
-            out += prod(-first[k] for k, stays in zip(terms, kept, strict=True) if not stays) * (_mean(draws, inside) if inside else 1.0)
+        for choice in product(*((True, False) if first[k] != 0.0 else (True,) for k in terms)):
+            inside = tuple(k for k, chosen in zip(terms, choice, strict=True) if chosen)
+            out += prod(-first[k] for k, chosen in zip(terms, choice, strict=True) if not chosen) * (_mean(draws, inside) if inside else 1.0)
         return out
 
     pairs = {terms: central(terms) for terms in combinations_with_replacement(range(len(draws)), 2)}
@@ -125,45 +131,45 @@ def _of_group(draws: tuple[tuple[tuple[int, Law], ...], ...]) -> Mapping[tuple[i
 
 
 def _closing(draws: tuple[tuple[tuple[int, Law], ...], ...], terms: tuple[int, ...]) -> tuple[int, int]:
-    """Return the play on whose draw three or four of these terms depend, and how many; -1 where there is none."""
+    """Return the stream of the play on which three or four of these terms depend, and how many of them do; (-1, 0) where there is none."""
     counts = Counter(stream for k in terms for stream, law in draws[k] if law == COMPARED)
     stream, count = max(counts.items(), key=lambda each: each[1], default=(-1, 0))
-    return (stream, count) if count > 2 else (-1, 0)  # noqa: PLR2004 - mean 0, mean square 1
+    return (stream, count) if count > 2 else (-1, 0)  # noqa: PLR2004 - moments one and two of the draw are known: 0 and 1
 
 
 def groups_of(terms: Sequence[Draws]) -> list[list[int]]:
-    """Return the numbers of the terms, grouped so that terms share streams, directly or by way of others, within a group alone."""
+    """Return the numbers of the terms in groups: terms that share a stream, directly or through other terms, are in the same group."""
     groups: list[tuple[set[Hashable], list[int]]] = []
     for k, draws in enumerate(terms):
         streams, members = {stream for stream, _ in draws}, [k]
-        apart = []
+        unrelated = []
         for other in groups:
             if other[0] & streams:
                 streams, members = streams | other[0], other[1] + members
             else:
-                apart.append(other)
-        groups = [*apart, (streams, members)]
+                unrelated.append(other)
+        groups = [*unrelated, (streams, members)]
     return [sorted(members) for _, members in groups]
 
 
 def _mean(draws: tuple[tuple[tuple[int, Law], ...], ...], terms: tuple[int, ...]) -> float:
-    """Return the mean of the product of these terms' draws, a product over independent streams. Means of nothing but rounding are zero.
+    """Return the mean of the product of these terms' draws, a product over independent streams; exactly zero where it is only rounding.
 
-    Whether a play is closed is a draw of mean 0 and mean square 1; its third and fourth moment, which differ from pose to pose, are omitted.
+    Whether a play is closed is a draw of mean 0 and mean square 1. Its third and fourth moments differ from pose to pose; one stands for them here.
     """
     laws: dict[int, list[Law]] = {}
     for k in terms:
         for stream, law in draws[k]:
             laws.setdefault(stream, []).append(law)
     out = prod(_product_mean(tuple(sorted(members, key=repr))) for members in laws.values())
-    return out if abs(out) > _NOTHING else 0.0
+    return out if abs(out) > _ZERO else 0.0
 
 
 def _product_mean(laws: tuple[Law, ...]) -> float:
-    """Return the mean of a product of draws; of whether a play is closed, without its third or fourth moment."""
+    """Return the mean of a product of draws of one stream; for whether a play is closed, one instead of its third or fourth moment."""
     return float(len(laws) > 1) if laws[0] == COMPARED else product_mean(laws)
 
 
 def _orders(terms: tuple[int, ...]) -> int:
-    """Return in how many orders these numbers can be written."""
+    """Return the number of different orders in which these numbers can be written."""
     return factorial(len(terms)) // prod(factorial(count) for count in Counter(terms).values())

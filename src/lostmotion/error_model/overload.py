@@ -1,4 +1,4 @@
-"""Drives that hold more than their rated torque at rest."""
+"""Drives whose static holding torque exceeds their rated torque."""
 
 from __future__ import annotations
 
@@ -16,13 +16,18 @@ if TYPE_CHECKING:
 
 _POSES: Final = 2048
 _CHUNK: Final = 4096
-# A drive that is sized to hold exactly its rated torque is not overloaded by the last bit of a sum.
+# Rounding in the last bits of a sum does not overload a drive that is sized to hold exactly its rated torque.
 _ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
 class Overload:
-    """A drive that holds more than its rated torque: both in N m, or N on a sliding joint; the larger of the two signs."""
+    """A drive whose static torque exceeds its rated torque.
+
+    held   largest size of the static torque over the poses, of either sign, in `unit`: N m, or N on a sliding joint
+    rated  rated torque of the gearbox, in the same unit
+    poses  number of poses that were checked
+    """
 
     joint: str
     unit: str
@@ -32,10 +37,10 @@ class Overload:
 
 
 def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
-    """Return the drives whose static torque exceeds the rated torque of their gearbox, as the base stands, in the order of the joints.
+    """Return the drives whose static torque exceeds the rated torque of their gearbox, in the order of the joints, at the nominal tilt of the base.
 
-    Checked at the poses that somebody gave; where they were drawn, or there are none, at 2 048 poses over the joint limits, the same for every
-    question to one arm. Valid for static load: acceleration, friction and shocks come on top. Joints without a rated torque are not listed.
+    Poses that the user gave are checked themselves. For sampled poses, or none, 2 048 poses over the joint limits are checked, the same ones in every
+    analysis of an arm. Valid for static load: acceleration, friction and shocks add to it. Joints without a rated torque are not listed.
     """
     rated = np.array([np.nan if joint.gearbox is None or joint.gearbox.rated_torque is None else joint.gearbox.rated_torque for joint in arm.moving])
     if np.isnan(rated).all():

@@ -1,4 +1,4 @@
-"""Arm x poses -> pose matrix: how each elementary error moves the tool, per unit of what is drawn."""
+"""The pose matrix of an arm: how much each elementary error moves the tool at each pose, per unit draw."""
 
 from __future__ import annotations
 
@@ -30,9 +30,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """What a column is multiplied by. Columns with the same draws are one error; any others are uncorrelated.
+    """The draws that a column is multiplied by. Columns with the same draws are one error; all others are uncorrelated.
 
-    closing  where the column is what one robot's friction changes: drawn is `standardised` of whether this robot's play is closed
+    robot    stream drawn once per robot; None: the factor is one
+    visit    stream drawn at every visit; None: the factor is one
+    closing  decides whether the play of a robot is closed; the factor is `closing.standardised` of it. None: the factor is one
     """
 
     robot: Stream | None
@@ -53,22 +55,24 @@ class Draws:
 
     @property
     def bound(self) -> float:
-        """Return the largest size of the draws per robot and visit, without the closing; 1 where there are none."""
+        """Return the largest absolute product of the robot and the visit draw, without the closing; 1 where there are none."""
         return math.prod(stream.law.bound for stream in (self.robot, self.visit) if stream is not None)
 
     @property
     def limit(self) -> float:
-        """Return the size of these draws in a root-sum-square: the largest, or the amount stated for a distribution without limits."""
+        """Return the size of these draws in a root-sum-square: their bound, or the stated tolerance of an unbounded distribution."""
         return math.prod(stream.law.limit for stream in (self.robot, self.visit) if stream is not None)
 
 
 @dataclass(frozen=True, slots=True)
 class Column(Draws):
-    """A column of the pose matrix: a term `of` a part, or the half of a sided term for which the last motion is known, which draws no side.
+    """A column of the pose matrix: a term, or a part of one.
 
-    A term that is there only where a load closes a play, or only where it leaves it open, has two columns: its mean over robots, and what a robot's
-    friction changes.
-    mean_by  what decides, for the first of the two; `closing` is what decides for the second
+    A sided term has one column for poses whose last motion is known, which draws no side, and one for all others. A term that exists only where a
+    load closes a play, or only where it leaves the play open, has two columns: its mean over robots, and the deviation of one robot from the mean.
+
+    of       the term and its place on the arm
+    mean_by  decides whether the play is closed, for the column of the mean; `closing` is the same for the column of the deviation
     """
 
     of: PlacedTerm
@@ -81,23 +85,23 @@ class Column(Draws):
 
     @property
     def owner(self) -> str:
-        """Return the part that the term belongs to ("joints.A.gearbox")."""
+        """Return the name of the part that the term belongs to ("joints.A.gearbox")."""
         return self.of.owner
 
 
 @dataclass(frozen=True)
 class ToolScrews:
-    """How far the tool moves per unit draw: error[pose] = tool[pose] @ draws, in the base's axes at the tool point.
+    """Motion of the tool per unit draw: error[pose] = tool[pose] @ draws, along the axes of the base frame, at the tool point.
 
-    infos   what is drawn, one per column
-    tool    (pose, 6, column) rotation of the tool and displacement of the tool point, rad and m
+    infos   the draws of each column
+    tool    (pose, 6, column) rotation of the tool and displacement of the tool point, rad and m per unit draw
     """
 
     infos: Sequence[Draws]
     tool: Floats
 
     def columns(self, *levels: Level) -> NDArray[np.int64]:
-        """Return the indices of the columns of these levels."""
+        """Return the indices of the columns of these levels, in rising order."""
         return np.array([k for k, info in enumerate(self.infos) if info.level in levels], dtype=int)
 
     @functools.cached_property
@@ -107,9 +111,9 @@ class ToolScrews:
 
     @functools.cached_property
     def bias(self) -> Floats:
-        """Return the sum of the design columns (pose, 6): the error of every robot at every visit."""
+        """Return the sum of the design columns (pose, 6), rad and m: the mean error, which every robot has at every visit."""
         out = np.zeros((6, len(self.tool)))
-        for k in self.columns("design"):  # one after the other: NumPy takes another order for one pose alone
+        for k in self.columns("design"):  # one by one: NumPy would sum a single pose in another order
             out += self.along_poses[:, k]
         return out.T
 
@@ -126,14 +130,14 @@ class ToolScrews:
 
 @dataclass(frozen=True)
 class PoseMatrix(ToolScrews):
-    """The pose matrix of the study, one column per term; what adds squares takes them from `merged`, where a draw has one column.
+    """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, which has a column for each draw.
 
-    place   (column,) index of the place whose frame `local` is in
-    scale   (column,) size of the column: columns of one form, at one place, are in proportion to it at every pose
-    local   (pose, 6, column) rad, m per unit draw, in that place's frame
-    at      (place, pose, 4, 4) the arm's frames
-    closed  (row, pose) share of robots in which a load overcomes the friction, for every `Closing`
-    way     numbers of the places from the base to the tool
+    place      (column,) index of the place in whose frame `local` is expressed
+    scale      (column,) size of the term; columns of one form at one place are proportional to it at every pose
+    local      (pose, 6, column) screw at the place, rad and m per unit draw
+    at         (place, pose, 4, 4) frames of the arm
+    closed     (row, pose) share of robots in which a load closes the play of each `Closing`
+    tool_path  numbers of the places from the base to the tool
     """
 
     infos: tuple[Column, ...]
@@ -142,10 +146,10 @@ class PoseMatrix(ToolScrews):
     local: Floats
     at: Floats
     closed: Floats
-    way: tuple[int, ...]
+    tool_path: tuple[int, ...]
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
-        """Return the matrix of the poses from number `first` up to `last`."""
+        """Return the matrix of the poses from number `first` to `last` - 1."""
         return self.rows(slice(first, last))
 
     def rows(self, rows: slice | NDArray[np.int64]) -> PoseMatrix:
@@ -158,17 +162,17 @@ class PoseMatrix(ToolScrews):
 
     @property
     def closed_in_some(self) -> NDArray[np.bool_]:
-        """Return where (row, pose) a load closes a play in some robots and not in others."""
+        """Return whether (row, pose) a load closes the play in some robots and not in others."""
         return (self.closed > 0) & (self.closed < 1)
 
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:
-        """Return the parts in walking order."""
+        """Return the names of the parts that have columns, in the order of the columns."""
         return tuple(dict.fromkeys(info.owner for info in self.infos))
 
     @functools.cached_property
     def groups(self) -> dict[tuple[tuple[tuple[str, str], Law], ...], list[int]]:
-        """Return the columns of each error by what is drawn for it; the design columns are the group without a draw."""
+        """Return the indices of the columns of each error by its draws; the design columns are the group without a draw."""
         out: dict[tuple[tuple[tuple[str, str], Law], ...], list[int]] = {}
         for k, info in enumerate(self.infos):
             out.setdefault(info.draws, []).append(k)
@@ -176,7 +180,7 @@ class PoseMatrix(ToolScrews):
 
     @functools.cached_property
     def merged(self) -> ToolScrews:
-        """Return one column per draw: columns that are multiplied by the same draw add before they are squared."""
+        """Return the matrix with one column per draw, in the order of `groups`: the sum of the columns that have this draw."""
         out = np.empty((6, len(self.groups), len(self.tool)))
         for column, (first, *others) in enumerate(self.groups.values()):
             out[:, column] = self.along_poses[:, first]
@@ -187,15 +191,17 @@ class PoseMatrix(ToolScrews):
 
 
 def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix:
-    """Return how every elementary error moves the tool at these poses, to first order.
+    """Return the pose matrix of the arm at these poses, to first order in the errors.
 
-    q (pose, joint) rad or m; `approach` the sign of the joints' last motion, 0 where it differs from visit to visit: one for all, or (pose, joint).
-    First order in the errors; `exact.check` reports what that neglects. Raises ValueError for q of another shape or not finite.
+    q         (pose, joint) rad or m
+    approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or (pose, joint)
+
+    Valid for small errors; `propagation.exact.check` reports what first order neglects. Raises ValueError for q of another shape or not finite.
     """
     values = as_poses(arm, q)
     at = frames(arm, values)
-    arriving = np.asarray(approach, dtype=float)
-    sides = _sides(arriving)
+    last_motion = np.asarray(approach, dtype=float)
+    sides = _sides(last_motion)
     conditions, names = Conditions(arm, values, at), [joint.name for joint in arm.moving]
     found = [
         (of, side, part)
@@ -207,13 +213,13 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
     closings: dict[tuple[int, Threshold], int] = {}
     closed: list[Floats] = []
     infos = []
-    # Poses lie innermost in memory: every step from here on runs along them.
+    # The pose is the innermost axis in memory, since every loop below runs along it.
     local = np.empty((6, len(found), len(values)))
     for k, (of, side, part) in enumerate(found):
         form, condition = of.term.form, conditions(of)
         form.write(condition, of.term.scale, local[:, k])
         if side is not None and of.joint is not None:
-            local[:, k] *= _share(arriving if arriving.ndim == 0 else arriving[:, of.joint], known=side == "known")
+            local[:, k] *= _side_factor(last_motion if last_motion.ndim == 0 else last_motion[:, of.joint], known=side == "known")
         closing = None
         if form.threshold is not None:
             row = closings.setdefault((of.place, form.threshold), len(closed))
@@ -229,18 +235,18 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
     return PoseMatrix(tuple(infos), tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, shares, arm.tree.tool_path)
 
 
-def _sides(arriving: Floats) -> tuple[str, ...]:
-    """Return the columns that a sided term has: one for the poses where the last motion is known, one for those where a side is drawn."""
-    return (*(("known",) if (arriving != 0).any() else ()), *(("drawn",) if (arriving == 0).any() else ()))
+def _sides(last_motion: Floats) -> tuple[str, ...]:
+    """Return the columns that a sided term has: "known" for poses whose last motion is known, "drawn" for poses where the side is drawn."""
+    return (*(("known",) if (last_motion != 0).any() else ()), *(("drawn",) if (last_motion == 0).any() else ()))
 
 
-def _share(arriving: Floats, *, known: bool) -> Floats:
-    """Return the factor on a sided screw. Arriving in the positive direction the motor leads and the output trails, so it rests behind."""
-    return -arriving if known else (arriving == 0).astype(float)
+def _side_factor(last_motion: Floats, *, known: bool) -> Floats:
+    """Return the factor on a sided screw. After a positive motion the factor is -1: the output trails the motor, and rests behind it."""
+    return -last_motion if known else (last_motion == 0).astype(float)
 
 
 def _column(of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Closing | None, part: str) -> Column:
-    """Return the column of a term, or of one part of it; the last motion is one stream for all parts of the joint."""
+    """Return the column of a term, or of one part of it. All parts of a joint share one stream of its last motion."""
     term = of.term
     owner = f"joints.{joints[of.joint]}" if term.sided and of.joint is not None else of.owner
     robot, visit = _stream(of.owner, term.robot), None if side == "known" else _stream(owner, term.visit)

@@ -1,4 +1,4 @@
-"""What is known of every joint of an arm: each kind of error source is stated, assumed, or ideal because nothing describes it."""
+"""State of each kind of error source of every joint: stated, assumed, or ideal where the arm file does not describe it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ KINDS: Final = (
     "lumped",
 )
 
-# Which keys of a gearbox describe each of its kinds of error; the first list decides whether it is described, the second counts besides.
+# The keys of a gearbox that describe each kind of error. The first list decides whether the kind is described; the second also decides whether it
+# is assumed.
 _OF_GEARBOX: Final = {
     "backlash": (("backlash", "lost_motion"), ("lost_motion_torque",)),
     "stiffness": (("stiffness",), ("zone_torques", "stiffness_scatter")),
@@ -43,13 +44,18 @@ _OF_GEARBOX: Final = {
 _OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero")
 _OF_LUMPED: Final = ("angle", "offset")
 _OF_MOUNT: Final = ("angular_stiffness", "linear_stiffness", "compliance", "tracks")
-# Of bearings given by their figures: what only says how large they are.
+# Keys of a bearing that state only its size, and so describe no error.
 _SIZES_OF_BEARING: Final = frozenset({"span", "pitch_diameter", "closing_force"})
 
 
 @dataclass(frozen=True, slots=True)
 class LimitShare:
-    """An error of a gearbox that stands at its maker's upper limit, with its shares of the mean-square error and of the part between visits."""
+    """A value of a gearbox that is its maker's upper limit, with the shares of its error in two mean squares.
+
+    key        field of the gearbox ("backlash")
+    of_error   share of the mean-square error
+    of_repeat  share of the mean square between visits
+    """
 
     joint: str
     model: str
@@ -73,7 +79,7 @@ class JointStates:
 
 @dataclass(frozen=True, slots=True)
 class AssumedValue:
-    """A value that nobody stated as a fact: where it stands ("joints.A.gearbox"), its key, why it is no fact, and its source."""
+    """An assumed value: the part that has it ("joints.A.gearbox"), its key, the reason why it counts as assumed, and its source."""
 
     owner: str
     key: str
@@ -83,13 +89,13 @@ class AssumedValue:
 
 @dataclass(frozen=True, slots=True)
 class States:
-    """What is known of an arm.
+    """The states of the error sources of an arm.
 
-    joints   of every joint that moves the tool, in order
-    fixed    of fixed joints between base and tool whose link or mounting is described
-    base     the state of the base's tilt and mount
-    assumed  every value that is assumed; a value that several joints share counts once, under the first of them
-    limits   maker's upper limits that count at the poses of a study (`studies.limits.with_limits`), the largest contributor first
+    joints   states of every joint that moves the tool, in order
+    fixed    states of fixed joints between base and tool whose link or mounting is described
+    base     states of the base's tilt and mount
+    assumed  every assumed value; a value that several joints share is listed once, under the first of them
+    limits   maker's upper limits that count at the poses of a study (`upper_limits.with_limits`), the largest contributor first
     """
 
     joints: tuple[JointStates, ...]
@@ -100,12 +106,12 @@ class States:
 
     @property
     def ideal_joints(self) -> tuple[str, ...]:
-        """Return the names of the moving joints without any error source: they are taken as perfect."""
+        """Return the names of the moving joints without any error source, which are modelled as perfect."""
         return tuple(each.joint for each in self.joints if each.ideal)
 
     @property
     def ideal_kinds(self) -> tuple[str, ...]:
-        """Return the kinds of error that are not described for every moving joint; what lumps several kinds together is no kind of its own."""
+        """Return the kinds of error that at least one moving joint does not describe. A lumped error stands for other kinds and is not listed."""
         return tuple(kind for kind in KINDS if kind != "lumped" and any(each.states.get(kind) == "ideal" for each in self.joints))
 
     @property
@@ -117,12 +123,12 @@ class States:
 def states(arm: Arm) -> States:
     """Return the state of every kind of error source of an arm, and its assumed values.
 
-    A kind is "ideal" where nothing describes it, "assumed" where any value behind it is assumed (by the file, a catalogue's upper limit, a
-    typical material), else "stated". A value of zero that was stated on purpose is stated. A default never describes a kind; where one is used
-    beside stated values it is listed among the assumed ones. Joints on a branch do not count: their errors do not move the tool.
+    A kind is "ideal" where no value describes it, "assumed" where any value that describes it is assumed (marked in the file, a catalogue's upper
+    limit, a typical material), and "stated" otherwise. A zero in the file counts as stated. A default does not describe a kind; where it is used
+    together with stated values, it is listed among the assumed values. Joints on a branch are excluded, since their errors do not move the tool.
     """
-    on_way = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.tool_path]
-    found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in on_way]
+    on_tool_path = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.tool_path]
+    found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in on_tool_path]
     return States(
         joints=tuple(each for joint, each in found if joint.type != "fixed"),
         fixed=tuple(each for joint, each in found if joint.type == "fixed" and not each.ideal),
@@ -132,12 +138,12 @@ def states(arm: Arm) -> States:
 
 
 def assumed_in_part(part: object, owner: str) -> tuple[AssumedValue, ...]:
-    """Return every assumed value of one part and of the parts that it is made of; `owner` is what the part is called, "gearbox"."""
+    """Return every assumed value of one part and of the parts that it consists of; `owner` is the name of the part, for example "gearbox"."""
     return tuple(value for value, _ in _walk(part, owner, ""))
 
 
 def refuse_undescribed(arm: Arm) -> None:
-    """Refuse to predict the accuracy of an arm of which no error source is described. Raises InputError that says what to add, and where."""
+    """Raise InputError for an arm without any error source, whose accuracy cannot be predicted; the message states what to add, and where."""
     if not states(arm).described:
         joint = arm.moving[0]
         backlash = "20 µm" if joint.type == "prismatic" else "1 arcmin"
@@ -164,8 +170,8 @@ def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
     if gearbox is not None and gearbox.by_drawing:
         drawn: State = "assumed" if whole or _any_assumed(gearbox, elastic=False) else "stated"
         springs: State = "assumed" if whole or _any_assumed(gearbox) else "stated"
-        rubs = _state(gearbox, ("friction", "friction_torque")) != "ideal"
-        return {"backlash": drawn, "stiffness": springs, "hysteresis": drawn if rubs else "ideal", "transmission error": drawn}
+        has_friction = _state(gearbox, ("friction", "friction_torque")) != "ideal"
+        return {"backlash": drawn, "stiffness": springs, "hysteresis": drawn if has_friction else "ideal", "transmission error": drawn}
     out = {kind: _state(gearbox, main, besides, whole=whole) for kind, (main, besides) in _OF_GEARBOX.items()}
     errors = [name for name in _all(gearbox) if name == "transmission_error" or name.endswith("_error")]
     return {**out, "transmission error": _state(gearbox, errors, whole=whole)}
@@ -196,45 +202,45 @@ def _of_base(base: Base) -> dict[str, State]:
 
 
 def _state(part: Sourced | None, main: tuple[str, ...] | list[str], besides: tuple[str, ...] | list[str] = (), *, whole: bool = False) -> State:
-    """Return the state of what these keys of a part describe; `whole`: the joint says that all of the part is assumed."""
+    """Return the state of the kind of error that these keys of a part describe; `whole`: the joint marks the whole part as assumed."""
     if part is None:
         return "ideal"
     given = {name: getattr(part, name) for name in (*main, *besides) if name in part.model_fields_set and getattr(part, name, None) is not None}
     if not any(name in given for name in main):
         return "ideal"
-    doubted = whole or any(name in _doubted(part) or _any_assumed(value) for name, value in given.items())
-    return "assumed" if doubted else "stated"
+    assumed = whole or any(name in _assumed_keys(part) or _any_assumed(value) for name, value in given.items())
+    return "assumed" if assumed else "stated"
 
 
 def _all(part: Sourced | None) -> list[str]:
     return [] if part is None else value_keys(type(part))
 
 
-def _doubted(part: Sourced) -> set[str]:
-    """Return the keys whose stated values are no facts; a default that is used beside them is no stated value."""
+def _assumed_keys(part: Sourced) -> set[str]:
+    """Return the keys of the values in the file that are assumed; defaults, which are not in the file, are excluded."""
     return {key for key, reason in part.assumptions.items() if not reason.startswith(DEFAULT)}
 
 
 def _any_assumed(value: object, *, elastic: bool = True) -> bool:
-    """Return whether any value in a part is assumed, with or without those of its materials, which enter its stiffness alone."""
+    """Return whether any value in a part is assumed; without `elastic`, the values of materials, which enter only its stiffness, are excluded."""
     return any(not each.reason.startswith(DEFAULT) and (elastic or not holder.elastic_only) for each, holder in _walk(value, "", ""))
 
 
 def _assumed_in(arm: Arm) -> Iterator[AssumedValue]:
-    """Yield every assumed value of an arm once, however many joints share the part that it belongs to."""
-    met: set[tuple[str, str]] = set()
+    """Yield every assumed value of an arm, once also where several joints share the part that it belongs to."""
+    seen: set[tuple[str, str]] = set()
     places: list[tuple[str, object]] = [("base", arm.base), ("tool", arm.tool), ("payload", arm.payload)]
     places += [(f"joints.{joint.name}", joint) for joint in arm.joints]
     for owner, part in places:
         for value, holder in _walk(part, owner, ""):
             key = (repr(holder) if holder.shareable else value.owner, value.key)
-            if key not in met:
-                met.add(key)
+            if key not in seen:
+                seen.add(key)
                 yield value
 
 
 def _walk(value: object, owner: str, source: str) -> Iterator[tuple[AssumedValue, Part]]:
-    """Yield the assumed values in a part and in the parts that it is made of, each with the part that holds it."""
+    """Yield the assumed values of a part and of the parts that it consists of, each with the part that has it."""
     if isinstance(value, tuple | list):
         for index, each in enumerate(value, 1):
             yield from _walk(each, f"{owner}.{index}", source)
@@ -243,7 +249,7 @@ def _walk(value: object, owner: str, source: str) -> Iterator[tuple[AssumedValue
     if isinstance(value, Sourced):
         source = value.source or source
         for key, reason in value.assumptions.items():
-            # what the file quotes as the source of its values is none of a default's
+            # the source that the file quotes for its own values is not the source of a default
             yield AssumedValue(owner, key, reason, "" if reason.startswith(DEFAULT) else source), value
     for name in value_keys(type(value)):
         yield from _walk(getattr(value, name), f"{owner}.{name}", source)

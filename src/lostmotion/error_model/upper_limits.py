@@ -1,4 +1,4 @@
-"""Values that are a maker's upper limits: how much of an arm's error and of its scatter between visits rests on each of them."""
+"""Values that are a maker's upper limits: the share of each in an arm's mean-square error and in its scatter between visits."""
 
 from __future__ import annotations
 
@@ -18,17 +18,22 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Enough to rank the limits and to select those that count; shares of a budget, not figures of their own.
+# Enough poses to rank the limits and to select those that count.
 _MOST_POSES: Final = 256
-# A limit below this share of a mean square moves no digit that is printed.
+# A limit with a smaller share of the mean square changes no printed digit.
 _LEAST: Final = 1e-3
 
 
 def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[LimitShare, ...]:
-    """Return the limits that count at these poses (pose, joint), rad and m, the largest contributor first.
+    """Return the upper limits that count at these poses, the largest contributor first.
 
-    Shares are exact sums over terms, at no more than 256 of the poses, evenly spread. A limit counts where it makes more than a thousandth of the
-    mean-square error, or of that between visits. `approach` as in `screws`. Raises ValueError for q of another shape or not finite.
+    Shares are exact sums over terms, at no more than 256 of the poses, evenly spaced. A limit counts where its share of the mean-square error, or of
+    the mean square between visits, is more than a thousandth.
+
+    q         (pose, joint) rad or m
+    approach  sign of the joints' last motion, as in `screws`
+
+    Raises ValueError for q of another shape or not finite.
     """
     limited = {
         f"joints.{joint.name}.gearbox": (joint.name, joint.gearbox.model, keys)
@@ -38,8 +43,8 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
     if not limited:
         return ()
     rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), _MOST_POSES)).astype(int))
-    arriving = approach[rows] if isinstance(approach, np.ndarray) else approach
-    found = costs(Tally.of(screws(arm, np.asarray(q)[rows], approach=arriving), _item))
+    last_motion = approach[rows] if isinstance(approach, np.ndarray) else approach
+    found = costs(Tally.of(screws(arm, np.asarray(q)[rows], approach=last_motion), _item))
     between = sum(cost.levels[2] for cost in found)
     out = []
     for owner, (joint, model, keys) in limited.items():
@@ -52,20 +57,21 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
 
 
 def _item(column: Column) -> str:
+    """Return the label of a column: its part, and the key of its parameter where it has one."""
     sized = column.of.term.parameter
     return column.owner if sized is None else f"{column.owner} {sized.key}"
 
 
 def with_limits(known: States, arm: Arm, q: Floats, approach: float | Floats = 0.0) -> States:
-    """Return what is known of an arm, with the limits that count at these poses; arguments as for `limit_shares`."""
+    """Return the states of an arm's error sources with the upper limits that count at these poses; arguments and errors as for `limit_shares`."""
     return replace(known, limits=limit_shares(arm, q, approach))
 
 
 def in_error(known: States) -> bool:
-    """Return whether limits count in the position error."""
+    """Return whether any upper limit counts in the position error."""
     return any(each.of_error > _LEAST for each in known.limits)
 
 
 def in_repeats(known: States) -> bool:
-    """Return whether limits count in the scatter between visits."""
+    """Return whether any upper limit counts in the scatter between visits."""
     return any(each.of_repeat > _LEAST for each in known.limits)

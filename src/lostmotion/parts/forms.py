@@ -1,7 +1,7 @@
-"""Four of the six forms in which an error follows from angle, load and gravity: everything that a part can do is one of them.
+"""Four of the six forms by which the screw of an error depends on angle, load and gravity.
 
-Constant, Harmonic (of the joint's angle), Spring (a curve along one motion) and Linear (a compliance matrix); the other two are HeldPlay (a play that
-a load closes, `parts.play`) and LoadTable (shifts tabulated over several loads, `parts.load_table`). Arrays have the pose last.
+Constant, Harmonic (of the joint's angle), Spring (a curve along one motion) and Linear (a compliance matrix). The other two are HeldPlay (a play that
+a load closes, `parts.play`) and LoadTable (shifts tabulated over several loads, `parts.load_table`). The pose is the last axis of every array.
 """
 
 from __future__ import annotations
@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A piecewise linear function of a load of zero or more: `value` at each `load` (n,), rising; beyond the last it goes on with slope `beyond`."""
+    """A piecewise linear function of a load of zero or more.
+
+    load    (n,) rising, N m or N
+    value   (n,) value at each load, in any unit
+    beyond  slope for loads above the last one
+    """
 
     load: Floats
     value: Floats
@@ -31,14 +36,18 @@ class Curve:
 
     @classmethod
     def of_zones(cls, stiffness: Sequence[float], limits: Sequence[float]) -> Curve:
-        """Return the wind-up over the load of a spring in zones: stiffness N m/rad or N/m, limits one fewer, rising, N m or N."""
+        """Return the wind-up (rad or m) over the load of a spring with a constant stiffness in each zone of load.
+
+        stiffness  of each zone, N m/rad or N/m
+        limits     load at the end of each zone but the last, rising, N m or N
+        """
         load = np.array([0.0, *limits])
         steps = np.diff(load) / np.array(stiffness[:-1])
         return cls(load, np.array([0.0, *np.cumsum(steps)]), 1 / stiffness[-1])
 
     @classmethod
     def through(cls, load: Floats, value: Floats) -> Curve:
-        """Return the curve through these points that goes on straight beyond the last one."""
+        """Return the curve through these points, load (n,) rising and value (n,), which continues in a straight line above the last one."""
         return cls(load, value, float((value[-1] - value[-2]) / (load[-1] - load[-2])))
 
     def __call__(self, load: Floats) -> Floats:
@@ -47,19 +56,19 @@ class Curve:
         return np.asarray(out + np.maximum(load - self.load[-1], 0.0) * self.beyond if self.beyond else out)
 
     def slope(self, load: Floats) -> Floats:
-        """Return the slope at loads (any shape) of zero or more; at a knot that of the side of larger loads."""
+        """Return the slope at loads (any shape) of zero or more; at a knot, the slope towards larger loads."""
         steps = np.append(np.diff(self.value) / np.diff(self.load), self.beyond)
         return np.asarray(np.where(load < self.load[0], 0.0, steps[np.searchsorted(self.load, load, "right") - 1]))
 
 
 class _Along(Form):
-    """A form along one fixed unit twist `direction` (6,), of a size that depends on the condition."""
+    """A form whose screw is a fixed unit twist, `direction` (6,), times a size that depends on the condition."""
 
     direction: Floats
 
     @abstractmethod
     def size(self, at: Condition) -> Floats | float:
-        """Return the size (pose,), or one for all poses."""
+        """Return the size (pose,), or one number for all poses."""
 
     def screw(self, at: Condition) -> Floats:
         """Return the screw (6, pose)."""
@@ -80,20 +89,21 @@ class Constant(_Along):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return that it depends on nothing."""
+        """Return no fields: the screw is constant."""
         return ()
 
-    def size(self, at: Condition) -> float:  # noqa: ARG002 - it depends on nothing
+    def size(self, at: Condition) -> float:  # noqa: ARG002 - the screw is constant
         """Return one."""
         return 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonic(_Along):
-    """The sine or the cosine of `order` times the angle that has been turned.
+    """The sine or the cosine of `order` times the angle of rotation.
 
-    turns     turning in rad per unit of the joint's value, for the screw of a sliding joint; None where the joint itself turns
-    envelope  amplitude over the size of the load along `direction`; None: one
+    order     cycles per turn
+    turns     rotation in rad per metre of travel of a sliding joint's screw; None for a turning joint
+    envelope  amplitude over the absolute load along `direction`; None: one
     """
 
     direction: Floats
@@ -104,12 +114,12 @@ class Harmonic(_Along):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return that it depends on the angle, and with an envelope on the load."""
+        """Return "angle", and with an envelope also "wrench"."""
         return ("angle",) if self.envelope is None else ("angle", "wrench")
 
     def size(self, at: Condition) -> Floats:
         """Return the harmonic (pose,)."""
-        # Order and turns are not folded into one factor: that alone would move a harmonic of 1 000 rad by 1e-12.
+        # Order and turns are not combined in one factor: rounding would then change a harmonic at 1 000 rad by 1e-12.
         turned = at.angle if self.turns is None else at.angle * self.turns
         out = (np.sin if self.phase == "sine" else np.cos)(self.order * turned)
         envelope = self.envelope
@@ -118,7 +128,7 @@ class Harmonic(_Along):
 
 @dataclass(frozen=True, eq=False)
 class Spring(_Along):
-    """A curve over the load along the same motion, odd in the load; with `odd` False even: half the width of a friction loop, which is no spring."""
+    """A curve of the load along `direction`. Odd in the load for a spring; with `odd` False even, as half the width of a friction loop is."""
 
     direction: Floats
     curve: Curve
@@ -126,7 +136,7 @@ class Spring(_Along):
 
     @property
     def elastic(self) -> bool:
-        """Return whether it is a spring."""
+        """Return whether it is a spring, which is an odd curve."""
         return self.odd
 
     def size(self, at: Condition) -> Floats:
@@ -136,21 +146,21 @@ class Spring(_Along):
         return np.asarray(np.sign(load) * value if self.odd else value)
 
     def compliance(self, at: Condition) -> Floats:
-        """Return the tangent (pose, 6, 6), at a knot of the curve that on the side of larger loads."""
+        """Return the tangent compliance (pose, 6, 6), rad and m per N m and N; at a knot of the curve, the one towards larger loads."""
         slope = self.curve.slope(np.abs(at.along(self.direction)))
         return np.asarray(np.multiply.outer(slope * self.odd, np.outer(self.direction, self.direction)))
 
 
 @dataclass(frozen=True, eq=False)
 class Linear(Form):
-    """A compliance `matrix` (6, 6) times the wrench, and `own_weight` (6, 3) times gravity."""
+    """A compliance `matrix` (6, 6), rad and m per N m and N, times the wrench, plus `own_weight` (6, 3), rad and m per m/s^2, times gravity."""
 
     matrix: Floats
     own_weight: Floats | None = None
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return whether it depends on load and gravity."""
+        """Return "wrench" where a load moves it, and "gravity" where its own weight does."""
         return (*(("wrench",) if self.elastic else ()), *(("gravity",) if self.own_weight is not None else ()))
 
     @property
@@ -159,10 +169,10 @@ class Linear(Form):
         return bool(self.matrix.any())
 
     def screw(self, at: Condition) -> Floats:
-        """Return the deflection (6, pose)."""
+        """Return the deflection (6, pose), rad and m."""
         out = rows_times(self.matrix, at.wrench)
         return out if self.own_weight is None else out + rows_times(self.own_weight, at.gravity)
 
     def compliance(self, at: Condition) -> Floats:
-        """Return the matrix for every pose (pose, 6, 6)."""
+        """Return the compliance matrix for every pose (pose, 6, 6)."""
         return np.broadcast_to(self.matrix, (len(at.angle), 6, 6))

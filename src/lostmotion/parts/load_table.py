@@ -1,4 +1,4 @@
-"""The form of a shaft on rolling elements: shifts tabulated over the loads of its rows and along its axis."""
+"""The form of a shaft on rolling elements: shifts tabulated over the radial loads of its two rows and the axial load."""
 
 from __future__ import annotations
 
@@ -19,20 +19,22 @@ if TYPE_CHECKING:
     from lostmotion.parts.term import Condition, Threshold
     from lostmotion.spatial import Floats
 
-# The last of a shaft's seats.
+# Number of the axial seat, after the two rows.
 _AXIS: Final = 2
-# The change of load, as a share of the whole load, over which a slope of a table is read.
+# Change of load, as a share of the whole load, over which a slope of the table is taken.
 _STEP: Final = 1e-3
-# Makes one size of forces and moments, m: about the distance between the bearings of a joint.
+# Length that turns a moment into a force, m: about the distance between the bearings of a joint.
 _LEVER: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class ShaftOnRows:
-    """A shaft on rolling elements: its seats on the row behind, on the row ahead and along the axis, and the table of its shifts under their loads.
+    """A shaft on two rows of rolling elements, and the table of its shifts under load.
 
-    axial   whether the rows hold the shaft along its axis
-    wider   the table at a clearance larger by `step` (m); None where all bearings are the same
+    seats   the row behind, the row ahead, and the axial seat
+    axial   whether the rows support the shaft along its axis
+    table   shifts over the two radial loads and the axial force
+    wider   the same table at a clearance larger by `step` (m); None where the clearance does not scatter
     """
 
     seats: tuple[Seat, Seat, Seat]
@@ -42,12 +44,12 @@ class ShaftOnRows:
     step: float
 
     def loads(self, at: Condition) -> tuple[Floats, Floats, Floats]:
-        """Return the sizes of the two radial loads and the axial force with its sign (pose,), N."""
+        """Return the sizes of the two radial loads and the axial force with its sign, each (pose,), N."""
         behind, ahead, along = self.seats
         return behind.load_size(at), ahead.load_size(at), along.load(at)[0] if self.axial else np.zeros(len(at.angle))
 
     def shifts(self, at: Condition) -> tuple[Floats, Floats, Floats]:
-        """Return the shift along each load (3, pose), its part up to the edge of the play, and its growth per metre of clearance."""
+        """Return the shift along each load, its part up to the edge of the play (both m), and its growth per metre of clearance; each (3, pose)."""
         return at.once(self, lambda: self._shifts(at))
 
     def _shifts(self, at: Condition) -> tuple[Floats, Floats, Floats]:
@@ -57,13 +59,13 @@ class ShaftOnRows:
         return whole.T, self.table.edges(*loads).T, grows.T
 
     def slopes(self, at: Condition) -> Floats:
-        """Return how the deflection along each load follows each load (3, 3, pose), m/N: symmetric differences over ±0.1 % of the load."""
+        """Return the derivative of the deflection along each load by each load (3, 3, pose), m/N: central differences over ±0.1 % of the load."""
         return at.once((self, "slopes"), lambda: self._slopes(at))
 
     def least(self, at: Condition) -> Floats:
-        """Return the least load (pose,), N, at which a deflection is read: 0.1 % of the whole load, and of 1 N where it is less.
+        """Return the smallest load (pose,), N, at which a deflection is taken: 0.1 % of the whole load, and at least 0.001 N.
 
-        Without any load a contact between rolling elements has no stiffness at all.
+        An unloaded contact between rolling elements has no stiffness.
         """
         size = np.sqrt((at.wrench[3:] ** 2).sum(axis=0)) + np.sqrt((at.wrench[:3] ** 2).sum(axis=0)) / _LEVER
         return np.asarray(_STEP * np.maximum(size, 1.0))
@@ -77,7 +79,7 @@ class ShaftOnRows:
         return out
 
     def turning(self, row: int, at: Condition) -> Floats:
-        """Return the deflection of a row per radial load (pose,), m/N: its compliance across the load, whose direction alone turns."""
+        """Return the deflection of a row per radial load (pose,), m/N: its compliance to a force across the load, which only turns the load."""
         loads = list(self.loads(at))
         loads[row] = np.maximum(loads[row], self.least(at))
         return np.asarray(self._deflection(loads)[row] / loads[row])
@@ -93,12 +95,12 @@ class ShaftOnRows:
 
 @dataclass(frozen=True, eq=False)
 class LoadTable(InPlay):
-    """A shift of a shaft along the load of one of its seats (`row`): 0 and 1 are the rows, 2 is the axis.
+    """One part of the shift of a shaft, at one of its seats (`row`): 0 and 1 are the rows, 2 is the axis. `state` selects the part.
 
-    deflects  beyond the edge of the play
-    held      to that edge, where the load closes the play
-    grows     per metre of clearance, where the load closes the play
-    free      along a fixed `direction` (6,), where none of the loads closes its play
+    deflects  elastic shift along the load, beyond the edge of the play
+    held      shift along the load to the edge of the play, where the load closes it
+    grows     change of the closed position per metre of clearance
+    free      unit shift along a fixed `direction` (6,), where no load closes its play
     """
 
     shaft: ShaftOnRows
@@ -113,30 +115,30 @@ class LoadTable(InPlay):
 
     @functools.cached_property
     def decides(self) -> Threshold | None:
-        """Return the seat, or for a free play all of them."""
+        """Return the seat of the row, all seats for a free play, and None for the elastic shift."""
         return None if self.elastic else AnySeat(self.shaft.seats) if self.state == "free" else self.shaft.seats[self.row]
 
     @property
     def above(self) -> bool:
-        """Return whether the load closes the play."""
+        """Return whether the screw exists where the load closes the play; a free shift exists where it does not."""
         return self.state != "free"
 
     def whole(self, at: Condition) -> Floats:
-        """Return the shift (6, pose)."""
+        """Return the shift (6, pose) of a robot that has it, rad and m per unit."""
         if self.direction is not None:
             return np.asarray(self.direction[:, None] * np.ones(len(at.angle)))
         whole, edge, grows = (each[self.row] for each in self.shaft.shifts(at))
         seat, size = self.shaft.seats[self.row], {"deflects": whole - edge, "held": edge, "grows": grows}[self.state]
-        # Along the axis the table's own values have a sign.
+        # Axial values of the table are signed; radial ones are sizes along the load.
         return rows_times(seat.way.T, size[None] if self.row == _AXIS else seat.towards(at) * size)
 
     def compliance(self, at: Condition) -> Floats:
-        """Return the tangent (pose, 6, 6): along each load by the slopes of the table, across a radial one by its own direction's turning."""
+        """Return the tangent compliance (pose, 6, 6): slopes of the table along each load, and across a radial load the turning of its direction."""
         out = np.zeros((len(at.angle), 6, 6))
         if not self.elastic:
             return out
         slopes, seats = self.shaft.slopes(at), self.shaft.seats
-        # How the size of each load follows the wrench (6, pose).
+        # Derivative of the size of each load by the wrench (6, pose).
         sizes = [*(rows_times(seat.way.T, seat.towards(at)) for seat in seats[:_AXIS]), seats[_AXIS].way.T * np.ones(len(at.angle))]
         for j, size in enumerate(sizes):
             out += np.einsum("ip,jp,p->pij", sizes[self.row], size, slopes[self.row, j])

@@ -1,4 +1,4 @@
-"""Plays that a load closes once it overcomes friction: their seats, and the form of a play held by the load or left free."""
+"""Plays that a load closes once it overcomes friction: the seat of a play, and the form of a closed and of an open play."""
 
 from __future__ import annotations
 
@@ -19,10 +19,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Seat(Threshold):
-    """A play of unit half width along `way` (m, 6), m from 1 to 3, and the friction below which a load does not close it.
+    """A play of unit half width in one to three directions, and the friction below which a load does not close it.
 
-    The load in the play is way @ wrench (m, pose), N or N m; the part moves by way.T @ position, so that reciprocity holds.
-    lever  by which the size of the wrench is divided where it is compared with a load, m; one where `way` carries no lever arm
+    way       (m, 6), m from 1 to 3: the load in the play is way @ wrench (m, pose), N or N m, and the part moves by way.T @ position, as
+              reciprocity requires
+    friction  load that closes the play, N or N m, with its scatter over robots
+    lever     length by which the size of the wrench is divided before it is compared with a load, m; one where `way` has no lever arm
+    stream    name of the draw of the friction within the part
     """
 
     way: Floats
@@ -36,11 +39,11 @@ class Seat(Threshold):
         return self.friction.tolerance > 0
 
     def load(self, at: Condition) -> Floats:
-        """Return the load in the play (m, pose)."""
+        """Return the load in the play (m, pose), N or N m."""
         return at.once((self, "load"), lambda: rows_times(self.way, at.wrench))
 
     def load_size(self, at: Condition) -> Floats:
-        """Return the size of the load in the play (pose,)."""
+        """Return the size of the load in the play (pose,), N or N m."""
         return at.once((self, "load size"), lambda: np.sqrt((self.load(at) ** 2).sum(axis=0)))
 
     def towards(self, at: Condition) -> Floats:
@@ -49,13 +52,13 @@ class Seat(Threshold):
         return at.once((self, "towards"), lambda: self.load(at) / np.where(size > 0, size, 1.0))
 
     def share(self, at: Condition) -> Floats:
-        """Return the share of robots (pose,) in which the load closes the play (`laws.clearance`)."""
+        """Return the share of robots (pose,) in which the load closes the play, 0..1 (`laws.clearance.closed_share`)."""
         return at.once((self, "share"), lambda: closed_share(self.load_size(at), self.friction, at.load_size / self.lever))
 
 
 @dataclass(frozen=True, eq=False)
 class AnySeat(Threshold):
-    """Several seats of one shaft: the load overcomes the friction where it does so in any of them. The draw is that of the last seat."""
+    """Several seats of one shaft: the load counts as above the friction where it closes the play of any seat. The draw is that of the last seat."""
 
     seats: tuple[Seat, ...]
 
@@ -70,29 +73,29 @@ class AnySeat(Threshold):
         return any(seat.scatters for seat in self.seats)
 
     def share(self, at: Condition) -> Floats:
-        """Return the share of robots (pose,) in which one draw for all seats closes any of them."""
+        """Return the share of robots (pose,) in which any seat is closed, where one draw decides for all seats: the largest of their shares."""
         return np.asarray(np.max([seat.share(at) for seat in self.seats], axis=0))
 
 
 class InPlay(Form):
-    """A form that is there only where a load closes a play, or only where it leaves it open.
+    """A form that exists only where a load closes a play, or only where it leaves the play open.
 
-    `screw` is that of a robot in which it is there where the friction scatters; without scatter it is zero where it is there in no robot.
+    Where the friction scatters, `screw` is the screw of a robot that has it. Without scatter all robots are equal, and it is zero where none has it.
     """
 
     @property
     @abstractmethod
     def decides(self) -> Threshold | None:
-        """Return what decides whether the play is closed; None where all robots have the screw."""
+        """Return the friction that decides whether the play is closed; None where all robots have the screw."""
 
     @property
     def threshold(self) -> Threshold | None:
-        """Return what decides, where it differs from robot to robot."""
+        """Return `decides` where the friction differs from robot to robot; None elsewhere."""
         return self.decides if self.decides is not None and self.decides.scatters else None
 
     @abstractmethod
     def whole(self, at: Condition) -> Floats:
-        """Return the screw (6, pose) where it is there."""
+        """Return the screw (6, pose), rad and m, of a robot that has it."""
 
     def screw(self, at: Condition) -> Floats:
         """Return the screw (6, pose)."""
@@ -104,7 +107,7 @@ class InPlay(Form):
 
 @dataclass(frozen=True, eq=False)
 class HeldPlay(InPlay):
-    """A play of unit half width: "held" on the side of the load, or "free", along a fixed `direction` (6,), where the load leaves it open."""
+    """A play of unit half width: "held" (closed), on the side of the load, or "free" (open), along a fixed `direction` (6,)."""
 
     seat: Seat
     state: Literal["held", "free"]
@@ -117,11 +120,11 @@ class HeldPlay(InPlay):
 
     @property
     def above(self) -> bool:
-        """Return whether the load holds the part."""
+        """Return whether the screw is that of the closed play."""
         return self.state == "held"
 
     def whole(self, at: Condition) -> Floats:
-        """Return where the play lets the part rest (6, pose)."""
+        """Return the position of the part in its play (6, pose), per unit half width."""
         if self.direction is not None:
             return np.asarray(self.direction[:, None] * np.ones(len(at.angle)))
         return rows_times(self.seat.way.T, self.seat.towards(at))

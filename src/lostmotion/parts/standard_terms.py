@@ -1,4 +1,4 @@
-"""Term lists that several parts share: a stated limit, a harmonic of unknown phase, a spring, a play, and friction's loop."""
+"""Lists of terms that several parts share: a stated tolerance, a harmonic of unknown phase, a spring, a play, and a friction loop."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
     from lostmotion.units import Toleranced
 
-# A harmonic of unknown phase: its sine is drawn with the cosine of the phase, its cosine with the sine.
+# sin(n q + phase) = sin(n q) cos(phase) + cos(n q) sin(phase): the sine is drawn with the cosine of the phase, and the cosine with its sine.
 PHASES: Final[dict[Literal["sine", "cosine"], Law]] = {"sine": Cosine(), "cosine": Sine()}
-# The kind of error that any reducer makes over a turn.
+# Cause of the periodic error of any reducer.
 TRANSMISSION_ERROR: Final = "transmission error"
 
 
 def parameter(key: str, value: object, unit: str, zones: int = 1) -> Parameter:
-    """Return the parameter of this key, with its value where one number above zero states it."""
+    """Return the parameter of this key; it has a value and a unit only where `value` is one number other than zero."""
     stated = isinstance(value, int | float) and bool(value)
     return Parameter(key, float(value), unit, zones) if stated and isinstance(value, int | float) else Parameter(key)
 
@@ -35,7 +35,14 @@ def parameter(key: str, value: object, unit: str, zones: int = 1) -> Parameter:
 def limit_terms(  # noqa: PLR0913 - what a term is made of
     name: str, form: Form, limit: float, law: Law, sized: Parameter, *, visit: bool = False, exponent: int = 1, cause: str = ""
 ) -> list[Term]:
-    """Return the terms of a stated amount ±limit times a form, drawn per robot or per visit, after the mean of a law that has one."""
+    """Return the terms of a tolerance ±limit times a form, drawn per robot, or with `visit` per visit.
+
+    A distribution whose mean is not zero has a design term for the mean first.
+
+    limit     tolerance in the unit of the form's screw
+    sized     parameter that the terms are proportional to, to the power `exponent`
+    cause     kind of error; default: `name`
+    """
     draw, cause = Draw(name, law), cause or name
     out = [Term(f"mean {name}", f"mean {cause}", form, limit * law.mean, parameter=sized, exponent=exponent)] if law.mean else []
     robot, visited = (None, draw) if visit else (draw, None)
@@ -45,7 +52,13 @@ def limit_terms(  # noqa: PLR0913 - what a term is made of
 def harmonic_terms(
     name: str, cause: str, direction: Floats, order: float, amplitude: float, sized: Parameter, turns: float | None = None
 ) -> list[Term]:
-    """Return the two terms of amplitude x sin(order x angle + a phase drawn once per robot); amplitude in rad or m, `turns` as `Harmonic` has it."""
+    """Return the two terms of amplitude x sin(order x angle + phase), the phase drawn once per robot.
+
+    direction  (6,) unit twist
+    order      cycles per turn
+    amplitude  rad or m
+    turns      as in `Harmonic`
+    """
     size = amplitude / math.sqrt(2)
     return [
         Term(f"{name} {phase}", cause, Harmonic(direction, order, phase, turns), size, Draw(name, law), parameter=sized, effect=name)
@@ -54,7 +67,13 @@ def harmonic_terms(
 
 
 def spring_terms(direction: Floats, curve: Curve, scatter: float, sized: Parameter, name: str, stream: str) -> list[Term]:
-    """Return the wind-up of a spring along a motion, and its ± share of scatter over samples under a name and a stream of its own."""
+    """Return the terms of the wind-up of a spring, and of its scatter over robots.
+
+    direction     (6,) unit twist
+    curve         wind-up over the load, rad or m
+    scatter       tolerance of the wind-up as a share of it, three standard deviations; 0: no scatter
+    name, stream  name of the scatter's term and of its draw
+    """
     form = Spring(direction, curve)
     out = [Term("wind-up", "wind-up", form, parameter=sized, exponent=-1)]
     if scatter:
@@ -63,7 +82,7 @@ def spring_terms(direction: Floats, curve: Curve, scatter: float, sized: Paramet
 
 
 class End(NamedTuple):
-    """One way in which a play is free: the term's name, its unit twist (6,), what is drawn at every visit, and the effect it is a part of."""
+    """One direction of a free play: the name of its term, its unit twist (6,), its draw at every visit, and the effect that it is a part of."""
 
     name: str
     direction: Floats
@@ -72,7 +91,7 @@ class End(NamedTuple):
 
 
 def circle(name: str, stream: str, way: Floats, axis: Floats) -> list[End]:
-    """Return the two ends of a round play across an axis (3,): a place on its circle that is drawn at every visit; `way` (3, 6) as `Seat` has it."""
+    """Return the two directions of a round play across an axis (3,): a position on its circle, drawn at every visit. `way` (3, 6) as in `Seat`."""
     return [
         End(f"{name} position {k}", (direction @ way) / math.sqrt(2), Draw(stream, law), f"{name} position")
         for k, (direction, law) in enumerate(zip(across(axis), PHASES.values(), strict=True), 1)
@@ -80,7 +99,11 @@ def circle(name: str, stream: str, way: Floats, axis: Floats) -> list[End]:
 
 
 def free_terms(cause: str, seat: Seat, ends: Sequence[End], half: float, spread: float, robot: Draw, sized: Parameter) -> list[Term]:
-    """Return the terms of a play as far as the load leaves it free: `half` its half width, `spread` how much that differs per draw `robot`."""
+    """Return the terms of a play where the load leaves it open.
+
+    half    half width of the play, rad or m
+    spread  change of the half width per unit of the draw `robot`; 0: no scatter
+    """
     out = []
     for end in ends:
         form, effect = HeldPlay(seat, "free", end.direction), end.effect or end.name
@@ -91,9 +114,13 @@ def free_terms(cause: str, seat: Seat, ends: Sequence[End], half: float, spread:
 
 
 def play_terms(name: str, stated: Toleranced, seat: Seat, ends: Sequence[End], amount: str, sized: Parameter, *, cause: str = "") -> list[Term]:
-    """Return the terms of a play of scattered size: held by the load, and free between its ends.
+    """Return the terms of a play whose size scatters over robots: closed by the load, and open between its ends.
 
-    amount   the stream of how much play a robot has: a play of size h (1 + k x) is one term of scale h and one of scale h k, drawn with x
+    A play of size h (1 + k x), with the draw x per robot, is a term of scale h and a term of scale h k that is drawn with x.
+
+    stated   full width of the play with its tolerance, rad or m
+    amount   name of the stream of x
+    cause    kind of error; default: `name`
     """
     held, law = HeldPlay(seat, "held"), of_tolerance(stated.law)
     cause = cause or name
@@ -105,7 +132,11 @@ def play_terms(name: str, stated: Toleranced, seat: Seat, ends: Sequence[End], a
 
 
 def backlash_terms(motion: Motion, stated: Toleranced, friction: Toleranced) -> list[Term]:
-    """Return the terms of free play along a motion, held on one side by a load above `friction`, or else by the last motion."""
+    """Return the terms of backlash along a motion. A load above `friction` determines its side; under a smaller load the last motion does.
+
+    stated    full width of the backlash with its tolerance, rad or m
+    friction  load that closes it with its tolerance, N m or N
+    """
     if not stated.nominal:
         return []
     seat, ends = Seat(motion.twist[None], friction), [End("backlash", motion.twist, LAST_MOTION)]
@@ -113,5 +144,5 @@ def backlash_terms(motion: Motion, stated: Toleranced, friction: Toleranced) -> 
 
 
 def loop_term(form: Form, half: float, sized: Parameter) -> Term:
-    """Return the term of friction's loop, of half its width: `half` x the form. Its side is that of the last motion."""
+    """Return the term of a friction loop: `half`, half of its width, times the form. The last motion determines its side."""
     return Term("hysteresis", "hysteresis", form, half, visit=LAST_MOTION, parameter=sized)

@@ -1,6 +1,6 @@
-"""Error terms as data: what a term is called, what is drawn for it, and by which form its screw follows from what its place feels.
+"""Error terms as data: the name of a term, its draws, and the form by which its screw depends on angle, load and gravity at its place.
 
-A part lists its terms once, before any pose is known. Forms (`parts.forms`) then give the screw of each term at any poses.
+A part lists its terms once, before any pose is known. The forms (`parts.forms`) then return the screw of each term at any poses.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ _Value = TypeVar("_Value")
 
 @dataclass(frozen=True, slots=True)
 class Holding:
-    """The largest load that a joint holds at rest, over its workspace and every tilt of the base: the measure of friction that is not stated.
+    """The largest static load of a joint over its workspace and every tilt of the base. Friction that is not stated is a share of it.
 
-    load    along the joint's own motion: N m on a turning joint, N on a sliding one
+    load           load along the joint's own motion: N m on a turning joint, N on a sliding one
     force, moment  sizes (N, N m) of the whole wrench at the joint's place
     """
 
@@ -39,10 +39,10 @@ class Holding:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What a part knows of its joint before any pose.
+    """The motion of the joint to which a part belongs, independent of the pose.
 
     twist    unit twist (6,) of the joint in the part's frame; zeros where nothing moves
-    holding  returns the largest load that the joint holds at rest; called only by parts whose friction is not stated
+    holding  returns the largest static load of the joint; called only by parts whose friction is not stated
     """
 
     twist: Floats
@@ -69,7 +69,7 @@ class Motion:
         return "N m/rad" if self.turning else "N/m"
 
     def turns(self, lead: float | None) -> float | None:
-        """Return the turning (rad) of a screw per metre of a sliding joint, from its lead (m); None where the joint itself turns.
+        """Return the rotation (rad) of a drive screw per metre of travel of a sliding joint, from its lead (m); None for a turning joint.
 
         Raises ValueError for a sliding joint without a lead.
         """
@@ -82,10 +82,11 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """What one place feels at some poses; the pose is the last axis.
+    """Joint value, load and gravity at one place of the arm, at some poses; the pose is the last axis.
 
-    angle (pose,) is the joint's own value, rad or m; wrench (6, pose) the load from the outboard side in the place's frame, N m and N;
-    gravity (3, pose) in this frame, m/s^2.
+    angle    (pose,) value of the joint, rad or m
+    wrench   (6, pose) load from the outboard side, in the frame of the place, N m and N
+    gravity  (3, pose) in this frame, m/s^2
     """
 
     angle: Floats
@@ -94,7 +95,7 @@ class Condition:
     _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def once(self, key: Hashable, compute: Callable[[], _Value]) -> _Value:
-        """Return what `compute` returns, computed once per key. A key is a form or a value, never the id of an object that may be gone."""
+        """Return the result of `compute`, which is called once per key. A key is a form or a value, not an id, which may be reused."""
         if key not in self._known:
             self._known[key] = compute()
         found: _Value = self._known[key]
@@ -102,7 +103,7 @@ class Condition:
 
     @property
     def load_size(self) -> Floats:
-        """Return the size of the whole wrench (pose,), by which a small load is distinguished from rounding."""
+        """Return the norm of the whole wrench (pose,), by which a small load is distinguished from rounding."""
         return self.once("load size", lambda: np.sqrt((self.wrench**2).sum(axis=0)))
 
     def along(self, way: Floats) -> Floats:
@@ -113,7 +114,7 @@ class Condition:
 def rows_times(matrix: Floats, vectors: Floats) -> Floats:
     """Return matrix @ vectors (row, pose) for vectors (column, pose), summed in one order.
 
-    A BLAS product rounds one pose alone otherwise than the same pose among many. Columns of zeros are skipped, which changes no bit.
+    A BLAS product may round a single pose differently from the same pose among many. Columns of zeros are skipped, which changes no bit.
     """
     out = np.zeros((len(matrix), vectors.shape[1]))
     for k in np.flatnonzero(matrix.any(axis=0)):
@@ -122,9 +123,9 @@ def rows_times(matrix: Floats, vectors: Floats) -> Floats:
 
 
 class Threshold(ABC):
-    """Dry friction that a load overcomes in some robots and not in others. Compared by identity: one draw per robot decides.
+    """Dry friction that a load overcomes in some robots and not in others. Thresholds are compared by identity.
 
-    stream  name within the part of what is drawn, one uniform per robot: the load overcomes the friction where it is at most the share
+    stream  name of the draw within the part, one uniform per robot: the load overcomes the friction in robots whose draw is at most the share
     """
 
     stream: str
@@ -140,11 +141,11 @@ class Threshold(ABC):
 
 
 class Form(ABC):
-    """How a screw follows from what its place feels. Forms are compared by identity: terms that differ only in size share one."""
+    """How a screw depends on the condition at its place. Forms are compared by identity: terms that differ only in size share one form."""
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return the fields of `Condition` on which the screw depends: the load, unless a form says otherwise; none for a constant screw."""
+        """Return the names of the fields of `Condition` on which the screw depends: "wrench" by default, none for a constant screw."""
         return ("wrench",)
 
     @property
@@ -154,12 +155,12 @@ class Form(ABC):
 
     @property
     def threshold(self) -> Threshold | None:
-        """Return the friction that decides in each robot whether the screw is there; None where all robots have it."""
+        """Return the friction that decides in each robot whether it has the screw; None where all robots have it."""
         return None
 
     @property
     def above(self) -> bool:
-        """Return whether the screw is there where a load overcomes the threshold, or else where it does not."""
+        """Return True if the screw exists where a load overcomes the threshold, False if it exists where it does not."""
         return True
 
     @abstractmethod
@@ -167,7 +168,7 @@ class Form(ABC):
         """Return the screw (6, pose), rad and m, for a term of scale one."""
 
     def compliance(self, at: Condition) -> Floats:
-        """Return the tangent of the screw over the wrench (pose, 6, 6), rad and m per N m and N; zeros where it is no spring."""
+        """Return the derivative of the screw by the wrench (pose, 6, 6), rad and m per N m and N; zeros for a form that is not elastic."""
         return np.zeros((len(at.angle), 6, 6))
 
     def write(self, at: Condition, scale: float, out: Floats) -> None:
@@ -177,7 +178,7 @@ class Form(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """What is drawn: the name of a stream of uniforms within the part, and the distribution that maps them. Mean zero, mean square one."""
+    """A random factor of mean zero and mean square one: the name of a stream of uniforms within the part, and the distribution that maps them."""
 
     stream: str
     law: Law
@@ -189,9 +190,12 @@ LAST_MOTION: Final = Draw("last motion", TwoSided())
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """The size that a designer chooses: its key, its value in SI, its unit, and the number of zones of a stiffness.
+    """The size that a designer chooses and that a term depends on.
 
-    `value` is None where no single field states it; then only a factor on it can be reported.
+    key    name of the field
+    value  in SI; None where no single field states it, so that only a factor on it can be reported
+    unit   SI unit
+    zones  number of zones of a stiffness
     """
 
     key: str
@@ -205,11 +209,14 @@ class Term:
     """One elementary error of a part: scale x form is its screw per unit draw.
 
     name       unique within the part
-    cause      the kind of error that a budget adds up: "backlash", "wind-up", "clearance"; never with a number, a row or a phase in it
-    robot      drawn once per robot built; `visit` drawn every time a pose is reached; both: a product, such as the amount of play times its side;
-               neither: a design term, which follows from the pose
-    parameter  the size that a designer chooses; the error is proportional to its value to the power `exponent`, -1 for a stiffness
-    effect     the error of which this term is one part: the two phases of a harmonic, a play and its scatter; default: the term's own name
+    cause      kind of error that a budget adds up: "backlash", "wind-up", "clearance"; without the number, row or phase of a single term
+    form       how the screw depends on the condition at the place
+    scale      size of the term, in the unit of the form's screw
+    robot      draw per robot; None: no such factor
+    visit      draw per visit to a pose; None: no such factor. With both, the factor is their product, such as the size of a play times its side. With
+               neither it is a design term
+    parameter  size that a designer chooses; the error is proportional to its value to the power `exponent`, -1 for a stiffness
+    effect     name of the error of which this term is a part, such as the two phases of a harmonic, or a play and its scatter; default: `name`
     """
 
     name: str
@@ -239,7 +246,7 @@ class Term:
 
 
 def level_of(robot: object | None, visit: object | None) -> Level:
-    """Return the level of chance of what has these draws."""
+    """Return the level of chance of a term or a column with these draws; None stands for no draw."""
     if robot is not None and visit is not None:
         return "robot x visit"
     return "robot" if robot is not None else "visit" if visit is not None else "design"

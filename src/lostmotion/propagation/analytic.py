@@ -1,6 +1,6 @@
-"""The study without sampling: mean vector and covariance of the error are exact sums over terms; `error_magnitude` gives the figures of its length.
+"""The study without sampling: mean vector and covariance are exact sums over terms, and `error_magnitude` computes figures of the error's magnitude.
 
-Over all poses together the lengths at Sobol points are counted in one histogram, as Monte Carlo counts its samples.
+Figures over all poses together come from one histogram of magnitudes at Sobol points, as Monte Carlo uses one of its samples.
 """
 
 from __future__ import annotations
@@ -47,31 +47,32 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _Found = TypeVar("_Found")
-# A deviation that is a smaller share of the mean is what rounding leaves of none.
+# A standard deviation that is a smaller share of the mean is rounding, and counts as zero.
 _ROUNDING: Final = 1e-12
 _LEAST_LEVEL: Final = 0.25
 _MOST_LEVEL: Final = 0.9995
-# Poses at a time, a multiple of TILE: every block walks the arm once.
+# Poses per pose matrix, a multiple of TILE.
 _BLOCK: Final = 8 * TILE
-# So many poses at most have as many points each over all of them as they have by themselves.
+# Up to this number of poses, the pooled histogram uses POINTS points at each pose; above it, POOLED_POINTS.
 _FEW: Final = 1024
-# A figure is valid, and printed, where its uncertainty is at most this share of it.
+# A figure is valid, and is printed, if its uncertainty is at most this share of it.
 MOST_UNCERTAIN: Final = 0.05
 
 
 @dataclass(frozen=True)
 class Analytic:
-    """The error at every pose over all robots and visits, in SI, by sums over terms.
+    """The error at every pose over all robots and visits, in SI, by sums over terms. The magnitude is the length of the error vector.
 
-    bias            (pose, 3) mean error, m
-    covariance      (pose, 3, 3) of the error, m^2
-    mean            (pose,) mean distance, m
-    deviation       (pose,) standard deviation of the distance, m
-    quantiles       (pose, level) distance that this share stays below, m
-    mean_uncertainty, deviation_uncertainty, quantiles_uncertainty: how far each of these may be off, m, about 95 %
-    nearly_normal   (pose,) whether the error is near enough to a normal vector for integration along rays; the others are by points
-    excess          (pose,) by which share the scatter's mean fourth power differs from a normal vector's: 0 normal, below 0 flat or two-sided
-    worst, rss      (pose,) everything at its limit, and root-sum-square, m
+    levels          shares of the quantiles, 0..1
+    bias            (pose, 3) mean error vector, m
+    covariance      (pose, 3, 3) covariance of the error vector, m^2
+    mean            (pose,) mean magnitude, m
+    deviation       (pose,) standard deviation of the magnitude, m
+    quantiles       (pose, level) quantiles of the magnitude, m
+    mean_uncertainty, deviation_uncertainty, quantiles_uncertainty: half-widths of about 95 % intervals of these figures, m
+    nearly_normal   (pose,) whether the error is close enough to a normal vector for integration along rays; elsewhere points are used
+    excess          (pose,) relative difference of the scatter's mean fourth power from a normal vector's: 0 normal, below 0 flat or two-sided
+    worst, rss      (pose,) worst case and root-sum-square bound, m
     """
 
     levels: tuple[float, ...]
@@ -90,22 +91,22 @@ class Analytic:
 
     @property
     def mean_square(self) -> Floats:
-        """Return the mean square error (pose,), m^2: exact."""
+        """Return the exact mean-square error (pose,), m^2."""
         return np.asarray(np.einsum("pii->p", self.covariance) + np.einsum("pi,pi->p", self.bias, self.bias))
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Return where (pose,) the mean and all quantiles are known to 5 %."""
+        """Return whether (pose,) the uncertainties of the mean and of all quantiles are at most 5 % of them."""
         mean = self.mean_uncertainty <= MOST_UNCERTAIN * self.mean
         return np.asarray(mean & (self.quantiles_uncertainty <= MOST_UNCERTAIN * self.quantiles).all(axis=1))
 
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
-    """Figures over all poses, m: the mean, the lengths that these shares of all errors stay below, and the lengths' standard deviation.
+    """Figures of the error's magnitude over all poses, m: the mean, the quantiles at these levels, and the standard deviation.
 
-    Each interval holds what the choice of poses leaves (independent sets of poses, 95 %) and the uncertainty of the figures at the poses; poses that
-    were given are taken as they are. NaN where that uncertainty alone exceeds 5 % of the value.
+    Each 95 % interval includes the uncertainty due to the choice of poses (from independent sets of poses) and that of the figures at the poses.
+    Poses that the user gave have no uncertainty of choice. NaN where the uncertainty of the figures alone exceeds 5 % of the value.
     """
 
     levels: tuple[float, ...]
@@ -123,14 +124,15 @@ def analytic(
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Analytic:
-    """Return how far off the tool is at these poses, over all robots and visits, by sums over terms instead of samples.
+    """Return the error of the tool at each of these poses, over all robots and visits, by sums over terms instead of samples.
 
-    First order in the errors. What one robot does, and how it repeats, only Monte Carlo shows.
+    Valid to first order in the errors. Figures of single robots, such as AP and RP, require Monte Carlo.
 
     poses     `Poses`, or q (pose, joint) in rad or m
-    approach  sign of the joints' last motion, 0 where it differs from visit to visit
-    threads   change no bit
-    progress  is called with what is done, how many poses, of how many
+    approach  sign of the joints' last motion, 0 where it is drawn at every visit
+    levels    shares of the quantiles, from 0.25 to 0.9995
+    threads   number of threads; it changes no bit of the result
+    progress  called with the name of the step, the number of poses done, and the number of all poses
 
     Raises InputError for no poses, and for approach or threads out of range, ValueError for levels outside 0.25 … 0.9995 and for q of another shape
     or not finite.
@@ -157,7 +159,7 @@ def analytic(
 
 
 def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS) -> Analytic:
-    """Return the figures at the poses of this matrix."""
+    """Return the figures at the poses of this matrix; `drawn` are the drawn columns of the same arm."""
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
     found = drawn.figures(matrix, shift, bias, levels)
     return Analytic(
@@ -174,7 +176,7 @@ def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS
 
 
 def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, threads: int = 1) -> Pooled:
-    """Return how far off the tool is over all these poses together, of which `found` holds the figures of each."""
+    """Return the figures over all these poses together; `found` are the figures at each of them. Other arguments as for `analytic`."""
     if len(poses) == 1:
         return _of_one(found)
     drawn = Drawn(screws(arm, poses.q[:TILE], approach=approach))
@@ -200,7 +202,7 @@ def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, th
 
 
 def _of_one(found: Analytic) -> Pooled:
-    """Return the figures over all poses where there is one pose: its own."""
+    """Return the figures over all poses for a single pose, which are its own."""
     alone = np.zeros(1)
     return Pooled(
         found.levels,
@@ -211,21 +213,23 @@ def _of_one(found: Analytic) -> Pooled:
 
 
 class Drawn:
-    """The drawn columns of an arm's pose matrix, one per draw and the same at every pose: their cumulants, and their draws at Sobol points.
+    """The drawn columns of an arm's merged pose matrix: their cumulants, and their draws at Sobol points, which are the same at every pose.
 
-    The columns that change with the robots whose play is closed are the last ones, and count only at poses where that is so in some robots.
-    cumulants   of the other columns; with_plays of all columns
-    plays       rows of the matrix's `closed`, in the order of the closings of `with_plays`
+    The columns that depend on whether a robot's play is closed are the last ones. They count only at poses where some robots have it closed.
+
+    cumulants   cumulants of the other columns
+    with_plays  cumulants of all columns
+    plays       rows of the matrix's `closed`, in the order of `with_plays.closings`
     """
 
     def __init__(self, matrix: PoseMatrix) -> None:
-        """Take the columns of the matrix at some poses; the sizes of its columns there decide which draws the sequence serves best."""
+        """Take the columns of the matrix at some poses; the largest columns there use the first coordinates of the Sobol sequence."""
         infos = matrix.merged.infos
         drawn = matrix.merged.columns("robot", "visit", "robot x visit")
         self._columns = np.array(sorted(drawn, key=lambda k: infos[k].closing is not None), dtype=int)
         closings = [closing for k in self._columns if (closing := infos[k].closing) is not None]
         self._steady = len(self._columns) - len(closings)
-        # Two plays with one friction, such as an axial play that any of three loads closes, differ in their shares: as if by a draw each.
+        # Two plays with one friction, such as an axial play that any of three loads closes, have different shares: each counts as its own draw.
         terms = [
             [((stream, closing.row) if (closing := infos[k].closing) and law == COMPARED else stream, law) for stream, law in infos[k].draws]
             for k in self._columns
@@ -241,22 +245,22 @@ class Drawn:
                 importance[stream] += size
         own = [[(stream, law) for stream, law in infos[k].draws if law != COMPARED] for k in self._columns]
         uniforms = [[(("closing", closing.stream.name), COMPARED)] for closing in by_row.values()]
-        # The draws (term, count) at so many points, and after them the uniforms by which plays are closed.
+        # The draws (term, count) at `count` points, followed by the uniforms that decide whether plays are closed.
         self._drawn = functools.cache(functools.partial(sobol_draws, own + uniforms, importance))
 
     def draws(self, count: int) -> Floats:
-        """Return the draws (term, count) at so many points, of plays without what decides whether they are closed."""
+        """Return the draws (term, count) at `count` points; for plays, without the factor that depends on whether they are closed."""
         return self._drawn(count)[: len(self._columns)]
 
     def _steady_draws(self, count: int) -> Floats:
         return self.draws(count)[: self._steady]
 
     def shift(self, matrix: PoseMatrix) -> Floats:
-        """Return by how much a unit of each draw moves the tool point (pose, 3, term), m."""
+        """Return the displacement of the tool point per unit of each draw (pose, 3, term), m."""
         return np.ascontiguousarray(matrix.merged.tool[:, 3:][:, :, self._columns])
 
     def figures(self, matrix: PoseMatrix, shift: Floats, bias: Floats, levels: Sequence[float]) -> Magnitude:
-        """Return the figures of the error's magnitude at each pose; shift and bias (pose, 3) m as the matrix has them."""
+        """Return the figures of the error's magnitude at each pose: shift (pose, 3, term) and bias (pose, 3) of the same matrix, m."""
         some = np.asarray(matrix.closed_in_some.any(axis=0))
         if not some.any():
             return figures(shift[:, :, : self._steady], bias, self.cumulants, self._steady_draws, levels)
@@ -267,7 +271,7 @@ class Drawn:
         return Magnitude(*(np.concatenate([getattr(elsewhere, name), getattr(there, name)])[back] for name in Magnitude.__dataclass_fields__))
 
     def pooled_counts(self, matrix: PoseMatrix, points: int) -> NDArray[np.int64]:
-        """Return how many lengths at these points fall into each bin (block, bin), over all poses of the matrix."""
+        """Return the numbers of magnitudes in each bin (block, bin) at this number of points, over all poses of the matrix."""
         shift, bias, some = self.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:]), np.asarray(matrix.closed_in_some.any(axis=0))
         out = pooled_counts(shift[~some][:, :, : self._steady], bias[~some], self._steady_draws(points))
         if some.any():
@@ -275,7 +279,7 @@ class Drawn:
         return out
 
     def _deciding(self, points: int, matrix: PoseMatrix, poses: NDArray[np.bool_]) -> Plays:
-        """Return what decides at these poses (pose,) of the matrix whether plays are closed."""
+        """Return the data that decide whether plays are closed at the selected poses (pose,) of the matrix."""
         return Plays(self._drawn(points)[len(self._columns) :], matrix.closed[self.plays][:, poses].T, self._of_term)
 
 
@@ -284,12 +288,12 @@ def _blocks(first: int, last: int) -> list[slice]:
 
 
 def _over(arm: Arm, q: Floats, blocks: Sequence[slice], approach: float, threads: int, work: Callable[[PoseMatrix], _Found]) -> Iterator[_Found]:
-    """Yield what `work` returns for the screws of each block of poses, in order."""
-    # Walking the arm is many short steps in Python: two threads at it would hold each other up.
-    walking = Lock()
+    """Yield the result of `work` for the pose matrix of each block of poses, in order."""
+    # Building a pose matrix is many short steps in Python: two threads that do it at once would slow each other down.
+    building = Lock()
 
     def one(block: slice) -> _Found:
-        with walking:
+        with building:
             matrix = screws(arm, q[block], approach=approach)
         return work(matrix)
 
@@ -301,7 +305,7 @@ def _over(arm: Arm, q: Floats, blocks: Sequence[slice], approach: float, threads
 
 
 def _estimate(value: float, uncertainty: float, of_sets: Floats) -> Estimate:
-    """Return a value with its uncertainty and that of the choice of poses, by its values over each set; NaN where the first exceeds 5 %."""
+    """Return a value with an interval for its uncertainty and for the choice of poses (from its values by set); NaN if the former exceeds 5 %."""
     if not uncertainty <= MOST_UNCERTAIN * value:
         return Estimate(math.nan, math.nan, math.nan)
     sets = len(of_sets)
@@ -310,7 +314,7 @@ def _estimate(value: float, uncertainty: float, of_sets: Floats) -> Estimate:
 
 
 def _deviation(found: Analytic, sets: int) -> Estimate:
-    """Return the standard deviation over all poses: the mean variance at a pose and the variance of the means add; by the delta method over sets."""
+    """Return the standard deviation over all poses, from the mean variance plus the variance of the means; interval by the delta method over sets."""
     variances = found.deviation**2 + (found.mean - found.mean.mean()) ** 2
     value = math.sqrt(float(variances.mean()))
     if value <= _ROUNDING * float(found.mean.mean()):
@@ -320,10 +324,10 @@ def _deviation(found: Analytic, sets: int) -> Estimate:
 
 
 def _quantile(by_block: NDArray[np.int64], by_set: NDArray[np.int64], level: float, largest: float) -> Estimate:
-    """Return the length that a share of all errors stays below, from counts by block of points and by set of poses."""
+    """Return a quantile of the magnitude over all poses (m), from counts by block of points and by set of poses."""
     whole = by_block.sum(axis=0)
     alone, found = (pooled_quantile(by_block, sets, level, largest) for sets in (whole[None], by_set))
-    # One point more or less at each pose shows a gap, in which blocks would agree.
+    # One point more or less at each pose reveals a gap in the distribution, where the blocks would agree by chance.
     low, high = (quantile(whole, level + by / POOLED_POINTS) for by in (-1, 1))
     low, high = min(alone.low, low), min(max(alone.high, high), max(largest, alone.high))
     if max(found.value - low, high - found.value) > MOST_UNCERTAIN * found.value:

@@ -44,11 +44,11 @@ MOST_DENSER: Final = 1 / 8
 POINTS: Final = 16_384
 POOLED_POINTS: Final = 4096
 BLOCKS: Final = 8
-# Uncertainties by points count so many standard errors: about 95 %.
+# Uncertainties by points are this number of standard errors: about 95 %.
 _STANDARD_ERRORS: Final = 2.0
-# Poses at a time, always cut in the same places: matrix products may round by their shape.
+# Poses at a time. Tiles always start at the same poses, since the rounding of matrix products may depend on their shape.
 TILE: Final = 64
-# A variance that is a smaller share of the largest is what rounding leaves of none.
+# A variance that is a smaller share of the largest one is rounding, and counts as zero.
 _ROUNDING: Final = 1e-12
 _PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
@@ -70,11 +70,11 @@ class Magnitude:
 
 
 class Plays(NamedTuple):
-    """What decides at poses where plays are closed in some robots only; the terms that change with it are the last ones.
+    """Plays that are closed in some robots only. The terms that depend on them are the last ones.
 
-    uniforms  (play, point): a play is closed where this is at most its share
+    uniforms  (play, point) a play is closed at points where this is at most its share
     closed    (pose, play) share of the robots whose play is closed
-    of_term   (term,) the play of each of these terms
+    of_term   (term,) number of the play on which each of the last terms depends
     """
 
     uniforms: Floats
@@ -83,9 +83,12 @@ class Plays(NamedTuple):
 
 
 class Rays(NamedTuple):
-    """What integrals along rays need: b . b (pose,), b . a and a . a (pose, ray), and the weights of 1, r ... r^4 along each (pose, 5, ray).
+    """Rays b + r a of a vector with bias b, for integrals along them; r is in standard deviations.
 
-    Normal vectors share one set of weights (1, 5, ray).
+    square   (pose,) b . b, m^2
+    along    (pose, ray) b . a, m^2
+    across   (pose, ray) a . a, m^2
+    weights  (pose, 5, ray) of 1, r ... r^4; normal vectors share one set (1, 5, ray)
     """
 
     square: Floats
@@ -104,8 +107,11 @@ def figures(
 ) -> Magnitude:
     """Return the figures of every pose: by rays where they apply, by points elsewhere.
 
-    shift (pose, 3, term) m per unit draw, bias (pose, 3) m; draws(count) gives the draws (term, count) at so many points, as `sobol_draws` does.
-    Where plays are closed in some robots only, `plays` at POINTS points, in the order of the cumulants' closings.
+    shift   (pose, 3, term) m per unit draw
+    bias    (pose, 3) m
+    draws   returns the draws (term, count) at `count` points, as `sobol_draws` does
+    levels  shares of the quantiles, 0..1
+    plays   the plays that are closed in some robots only, at POINTS points, in the order of the cumulants' closings
     """
     found = by_rays(shift, bias, cumulants, levels, None if plays is None else plays.closed)
     rest = np.flatnonzero(~found.nearly_normal)
@@ -118,10 +124,10 @@ def figures(
 def by_rays(
     shift: Floats, bias: Floats, cumulants: Cumulants | None = None, levels: Sequence[float] = LEVELS, closed: Floats | None = None
 ) -> Magnitude:
-    """Return the figures of nearly normal sums; without cumulants those of normal vectors. Valid where `nearly_normal` says so.
+    """Return the figures of nearly normal sums; without cumulants those of normal vectors. Valid where `nearly_normal` is true.
 
     shift (pose, 3, term) m per unit draw, bias (pose, 3) m, closed (pose, play) as in `Plays`.
-    Mean and deviation by Gauss's rule, quantiles by Newton's method.
+    Mean and standard deviation are by Gauss's rule, quantiles by Newton's method.
     """
     from scipy.special import ndtri
 
@@ -138,14 +144,14 @@ def by_rays(
         rays = _rays(deviations, axes, bias[at], forms)
         kernel.moments_along_rays(*rays, *_radii(), values[at])
         kernel.quantiles_along_rays(*rays, wanted, ndtri(wanted), (MOST_MOVED, MOST_DENSER), values[at], uncertainty[at], normal[at])
-        still = at.start + np.flatnonzero(~deviations.any(axis=1))
-        values[still] = np.linalg.norm(bias[still], axis=1, keepdims=True)
-        values[still, 1] = uncertainty[still] = 0.0
+        constant = at.start + np.flatnonzero(~deviations.any(axis=1))
+        values[constant] = np.linalg.norm(bias[constant], axis=1, keepdims=True)
+        values[constant, 1] = uncertainty[constant] = 0.0
     return Magnitude(values, uncertainty, normal, excess)
 
 
 def rays_of(covariance: Floats, bias: Floats) -> Rays:
-    """Return the rays of normal vectors: covariance (pose, 3, 3) m^2, bias (pose, 3) m. For `share_below`, which may be asked at many limits."""
+    """Return the rays of normal vectors, for any number of calls of `share_below`: covariance (pose, 3, 3) m^2, bias (pose, 3) m."""
     return _rays(*_principal(covariance, bias), bias, None)
 
 
@@ -157,9 +163,9 @@ def share_below(rays: Rays, limits: Floats) -> tuple[Floats, Floats]:
 
 
 def _principal(covariance: Floats, bias: Floats) -> tuple[Floats, Floats]:
-    """Return standard deviations (pose, 3) along the principal axes, and these (pose, 3, axis).
+    """Return the standard deviations (pose, 3) along the principal axes, m, and the axes (pose, 3, axis).
 
-    The axes point to the side of the bias, so that the rays, and with them every figure, turn with the vector.
+    The axes point to the side of the bias, so that the rays, and therefore all figures, do not depend on the orientation of the base frame.
     """
     values, axes = np.linalg.eigh(covariance)
     axes = np.where(bias[:, None] @ axes < 0, -axes, axes)
@@ -170,7 +176,7 @@ def _rays(deviations: Floats, axes: Floats, bias: Floats, forms: Floats | None) 
     """Return the rays of vectors with these principal axes, weighted by the correction for the cumulants in `forms`."""
     weights = np.zeros((1, 5, RAYS)) if forms is None else (forms @ _hermite()).reshape(-1, 5, RAYS)
     weights[:, 0] += 1
-    # The mean weight is one but for what so many directions leave.
+    # The mean weight would be one if the directions were exactly uniform.
     mass = weights.mean(axis=2) @ np.array([1, 2 * math.sqrt(2 / math.pi), 3, 8 * math.sqrt(2 / math.pi), 15])
     across = deviations**2 @ _directions() ** 2
     along = ((bias[:, None] @ axes)[:, 0] * deviations) @ _directions()
@@ -203,19 +209,19 @@ def _forms(white: Floats, known: Cumulants, closed: Floats | None) -> Floats:
 
 @functools.cache
 def _collect(order: int) -> Floats:
-    """Return which monomial each product of a pair of axes with an axis (order 3) or a pair (order 4) belongs to (product, monomial)."""
+    """Return ones where a product of a pair of axes with an axis (order 3) or a pair (order 4) is a monomial, else zeros (product, monomial)."""
     others: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,)) if order == 3 else _PAIRS  # noqa: PLR2004 - the order itself
     products = [pair + other for pair in _PAIRS for other in others]
     return np.array([[tuple(map(axes.count, range(3))) == powers for powers in _powers(order)] for axes in products], float)
 
 
 def _excess(forms: Floats, deviations: Floats) -> Floats:
-    """Return k_iijj over the mean fourth power of a normal vector, (tr C)^2 + 2 tr C^2, by the fourth form of the whitened sum (pose,)."""
+    """Return k_iijj / ((tr C)^2 + 2 tr C^2) (pose,) from the fourth form of the whitened sum; the divisor is a normal vector's mean fourth power."""
     fourth, variances = forms[:, len(_powers(3)) :], deviations**2
     traced = np.zeros(len(forms))
     for column, powers in enumerate(_powers(4)):
         if all(power % 2 == 0 for power in powers):
-            # x^4 holds k_xxxx once; x^2 y^2 holds k_xxyy six times, of which the trace has two
+            # the coefficient of x^4 is k_xxxx; that of x^2 y^2 is six k_xxyy, of which the trace has two
             share = 1.0 if max(powers) == 4 else 1 / 3  # noqa: PLR2004 - x^4
             traced += share * fourth[:, column] * np.prod(deviations ** np.array(powers), axis=1)
     normal = variances.sum(axis=1) ** 2 + 2 * (variances**2).sum(axis=1)
@@ -224,7 +230,7 @@ def _excess(forms: Floats, deviations: Floats) -> Floats:
 
 @functools.cache
 def _hermite() -> Floats:
-    """Return what each coefficient of the forms adds to the weights along the rays (10 + 15, 5 x ray): Hermite's tensors, k3 : H3 / 6 + k4 : H4 / 24.
+    """Return the weights along the rays per coefficient of the forms (10 + 15, 5 x ray), by Hermite's tensors: k3 : H3 / 6 + k4 : H4 / 24.
 
     Along r u these are (k_uuu r^3 - 3 k_iiu r) / 6 and (k_uuuu r^4 - 6 k_iiuu r^2 + 3 k_iijj) / 24. A trace is a Laplacian of the form.
     """
@@ -238,20 +244,20 @@ def _hermite() -> Floats:
 
 @functools.cache
 def _laplacian(order: int) -> Floats:
-    """Return the Laplacian of each monomial of this order by monomials two orders lower (monomial, monomial)."""
+    """Return the Laplacian of each monomial of this order, in monomials two orders lower (monomial, monomial)."""
     out = np.zeros((len(_powers(order)), len(_powers(order - 2))))
     for row, powers in enumerate(_powers(order)):
         for column, lower in enumerate(_powers(order - 2)):
-            taken = np.subtract(powers, lower)
-            if sorted(taken) == [0, 0, 2]:
-                power = powers[int(np.argmax(taken))]
+            difference = np.subtract(powers, lower)
+            if sorted(difference) == [0, 0, 2]:
+                power = powers[int(np.argmax(difference))]
                 out[row, column] = power * (power - 1)
     return out
 
 
 @functools.cache
 def _directions() -> Floats:
-    """Return evenly spread unit vectors (3, ray): the golden spiral, aligned with no axis."""
+    """Return RAYS evenly spaced unit vectors (3, ray) on a golden spiral; none of them is aligned with an axis."""
     n = np.arange(RAYS) + 0.5
     z, angle = 1 - 2 * n / RAYS, 4 * math.pi * n / (1 + math.sqrt(5))
     return np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z])
@@ -259,7 +265,7 @@ def _directions() -> Floats:
 
 @functools.cache
 def _radii() -> tuple[Floats, Floats]:
-    """Return nodes along a ray and the shares of a standard normal vector that they stand for."""
+    """Return nodes along a ray, in standard deviations, and the share of a standard normal vector at each of them; both (node,)."""
     x, weights = np.polynomial.legendre.leggauss(_NODES)
     r = _END * (x + 1) / 2
     shares = weights * r**2 * np.exp(-(r**2) / 2)
@@ -270,9 +276,10 @@ def _radii() -> tuple[Floats, Floats]:
 
 
 def sobol_draws(terms: Sequence[Draws], importance: Mapping[Hashable, float], count: int, seed: int = 0) -> Floats:
-    """Return draws (term, count) at the points of a scrambled Sobol sequence; the most important streams take its first coordinates.
+    """Return draws (term, count) at the points of a scrambled Sobol sequence; the most important streams use its first coordinates.
 
-    terms: of each the streams whose draws it multiplies, with their distributions; importance: the size of every stream.
+    terms       for each term the streams whose draws it multiplies, with their distributions
+    importance  importance of every stream; only the order matters
     """
     from scipy.stats import qmc
 
@@ -285,7 +292,7 @@ def sobol_draws(terms: Sequence[Draws], importance: Mapping[Hashable, float], co
 
 
 def by_points(shift: Floats, bias: Floats, draws: Floats, levels: Sequence[float] = LEVELS, plays: Plays | None = None) -> tuple[Floats, Floats]:
-    """Return values and uncertainty (pose, 2 + level) from draws (term, point), as in `Magnitude`."""
+    """Return values and uncertainty (pose, 2 + level) as in `Magnitude`, from draws (term, point); other arguments as for `figures`."""
     values, uncertainty = np.empty((2, len(bias), 2 + len(levels)))
     for at, squares in _squares(shift, bias, draws, plays):
         kernel.figures_of_lengths(squares, np.array(levels, float), _STANDARD_ERRORS, values[at], uncertainty[at])
@@ -293,7 +300,7 @@ def by_points(shift: Floats, bias: Floats, draws: Floats, levels: Sequence[float
 
 
 def pooled_counts(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None = None) -> NDArray[np.int64]:
-    """Return how many lengths of all these poses fall into each bin, by block of points (BLOCKS, bin); bins as `error_bins`."""
+    """Return the number of magnitudes of all these poses in each bin of `error_bins`, by block of points (BLOCKS, bin)."""
     counts = np.zeros((BLOCKS, BINS), np.int64)
     for _, squares in _squares(shift, bias, draws, plays):
         kernel.count_lengths(squares, counts)
@@ -301,38 +308,38 @@ def pooled_counts(shift: Floats, bias: Floats, draws: Floats, plays: Plays | Non
 
 
 def _squares(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None) -> Iterator[tuple[slice, NDArray[np.float32]]]:
-    """Yield some poses and their squared lengths (pose, block, point), m^2. Over the points every draw has mean zero."""
+    """Yield tiles of poses and their squared magnitudes (pose, block, point), m^2. The mean of every draw over the points is subtracted."""
     if plays is not None:
         yield from _squares_with_plays(shift, bias, draws, plays)
         return
     pad = -len(draws) % 4
     centred = np.pad((draws - draws.mean(axis=1, keepdims=True)).astype(np.float32), ((0, pad), (0, 0)))
-    room = np.empty((TILE, draws.shape[1]), np.float32)
+    buffer = np.empty((TILE, draws.shape[1]), np.float32)
     for at in _tiles(len(bias)):
         steps = np.pad(shift[at].astype(np.float32), ((0, 0), (0, 0), (0, pad)))
-        out = room[: len(steps)]
+        out = buffer[: len(steps)]
         kernel.squared_lengths(steps, bias[at].astype(np.float32), centred, out)
         yield at, out.reshape(len(steps), BLOCKS, -1)
 
 
 def _squares_with_plays(shift: Floats, bias: Floats, draws: Floats, plays: Plays) -> Iterator[tuple[slice, NDArray[np.float32]]]:
-    """Yield the same pose by pose, where draws differ: of the last terms only those count whose play is closed in some robots here."""
+    """Yield the same for single poses with plays: of the last terms, only those count whose play is closed in some robots at the pose."""
     steady = len(draws) - len(plays.of_term)
-    room = np.zeros((len(draws) + 3, draws.shape[1]), np.float32)
-    room[:steady] = draws[:steady] - draws[:steady].mean(axis=1, keepdims=True)
+    buffer = np.zeros((len(draws) + 3, draws.shape[1]), np.float32)
+    buffer[:steady] = draws[:steady] - draws[:steady].mean(axis=1, keepdims=True)
     for p, closed in enumerate(plays.closed):
         some = np.flatnonzero((closed > 0) & (closed < 1))
-        there = np.concatenate([np.arange(steady), *(steady + np.flatnonzero(plays.of_term == play) for play in some)])
-        for row, term in enumerate(there[steady:], steady):
+        active = np.concatenate([np.arange(steady), *(steady + np.flatnonzero(plays.of_term == play) for play in some)])
+        for row, term in enumerate(active[steady:], steady):
             play = plays.of_term[term - steady]
             drawn = draws[term] * standardised(plays.uniforms[play], closed[play, None])
-            room[row] = drawn - drawn.mean()
-        last = len(there) + -len(there) % 4
-        room[len(there) : last] = 0.0
+            buffer[row] = drawn - drawn.mean()
+        last = len(active) + -len(active) % 4
+        buffer[len(active) : last] = 0.0
         step = np.zeros((1, 3, last), np.float32)
-        step[0, :, : len(there)] = shift[p][:, there]
+        step[0, :, : len(active)] = shift[p][:, active]
         out = np.empty((1, draws.shape[1]), np.float32)
-        kernel.squared_lengths(step, bias[p : p + 1].astype(np.float32), room[:last], out)
+        kernel.squared_lengths(step, bias[p : p + 1].astype(np.float32), buffer[:last], out)
         yield slice(p, p + 1), out.reshape(1, BLOCKS, -1)
 
 

@@ -1,4 +1,4 @@
-"""The error that the first-order sum neglects: the same errors composed exactly, as a product of exponentials."""
+"""Comparison of the first-order sum of errors with their exact composition, a product of exponentials."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.spatial import Floats
 
-# Beyond this difference from exact composition, as a share of the error, first order fails.
+# The first-order sum is refused where it differs from exact composition by a larger share of the error.
 FAILS: Final = 0.1
-# A nanometre: what differs by less does not matter, however small the error is.
+# Differences below a nanometre do not count, for any size of the error.
 _NOTHING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class ExactCheck:
-    """First order against exact composition on a sample.
+    """Differences between the first-order sum and the exact composition on a sample.
 
-    largest, mean  distance between the two, m
-    samples        how many were compared
-    turn, length   the largest first-order rotation of the tool (rad) and the largest first-order error (m) among them
+    largest, mean  distance between the two tool positions, m
+    samples        number of samples
+    turn, length   largest first-order rotation of the tool (rad) and largest first-order error (m) of these samples
     """
 
     largest: float
@@ -44,8 +44,8 @@ class ExactCheck:
     length: float = 0.0
 
 
-def share_left_out(check: ExactCheck, error: float) -> float:
-    """Return the share of an error (m) that the first-order sum neglects at most, as far as compared; infinite for an error beyond all figures."""
+def share_neglected(check: ExactCheck, error: float) -> float:
+    """Return the largest share of an error (m) that the first-order sum neglects on the sample; infinite for an error that is not finite."""
     if not math.isfinite(error) or not math.isfinite(check.largest):
         return math.inf
     if check.largest <= _NOTHING:
@@ -54,7 +54,7 @@ def share_left_out(check: ExactCheck, error: float) -> float:
 
 
 def join(checks: Sequence[ExactCheck]) -> ExactCheck:
-    """Return the check of several samples together."""
+    """Return the check over all of these samples."""
     samples = sum(check.samples for check in checks)
     mean = sum(check.mean * check.samples for check in checks) / max(samples, 1)
     return ExactCheck(
@@ -65,19 +65,20 @@ def join(checks: Sequence[ExactCheck]) -> ExactCheck:
 def draws_of(
     matrix: PoseMatrix, row: int | NDArray[np.int64], seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]
 ) -> Floats:
-    """Return the draws of each column at these visits (column, sample), for equally long lists of robots and visits; 1 for design terms.
+    """Return the draws of each column for these samples (column, sample); 1 for design terms.
 
-    `row` is the row of the matrix and `pose` the number of the pose in the study: one for all samples, or one for each.
+    row, pose       row of the matrix, and number of the pose in the study: one for all samples, or one for each (sample,)
+    robots, visits  numbers of the robot and of the visit of each sample (sample,)
     """
     out = np.ones((len(matrix.infos), len(robots)))
-    built = int(robots.max()) + 1
+    count = int(robots.max()) + 1
     visiting = [(k, info.visit) for k, info in enumerate(matrix.infos) if info.visit is not None]
     out[[k for k, _ in visiting]] = visit_draws(seed, [stream for _, stream in visiting], pose, robots, visits)
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
-            out[k] *= _first_robots(seed, info.robot, built)[robots]
+            out[k] *= _first_robots(seed, info.robot, count)[robots]
         if info.closing is not None:
-            out[k] *= standardised(_first_robots(seed, info.closing.stream, built)[robots], matrix.closed[info.closing.row, row])
+            out[k] *= standardised(_first_robots(seed, info.closing.stream, count)[robots], matrix.closed[info.closing.row, row])
     return out
 
 
@@ -87,14 +88,14 @@ def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
 
 
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
-    """Return the exact tool poses at the poses in these rows: (row, sample, 4, 4) for draws (row, term, sample).
+    """Return the exact frames of the tool (row, sample, 4, 4) at the poses in these rows of the matrix, for draws (row, column, sample).
 
-    Every place turns and shifts by the exponential of the sum of its own terms; the chain is multiplied out. Exact in the
-    errors' geometry at any size.
+    Every place moves by the exponential of the sum of its own columns, and the frames are multiplied along the chain. The geometry is exact for
+    errors of any size.
     """
-    # Errors on a branch beside the way to the tool do not move it.
-    places = [place for place in matrix.way if place in matrix.place]
-    # From each place that moves to the next, and at last to the tool.
+    # Errors on a branch do not move the tool.
+    places = [place for place in matrix.tool_path if place in matrix.place]
+    # Fixed steps from each place with errors to the next one, and from the last one to the tool.
     *steps, last = steps_between(matrix.at[[*places, -1]][:, rows])
     local = matrix.local[rows]
     twists = np.empty((len(places), len(rows), draws.shape[2], 6))
@@ -108,9 +109,11 @@ def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Float
 
 
 def check(matrix: PoseMatrix, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
-    """Return the differences between the first-order sum and the exact composition.
+    """Return the differences between the first-order sum and the exact composition of the same draws.
 
-    Compared on these rows of the matrix (whose first is pose `first_pose` of the study), for robots x visits draws each. No rows, no samples.
+    first_pose       number in the study of the first pose of the matrix
+    rows             rows of the matrix that are compared; none: no samples
+    robots, visits   numbers of robots and of visits that are compared at each pose
     """
     if not len(rows):
         return ExactCheck(0.0, 0.0, 0)

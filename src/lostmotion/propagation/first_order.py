@@ -1,4 +1,4 @@
-"""Errors too large to be added up: where a question has no exact composition beside its figures, it is refused."""
+"""Refusal of errors that are too large for a first-order sum, for analyses that do not print a comparison with exact composition."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem
-from lostmotion.propagation.exact import FAILS, check, share_left_out
+from lostmotion.propagation.exact import FAILS, check, share_neglected
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -22,14 +22,14 @@ _SEED: Final = 1
 
 
 def refuse_large_errors(arm: Arm) -> None:
-    """Refuse to predict the accuracy of an arm whose errors are not small. Raises InputError that says by how much first order is wrong.
+    """Raise InputError for an arm whose errors are too large for a first-order sum; the message states the error of that sum.
 
-    Compared are 1 024 samples: 16 poses between the joint limits, 16 robots, four visits. Errors are too large where their sum differs from their
-    exact composition by more than a tenth of the largest of them, as for rotations of some 11 degrees.
+    1 024 samples are compared: 16 poses between the joint limits, 16 robots and four visits. Errors are too large where their first-order sum differs
+    from their exact composition by more than a tenth of the largest error, as it does for rotations of about 11 degrees.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         found = check(screws(arm, sample_poses(arm, _POSES).q), 0, np.arange(_POSES), _SEED, _ROBOTS, _VISITS)
-    if share_left_out(found, found.length) <= FAILS:
+    if share_neglected(found, found.length) <= FAILS:
         return
     problem = f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong by {found.largest * 1e3:.2g} mm"
     expected = "errors small enough to be added up; look for a mistake in the largest, which `lostmotion study FILE` lists"

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.propagation.exact import FAILS, share_left_out
+from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.sheet import Card, length, several
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _SOUND_CARDS: Final = frozenset({"reach from the base", "test cube"})
 
 def judged(check: ExactCheck, error: float) -> str:
     """Return a remark on the validity of first order for errors of this size (m)."""
-    share = share_left_out(check, error)
+    share = share_neglected(check, error)
     if share <= ENOUGH:
         return "first order is enough" if check.samples else "nothing was compared"
     return "more than 1 %: the first-order figures are that uncertain" if share <= FAILS else "first order fails: the figures of errors are wrong"
@@ -35,7 +35,7 @@ def judged(check: ExactCheck, error: float) -> str:
 
 def failure(check: ExactCheck, error: float) -> str:
     """Return the headline's remark that first order fails for errors of this size (m); empty where it is valid."""
-    share = share_left_out(check, error)
+    share = share_neglected(check, error)
     if share <= FAILS:
         return ""
     angle = math.degrees(check.turn)
@@ -93,6 +93,6 @@ def failed(failing: Sequence[Outcome], designs: int, named: Callable[[int], str]
     """Return the headline's remark on designs where first order fails, with the worst one's name."""
     if not failing:
         return []
-    worst = max(failing, key=lambda each: share_left_out(each.check, each.quantiles[_LEVEL].value))
+    worst = max(failing, key=lambda each: share_neglected(each.check, each.quantiles[_LEVEL].value))
     message = failure(worst.check, worst.quantiles[_LEVEL].value)
     return [message if designs == 1 else f"In {several(len(failing), 'design')} of {designs}, first of all {named(worst.design)}: {message}"]

@@ -13,7 +13,7 @@ from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
-from lostmotion.propagation.exact import share_left_out
+from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import (
@@ -202,7 +202,7 @@ def _check(answer: Answer) -> Section:
     rows = (
         Row("largest difference", (length(exact.largest, samples=counted),)),
         Row("mean difference", (length(exact.mean, samples=counted),)),
-        Row("largest, share of the 95th percentile", (Figure(100 * share_left_out(exact, q95), "%", samples=counted),), judged(exact, q95)),
+        Row("largest, share of the 95th percentile", (Figure(100 * share_neglected(exact, q95), "%", samples=counted),), judged(exact, q95)),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.propagation.exact import share_left_out
+from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.first_order import failed, failure, judged, unsure
 from lostmotion.reporting.joint_values import joint_value
@@ -220,10 +220,10 @@ def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 -
 
 
 def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
-    each = max(chosen, key=lambda each: share_left_out(each.check, each.quantiles[LEVEL].value))
+    each = max(chosen, key=lambda each: share_neglected(each.check, each.quantiles[LEVEL].value))
     counted = several(each.check.samples, "sample")
     error = each.quantiles[LEVEL].value
-    share, warn = 100 * share_left_out(each.check, error), judged(each.check, error)
+    share, warn = 100 * share_neglected(each.check, error), judged(each.check, error)
     rows = (
         Row("largest difference", (length(each.check.largest, samples=counted),), design_name(order.axes, each.design) if order.axes else ""),
         Row("largest, of the 95th percentile", (Figure(share, "%", samples=counted),), warn),
