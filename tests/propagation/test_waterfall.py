@@ -10,7 +10,7 @@ from lostmotion.propagation.analytic import Drawn, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
-from lostmotion.propagation.montecarlo.waterfall import STAGES, geometry_of, left, waterfall
+from lostmotion.propagation.montecarlo.waterfall import STAGES, geometry_of, remaining, waterfall
 from tests.conftest import JOINT, arm_of
 
 POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
@@ -18,7 +18,7 @@ POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
 
 def dropped(matrix, stage, geometry):
     """Return the pose matrix of a stage."""
-    return matrix.scaled(left(matrix.infos, stage, geometry))
+    return matrix.scaled(remaining(matrix.infos, stage, geometry))
 
 
 @pytest.fixture(scope="module")
@@ -82,11 +82,11 @@ def test_stages_fall_and_intervals_hold_the_drop(found):
     """Nothing is removed as manufactured; compensation removes most; what every robot still shows is least; intervals contain their values."""
     by_name = {stage.name: stage for stage in found.stages}
     assert [stage.name for stage in found.stages] == list(STAGES)
-    assert by_name["as manufactured"].off.value == 0
+    assert by_name["as manufactured"].reduction.value == 0
     assert by_name["both"].q95.value < by_name["load compensated"].q95.value < by_name["as manufactured"].q95.value
     for stage in found.stages:
-        assert stage.off.value == pytest.approx(by_name["as manufactured"].q95.value - stage.q95.value, rel=1e-3, abs=1e-9)
-        for told in (stage.mean, stage.q95, stage.off):
+        assert stage.reduction.value == pytest.approx(by_name["as manufactured"].q95.value - stage.q95.value, rel=1e-3, abs=1e-9)
+        for told in (stage.mean, stage.q95, stage.reduction):
             assert told.low <= told.value <= told.high
 
 

@@ -1,6 +1,6 @@
-"""Compiled loops of `error_magnitude`: integrals along rays, lengths at points, and what histograms of these lengths say.
+"""Compiled loops of `error_magnitude`: integrals along rays, magnitudes at points, and figures from histograms of these magnitudes.
 
-Sums may be reordered by the compiler: bits depend on the processor, but on nothing else.
+The compiler may reorder sums, so the bits of a figure depend on the processor, but on nothing else.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from numba import njit
 from lostmotion.compiled import compiled
 from lostmotion.error_model import error_bins
 
-BINS: Final = 2048  # of the histogram of one pose's lengths
-CHUNK: Final = 512  # points at a time: their three sums stay in the first cache
+BINS: Final = 2048  # of the histogram of the magnitudes at one pose
+CHUNK: Final = 512  # points at a time: their three sums stay in the first-level cache
 # The bins over all errors begin here in the leading bits of a 32-bit float, whose exponent is biased by 127 instead of 1023.
 _FIRST: Final = error_bins.FIRST_BIN - ((1023 - 127) << error_bins.MANTISSA_BITS)
 _SHIFT: Final = 23 - error_bins.MANTISSA_BITS
 _ALL: Final = error_bins.BINS
-_CHI: Final = math.sqrt(2 / math.pi)  # of the density of the length of a standard normal vector in space
-_FAR: Final = 12.0  # standard deviations beyond which nothing is left
+_CHI: Final = math.sqrt(2 / math.pi)  # factor in the density of the length of a standard normal vector in space
+_FAR: Final = 12.0  # standard deviations beyond which the probability is negligible
 _STEPS: Final = 60
 _TAIL: Final = 0.5
-_OF_MOMENTS: Final = 0.1  # share of the largest move of a quantile that mean and deviation may be off by: measured 0.06
-_INTEGRATED: Final = 1e-3  # share of the deviation that integration along so many rays may be off by
-_CLOSE: Final = 1e-4  # relative; Newton's step after one so short changes nothing that matters
+_OF_MOMENTS: Final = 0.1  # uncertainty of mean and deviation, as a share of the largest correction of a quantile: measured 0.06
+_INTEGRATED: Final = 1e-3  # uncertainty of integration along the rays, as a share of the deviation
+_CLOSE: Final = 1e-4  # relative length of the last step of Newton's method, after which the error is negligible
 _FREE: Final = {"contract", "reassoc", "nsz", "nnan", "ninf", "arcp"}
 _lanes = njit(nogil=True, cache=True, error_model="numpy", boundscheck=False, fastmath=_FREE)
 
@@ -36,7 +36,7 @@ def _along_ray(x, w0, w1, w2, w3, w4):
     """Return the integral from 0 to x of the chi density times w0 + ... + w4 r^4 and the integrand at x, then both for a weight of one.
 
     The error function is Abramowitz and Stegun's 7.1.26 (absolute error 1.5e-7). The exponential is a polynomial, squared eight times, because a
-    call per ray would keep the compiler from working on several rays at once.
+    function call per ray would prevent the compiler from vectorising over rays.
     """
     x = min(x, _FAR)
     square = x * x
@@ -58,13 +58,13 @@ def _along_ray(x, w0, w1, w2, w3, w4):
 
 @_lanes
 def _share_within(length, square, along, across, w0, w1, w2, w3, w4):
-    """Return the share and the density of the magnitude at a length for one pose, then both of the normal vector without correction."""
+    """Return the share of magnitudes below a length (m) and the density there (1/m) for one pose, then both for the uncorrected normal vector."""
     share = density = normal = dense = 0.0
     for j in range(len(along)):
         root, over = np.sqrt(max(along[j] * along[j] - across[j] * (square - length * length), 0.0)), 1.0 / across[j]
         far, far_density, far_normal, far_dense = _along_ray(max((root - along[j]) * over, 0.0), w0[j], w1[j], w2[j], w3[j], w4[j])
         near, near_density, near_normal, near_dense = _along_ray(max((-root - along[j]) * over, 0.0), w0[j], w1[j], w2[j], w3[j], w4[j])
-        # A ray that misses the sphere of this length adds nothing.
+        # A ray that misses the sphere of this radius contributes zero density.
         slope = length / root if root > 0 else 0.0
         share += far - near
         density += (far_density + near_density) * slope
@@ -75,7 +75,7 @@ def _share_within(length, square, along, across, w0, w1, w2, w3, w4):
 
 @compiled
 def shares_within(square, along, across, weights, limits, shares, densities):
-    """Fill in shares and densities (pose, limit) at limits (pose, limit)."""
+    """Fill in the shares of magnitudes below limits (pose, limit), m, and the densities there (pose, limit), 1/m."""
     for p in range(len(square)):
         w = weights[min(p, len(weights) - 1)]
         for k in range(limits.shape[1]):
@@ -107,11 +107,13 @@ def moments_along_rays(square, along, across, weights, nodes, masses, values):
 
 @compiled
 def quantiles_along_rays(square, along, across, weights, levels, deviates, limits, values, uncertainty, nearly_normal):
-    """Fill in quantiles behind mean and deviation by Newton's method within a bracket, the uncertainty of all figures, and where rays apply.
+    """Fill in quantiles after mean and deviation, by Newton's method within a bracket; the uncertainty of all figures; and whether rays apply.
 
-    deviates (level,): the normal law's quantiles. limits: by which shares the correction may move a quantile and change the density there. The
-    uncertainty of each quantile is the largest such share of the pose; of mean and deviation a tenth of the largest move; and never below what the
-    integration itself leaves, a share of the deviation.
+    deviates  (level,) quantiles of the standard normal distribution
+    limits    largest shares by which the correction for shape may move a quantile and change the density there
+
+    The relative uncertainty of each quantile is the largest relative move of any quantile of the pose. The uncertainty of mean and deviation is a
+    tenth of the largest move. No uncertainty is below that of the integration, a share of the deviation.
     """
     most_moved, most_denser = limits
     for p in range(len(square)):
@@ -130,7 +132,7 @@ def quantiles_along_rays(square, along, across, weights, levels, deviates, limit
                 else:
                     high = at
                 step = (level - share) / density if density > 0 else np.inf
-                if level > _TAIL and share < 1 and density > 0:  # the logarithm of the share above is nearly straight in the squared length
+                if level > _TAIL and share < 1 and density > 0:  # the logarithm of the share above a length is nearly linear in the squared length
                     further = at * at + 2 * at * math.log((1 - share) / (1 - level)) * (1 - share) / density
                     if further > 0:
                         step = math.sqrt(further) - at
@@ -149,9 +151,10 @@ def quantiles_along_rays(square, along, across, weights, levels, deviates, limit
 
 @_lanes
 def squared_lengths(shift, bias, draws, out):
-    """Fill in |bias + shift @ draws|^2 (pose, point): shift (pose, 3, term), draws (term, point), terms a multiple of four, points one of CHUNK.
+    """Fill in |bias + shift @ draws|^2 (pose, point), m^2: bias (pose, 3), m; shift (pose, 3, term), m per unit draw; draws (term, point).
 
-    Four terms at a time, so that every sum is loaded and stored once for four products.
+    The number of terms is a multiple of four, that of points a multiple of CHUNK. Four terms are added at a time, so that a
+    sum is loaded and stored once for four products.
     """
     x, y, z = np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float32)
     for first in range(0, draws.shape[1], CHUNK):
@@ -174,7 +177,7 @@ def squared_lengths(shift, bias, draws, out):
 
 @compiled
 def count_lengths(squares, counts):
-    """Add squared lengths (pose, block, point) to counts (block, bin) in the bins of `error_bins`."""
+    """Add the numbers of squared magnitudes (pose, block, point), m^2, in each bin of `error_bins` to counts (block, bin)."""
     bits = squares.view(np.int32)
     for p in range(squares.shape[0]):
         for m in range(squares.shape[1]):
@@ -184,14 +187,14 @@ def count_lengths(squares, counts):
 
 @compiled
 def _edge(level, below):
-    """Return the edge of the bins, with a fraction, at which a share (edge,) reaches a level."""
+    """Return the position, in bins from the lowest edge, at which the cumulative share `below` (edge,) reaches a level."""
     k = min(max(np.searchsorted(below, level), 1), BINS)
     return k - 1 + min(max((level - below[k - 1]) / max(below[k] - below[k - 1], 1e-300), 0.0), 1.0)
 
 
 @_lanes
 def _bins_of(squares, low, over, bins):
-    """Fill in the bins of these lengths; return the sums of the lengths less `low` and of their squares."""
+    """Fill in the bins of these magnitudes; return the sum of the magnitudes less `low`, and the sum of the squares of these differences."""
     one = two = 0.0
     for j in range(len(squares)):
         by = np.sqrt(squares[j]) - low
@@ -203,10 +206,10 @@ def _bins_of(squares, low, over, bins):
 
 @compiled
 def figures_of_lengths(squares, levels, errors, values, uncertainty):
-    """Fill in mean, deviation, quantiles and their uncertainty (pose, figure) from squared lengths (pose, block, point).
+    """Fill in mean, deviation, quantiles and their uncertainty (pose, figure), m, from squared magnitudes (pose, block, point), m^2.
 
-    errors: how many standard errors the uncertainty counts; what blocks differ by gives them. A quantile's is that of the share below it, and one
-    point more, which shows gaps; it is read back as a length.
+    The uncertainty is `errors` standard errors, estimated from the differences between blocks. For a quantile it is that of the share below it, plus
+    one point, which reveals gaps in the distribution; the histogram converts it to a length.
     """
     blocks, each = squares.shape[1:]
     wanted, point = errors / math.sqrt(blocks - 1.0), 1.0 / (blocks * each)
@@ -227,7 +230,7 @@ def figures_of_lengths(squares, levels, errors, values, uncertainty):
         one = ones.mean()
         deviation = math.sqrt(max(twos.mean() - one * one, 0.0))
         values[p, 0], values[p, 1], uncertainty[p, 0] = low + one, deviation, wanted * ones.std()
-        # of the mean square about the common mean
+        # from the blocks' mean squares about the common mean
         uncertainty[p, 1] = wanted * (twos - 2 * one * ones).std() / (2 * deviation) if deviation > 0 else 0.0
         for k in range(len(levels)):
             at = _edge(levels[k], below)

@@ -1,4 +1,4 @@
-"""One block of poses: what is drawn for the robots that visit them, and what the kernel makes of it."""
+"""One block of poses: the draws of the robots that visit them, and the sample that the kernel computes."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ MOST_VISITS: Final = 10_000
 _MOST_GROUPS: Final = 32
 
 
-# What a robot multiplies a column by: the sum of weights times what is drawn for it, or times one where the stream is None.
+# Factor of a robot on a column: the sum over (stream, weight) of weight times the robot's draw; for the stream None the draw is one.
 Factor: TypeAlias = "tuple[tuple[Stream | None, float], ...]"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run consists of; `groups` of robots, for the intervals of pooled quantiles."""
+    """The arguments of a run, as for `montecarlo.run`; `groups` is the number of groups of robots for the intervals of pooled quantiles."""
 
     arm: Arm
     poses: Poses
@@ -51,15 +51,15 @@ class Plan:
     approach: float
     groups: int
     device: Device = "cpu"
-    # What was drawn for every robot, by stream, and the tables of draws laid out for the kernel: the same in nearly all blocks.
+    # Draws of all robots by stream, and tables of draws in the layout of the kernel: nearly all blocks use the same ones.
     _robot_draws: dict[Stream, Floats] = field(default_factory=dict, init=False)
     _laid_out: dict[str, tuple[list[Any], Floats]] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
-        """Check the numbers and split the robots into groups.
+        """Return the plan of a run.
 
-        device "gpu": errors are formed by JAX on its graphics processor; LostmotionError where there is none.
+        Raises InputError for robots, visits, approach or device out of range, LostmotionError for a GPU that is not available.
         """
         for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
             if not isinstance(value, Integral) or not 1 <= value <= most:
@@ -72,9 +72,9 @@ class Plan:
         return cls(arm, poses, robots, visits, seed, approach, groups, device)
 
     def of_robots(self, what: str, factors: list[Factor], *, pad: bool = False) -> Floats:
-        """Return these factors for each robot (tile, factor, LANES); with `pad`, filled up to a multiple of four factors with zeros.
+        """Return these factors of each robot (tile, factor, LANES); with `pad`, zeros fill it up to a multiple of four factors.
 
-        Kept under the name `what` until it is asked for with other factors.
+        The result is cached under the name `what` until it is called with other factors.
         """
 
         def laid_out() -> Floats:
@@ -84,7 +84,7 @@ class Plan:
                     out[:, row] += weight * (1.0 if stream is None else self._drawn(stream))
             return out
 
-        return self._kept(what, factors, laid_out)
+        return self._cached(what, factors, laid_out)
 
     def _drawn(self, stream: Stream) -> Floats:
         if stream not in self._robot_draws:
@@ -92,13 +92,13 @@ class Plan:
         return self._robot_draws[stream]
 
     def tables(self, streams: list[Stream | None]) -> Floats:
-        """Return the tables that these streams' visits read, one after another (stream x ROW); of None all draws are one."""
+        """Return the tables of visit draws of these streams, one after another (stream x ROW,); for None all draws are one."""
 
         def laid_out() -> Floats:
             rows = [np.ones(draw_kernel.ROW) if stream is None else visit_table(self.seed, stream) for stream in streams]
             return np.concatenate(rows or [np.zeros(draw_kernel.ROW)])
 
-        return self._kept("visits", streams, laid_out)
+        return self._cached("visits", streams, laid_out)
 
     def frictions(self, closings: list[Closing | None]) -> Floats:
         """Return the uniform of each robot that decides whether its play is closed (tile, closing, LANES); zeros for None."""
@@ -110,9 +110,9 @@ class Plan:
                     out[:, row] = self._drawn(closing.stream)
             return out
 
-        return self._kept("frictions", closings, laid_out)
+        return self._cached("frictions", closings, laid_out)
 
-    def _kept(self, what: str, of: list[Any], laid_out: Callable[[], Floats]) -> Floats:
+    def _cached(self, what: str, of: list[Any], laid_out: Callable[[], Floats]) -> Floats:
         known = self._laid_out.get(what)
         if known is None or known[0] != of:
             known = self._laid_out[what] = of, laid_out()
@@ -121,10 +121,14 @@ class Plan:
 
 @dataclass(frozen=True)
 class BlockSample:
-    """What the kernel makes of one block: the table per pose, AP and RP by robot, each robot's summed mean error, and histograms.
+    """The sample of one block, reduced by the kernel; lengths in m.
 
-    hist (bin,) counts the block's samples. group_hist (group, bin) counts those of each group of robots, and where several blocks are walked
-    together, of all blocks up to this one. Both hold those bins that `bins` cuts out of the histogram: there are no errors beside them.
+    per_pose    (pose, kernel.COLUMNS)
+    ap_rp       (pose, 2, robot) AP and RP; no robots where there is one visit
+    robot_sums  (robot,) sum over poses of each robot's mean error
+    bins        range of the histogram's bins that are in `hist` and `group_hist`; all other bins are empty
+    hist        (bin,) counts of the samples of this block
+    group_hist  (group, bin) counts by group of robots, summed over all blocks of the batch up to this one
     """
 
     per_pose: Floats
@@ -135,13 +139,13 @@ class BlockSample:
     group_hist: np.ndarray
 
     def over_robots(self) -> Floats:
-        """Sum AP and RP up (pose, 2, 4): mean, 95 % quantile over robots, and its interval; NaN where there is one visit."""
+        """Return the mean of AP and RP over robots, their 95th percentile and its interval (pose, 2, 4), m; NaN where there is one visit."""
         if not self.ap_rp.shape[2]:
             return np.full((len(self.per_pose), 2, 4), np.nan)
         return np.concatenate([self.ap_rp.mean(axis=2)[..., None], robots_quantile(self.ap_rp)], axis=-1)
 
     def over_poses(self) -> Floats:
-        """Sum each robot's mean error, AP and RP (robot, 3); NaN for the latter where there is one visit."""
+        """Return the sums over poses of each robot's mean error, AP and RP (robot, 3), m; AP and RP are NaN where there is one visit."""
         out = np.column_stack([self.robot_sums, np.full((len(self.robot_sums), 2), np.nan)])
         if self.ap_rp.shape[2]:
             out[:, 1:] = self.ap_rp.sum(axis=0).T
@@ -155,7 +159,7 @@ class BlockSample:
 
 
 def check_device(device: str) -> None:
-    """Refuse a device that is not known (InputError), or a GPU that is not there or that JAX is not there for (LostmotionError)."""
+    """Raise InputError for an unknown device, and LostmotionError for "gpu" without a GPU or without JAX."""
     if device not in DEVICES:
         raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), device="cpu")
     if device == "gpu":
@@ -165,12 +169,12 @@ def check_device(device: str) -> None:
 
 
 def sample_block(plan: Plan, matrix: PoseMatrix, first: int) -> BlockSample:
-    """Run the kernel on one block of poses, the first of which is number `first` of the study."""
+    """Return the sample of one block of poses; the first pose of the matrix is number `first` of the study."""
     return next(sample_blocks(plan, matrix, [(first, first + len(matrix.tool))]))
 
 
 def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
-    """Run the kernel on one block of poses after the other; `spans` are their numbers in the study, which the matrix holds from the first on."""
+    """Yield the sample of each block of poses; `spans` are first and last (exclusive) poses in the study, and the matrix begins at the first one."""
     merged = matrix.merged
     robot = [k for k in merged.columns("robot") if merged.square_sums[k] != 0 and merged.infos[k].closing is None]
     changing = [each for each in _changing(matrix) if each.screw.any()]
@@ -215,7 +219,7 @@ def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) 
 
 
 def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
-    """Choose who forms the errors; `moves`: whether anything changes between visits."""
+    """Return the kernel for this device and number of visits; `moves`: whether any error changes between visits."""
     if plan.device == "gpu":
         from lostmotion.propagation.montecarlo import jax_kernel
 
@@ -227,13 +231,13 @@ ALWAYS: Final[Factor] = ((None, 1.0),)
 
 
 class Changing(NamedTuple):
-    """What changes with every visit, or with the plays that are closed at a pose.
+    """An error that changes with every visit, or with the plays that are closed at a pose.
 
-    screw    (3, pose) what it does to the tool point per unit drawn, m
-    stream   what is drawn per visit
-    factor   what each robot multiplies it by
-    closing  what decides whether its play is closed
-    whole    whether the screw is there in some robots and not in others; else it is multiplied by `closing.standardised`
+    screw    (3, pose) displacement of the tool point per unit draw, m
+    stream   draw per visit; None: one
+    factor   factor of each robot
+    closing  decides whether its play is closed; None: it does not depend on a play
+    whole    True where some robots have the screw and others do not; False where it is multiplied by `closing.standardised`
     """
 
     screw: Floats
@@ -244,10 +248,10 @@ class Changing(NamedTuple):
 
 
 def _changing(matrix: PoseMatrix) -> Iterator[Changing]:
-    """Yield what changes with every visit, or with the plays that are closed at a pose; columns of one form and the same draws together.
+    """Yield the errors that change with every visit or with the closed plays; columns of one form and the same visit draw are one error.
 
-    They differ only in size and in the robot's draw, such as a play and its scatter, so that one column with a robot's sum of both stands for all.
-    The mean over robots of what a load closes in some of them, and what that changes, are one column too, unless they are scaled apart.
+    Such columns, for example a play and its scatter, differ only in size and in the robot's draw, so their sum is one column with a factor per robot.
+    The two columns of a play that a load closes in some robots (mean and deviation) are one error too, unless their scales differ.
     """
     found: dict[tuple[Stream | None, int, Form], dict[Closing | None, list[int]]] = {}
     for k, info in enumerate(matrix.infos):
@@ -263,31 +267,31 @@ def _changing(matrix: PoseMatrix) -> Iterator[Changing]:
         if closing is not None and len(members) > 1:
             (mean, *_), (changed, *_) = members.values()
             if matrix.scale[mean] == matrix.scale[changed] and factors[None] == factors[closing]:
-                there = standardised(0.0 if closing.above else 1.0, matrix.closed[closing.row])
-                yield Changing(shift[:, mean] + there * shift[:, changed], stream, factors[closing], closing, whole=True)
+                draw = standardised(0.0 if closing.above else 1.0, matrix.closed[closing.row])
+                yield Changing(shift[:, mean] + draw * shift[:, changed], stream, factors[closing], closing, whole=True)
                 continue
         for each, (first, *_) in members.items():
             yield Changing(shift[:, first], stream, factors[each], each, whole=False)
 
 
 def _plays(matrix: PoseMatrix, both: list[Changing]) -> Floats:
-    """Return for each column (pose, column, 3) the share of robots whose play is closed, and by what those with it closed and open are multiplied."""
+    """Return (pose, column, 3): the share of robots whose play is closed, the factor of a closed play, and the factor of an open play."""
     out = np.ones((len(both), 3, len(matrix.tool)))
-    for (closed, shut, opened), each in zip(out, both, strict=True):
+    for (closed, if_closed, if_open), each in zip(out, both, strict=True):
         if each.closing is not None:
             closed[:] = matrix.closed[each.closing.row]
-            shut[:] = each.closing.above if each.whole else standardised(0.0, closed)
-            opened[:] = not each.closing.above if each.whole else standardised(1.0, closed)
+            if_closed[:] = each.closing.above if each.whole else standardised(0.0, closed)
+            if_open[:] = not each.closing.above if each.whole else standardised(1.0, closed)
     return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 
 def _padded(columns: np.ndarray) -> np.ndarray:
-    """Fill up to a multiple of four terms; -1 stands for one that does nothing."""
+    """Return the columns, filled up to a multiple of four with -1, which stands for a term without effect."""
     return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
 
 
 def _reading(seed: int, columns: list[Changing], tables: dict[Stream | None, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the table of each visit stream and the key of its position, padded like the screws."""
+    """Return the number of the table of each visit stream and the key of its positions, padded with zeros to a multiple of four."""
     rows = [tables[each.stream] for each in columns]
     keys = [np.uint64(0) if each.stream is None else visit_key(seed, each.stream.name) for each in columns]
     pad = [0] * (-len(rows) % 4)

@@ -1,4 +1,4 @@
-"""The same robots at the same visits, with some of their errors scaled: what changes is owed to those errors alone, not to other draws."""
+"""Studies with common random numbers: the same robots and visits with some errors scaled, so that only those errors make a difference."""
 
 from __future__ import annotations
 
@@ -22,7 +22,13 @@ _VISITS = 4
 
 @dataclass(frozen=True)
 class Sample:
-    """What one run found: each robot's mean error over each set of poses (set, robot), and counts of samples by group of robots and by set."""
+    """The result of one run.
+
+    means    (set, robot) mean error of each robot over each independent set of poses, m
+    groups   (group, bin) counts of samples by group of robots
+    sets     (set, bin) counts of samples by set of poses
+    largest  largest error, m
+    """
 
     means: Floats
     groups: np.ndarray
@@ -32,14 +38,14 @@ class Sample:
 
 @dataclass(frozen=True)
 class Paired:
-    """A smaller study that can be run again with its errors scaled; one pose matrix per set of poses."""
+    """A smaller study that can be run repeatedly with its errors scaled; it has one pose matrix per independent set of poses."""
 
     plan: Plan
     matrices: tuple[PoseMatrix, ...]
 
     @classmethod
     def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
-        """Take so many robots and at most four visits. Arguments and errors as `montecarlo.run`."""
+        """Prepare a study of these robots and at most four visits. Arguments and errors as for `montecarlo.run`."""
         plan = Plan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
         each = len(poses) // poses.replicates
         return cls(plan, tuple(screws(arm, poses.q[first : first + each], approach=approach) for first in range(0, len(poses), each)))
@@ -50,7 +56,7 @@ class Paired:
         return len(self.plan.poses) * self.plan.robots * self.plan.visits
 
     def run(self, factors: Floats) -> Sample:
-        """Return the errors of these robots with every term scaled by its factor (term,)."""
+        """Return the errors of these robots with every column of the pose matrix scaled by its factor (column,)."""
         groups, sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (self.plan.groups, len(self.matrices)))
         means, largest, first = [], 0.0, 0
         for of_set, matrix in zip(sets, self.matrices, strict=True):
@@ -64,9 +70,9 @@ class Paired:
 
 
 def thinned(poses: Poses, most: int) -> Poses:
-    """Return at most `most` poses that represent all: the first ones of each independent set, or equal steps where there is one."""
+    """Return at most `most` of the poses: the first ones of each independent set, or equally spaced ones where there is only one set."""
     if poses.replicates > 1:
         each = len(poses) // poses.replicates
-        kept = min(each, max(most // poses.replicates, 1))
-        return Poses(poses.q.reshape(poses.replicates, each, -1)[:, :kept].reshape(poses.replicates * kept, -1), poses.law, poses.replicates)
+        count = min(each, max(most // poses.replicates, 1))
+        return Poses(poses.q.reshape(poses.replicates, each, -1)[:, :count].reshape(poses.replicates * count, -1), poses.law, poses.replicates)
     return Poses(poses.q[np.unique(np.linspace(0, len(poses) - 1, min(most, len(poses))).astype(int))], poses.law)

@@ -1,4 +1,4 @@
-"""How the C library deals with memory that is given back block after block."""
+"""Reuse of freed memory by the C library from one block of poses to the next."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-# The library goes by the largest array given back so far: it keeps freed memory up to twice its size for the next block, and hands back the rest
-# only to ask for it again, page by page, which takes as long as a fifth of a block's work, or half.
+# glibc keeps freed memory of up to twice the size of the largest array freed so far. It returns the rest to the system, and then requests it again
+# for the next block, page by page, which takes from a fifth to half of the time of a block.
 _KEPT_BYTES: Final = 16 * 2**20
 
 
 def keep_freed() -> None:
-    """Have a block's memory kept for the next block: one array that is never touched does this. Elsewhere than with glibc it does nothing."""
+    """Make glibc keep a block's freed memory for the next block, by freeing one large untouched array. No effect with other C libraries."""
     np.empty(_KEPT_BYTES, np.uint8)

@@ -1,6 +1,6 @@
-"""Robots x visits at every pose: the study by Monte Carlo, in fixed logical blocks of poses, on threads.
+"""The study by Monte Carlo: robots x visits at every pose, in fixed blocks of poses, on threads.
 
-A block is computed the same way whoever computes it and blocks are summed in order, so results do not depend on threads or tiling.
+The result of a block does not depend on the thread that computes it, and blocks are summed in order, so results do not depend on threads or tiling.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 BLOCK: Final = 1280
-# A block holds AP and RP of every robot at every pose of it: fewer poses where there are many robots, so that memory stays bounded.
+# A block stores AP and RP of every robot at each of its poses. With many robots it has fewer poses, so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
-# Blocks of so few samples in all are walked together, by one thread: NumPy's calls for each one's frames and terms take longer than its samples.
+# Small blocks share one pose matrix, up to this number of samples: NumPy's calls for the matrix would take longer than the samples.
 _FEW_SAMPLES: Final = 1_000_000
-# The exact check looks at this many poses, evenly spread over the study.
+# Number of poses of the check by exact composition, evenly spaced over the study.
 _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
 _CHECKED_VISITS: Final = 4
@@ -43,16 +43,19 @@ _CHECKED_VISITS: Final = 4
 
 @dataclass(frozen=True)
 class Sampled:
-    """What the kernel and the pose matrix say of every pose, and pooled counts; all lengths in m.
+    """Figures of every pose and pooled counts of a run; all lengths in m.
 
-    per_pose      (pose, kernel.COLUMNS)
-    accuracy      (pose, 4) AP over robots: mean, 95 % of robots below, and the interval of the latter; NaN where visits < 2
+    per_pose      (pose, kernel.COLUMNS) mean, mean square, largest error and quantiles; columns as in `kernel`
+    accuracy      (pose, 4) AP over robots: mean, 95th percentile, and the interval of the latter; NaN where visits < 2
     repeatability (pose, 4) RP likewise
-    worst, rss    (pose,) bounds
-    bias          (pose, 6) what every robot does at every visit
+    worst, rss    (pose,) worst case and root-sum-square bound
+    bias          (pose, 6) mean error, the same in every robot and visit, rad and m
     rotation_ms   (pose,) mean square of the tool's rotation, rad^2
     robot_means   (replicate, robot, 3) mean error, AP and RP of each robot over each independent set of poses
-    group_hist    (group, bin), replicate_hist (replicate, bin): counts of samples by error
+    group_hist    (group, bin) counts of samples by group of robots; bins as `error_bins`
+    replicate_hist (replicate, bin) counts of samples by independent set of poses
+    tally         error budget over all poses
+    exact         comparison with exact composition
     """
 
     robots: int
@@ -73,7 +76,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class _Block:
-    """What is kept of one block: as in BlockSample, but AP and RP over all robots, and sums of mean error, AP and RP for each."""
+    """Reduced sample of one block: `spread` (pose, 2, 4) as `BlockSample.over_robots`, `sums` (robot, 3) as `BlockSample.over_poses`."""
 
     first: int
     last: int
@@ -85,8 +88,8 @@ class _Block:
 
 
 @dataclass(frozen=True)
-class _Walk:
-    """What is known of a few blocks whose poses were walked together."""
+class _Batch:
+    """Results of a few blocks that share one pose matrix; arrays of all their poses as in `Sampled`."""
 
     blocks: list[_Block]
     bins: slice
@@ -114,10 +117,14 @@ def run(  # noqa: PLR0913 - a study is these numbers
 ) -> Sampled:
     """Return the errors of these robots at these poses.
 
-    `tile` walks over one or a few blocks of poses are handed to a thread at a time; neither it nor `threads` changes a bit of the result.
-    device "gpu" forms the errors by JAX on its graphics processor: the same figures but for rounding.
-    `progress` is called with what is being done, how much of it is done, and how much there is.
-    Raises InputError for robots, visits, threads, tile, approach or device out of range, LostmotionError for a GPU that is not there.
+    robots, visits  1 to 1 000 000 robots, and 1 to 10 000 visits of each robot to each pose
+    seed            of all draws
+    approach        sign of the joints' last motion, -1 or 1; 0: drawn at every visit
+    threads, tile   number of threads, and of batches of blocks per task of a thread; neither changes a bit of the result
+    device          "gpu" computes the errors with JAX on its graphics processor: the same figures except for rounding
+    progress        called with the name of the step, the number of poses done, and the number of all poses
+
+    Raises InputError for robots, visits, threads, tile, approach or device out of range, LostmotionError for a GPU that is not available.
     """
     if threads < 1 or tile < 1:
         raise refuse_argument("threads, tile", f"{threads}, {tile}", "at least 1 of each", threads=2)
@@ -125,23 +132,23 @@ def run(  # noqa: PLR0913 - a study is these numbers
     out = _empty(plan)
     total: Tally | None = None
     checks = []
-    for walk in _walks(plan, threads, tile):
-        rows = slice(walk.blocks[0].first, walk.blocks[-1].last)
+    for batch in _batches(plan, threads, tile):
+        rows = slice(batch.blocks[0].first, batch.blocks[-1].last)
         for name in ("worst", "rss", "bias", "rotation_ms"):
-            out[name][rows] = getattr(walk, name)
-        for block in walk.blocks:
+            out[name][rows] = getattr(batch, name)
+        for block in batch.blocks:
             out["per_pose"][block.first : block.last] = block.per_pose
             out["ap_rp"][block.first : block.last] = block.spread
             replicate = block.first * poses.replicates // len(poses)
             out["robot_means"][replicate] += block.sums
             out["replicate_hist"][replicate, block.bins] += block.hist
-        out["group_hist"][:, walk.bins] += walk.group_hist
-        total = walk.tally if total is None else total + walk.tally
-        checks.append(walk.check)
+        out["group_hist"][:, batch.bins] += batch.group_hist
+        total = batch.tally if total is None else total + batch.tally
+        checks.append(batch.check)
         if progress is not None:
             progress("visiting poses", rows.stop, len(poses))
     if total is None:
-        raise ValueError("no block of poses came back")
+        raise ValueError("no poses: a run needs at least one block of poses")
     return Sampled(
         robots,
         visits,
@@ -175,16 +182,16 @@ def _empty(plan: Plan) -> dict[str, np.ndarray]:
     }
 
 
-def _walks(plan: Plan, threads: int, tile: int) -> Iterator[_Walk]:
-    """Compute the blocks on a few threads and hand them on in order; only a bounded number waits."""
-    walks = _together(plan, _spans(plan))
+def _batches(plan: Plan, threads: int, tile: int) -> Iterator[_Batch]:
+    """Yield the batches in order, computed on these threads; only a bounded number is in memory."""
+    batches = _grouped(plan, _spans(plan))
     if threads == 1:
-        yield from (_walk(plan, spans) for spans in walks)
+        yield from (_batch(plan, spans) for spans in batches)
         return
     with ThreadPoolExecutor(threads) as pool:
-        waiting: deque[Future[list[_Walk]]] = deque()
-        for of_tile in (walks[k : k + tile] for k in range(0, len(walks), tile)):
-            waiting.append(pool.submit(lambda mine: [_walk(plan, spans) for spans in mine], of_tile))
+        waiting: deque[Future[list[_Batch]]] = deque()
+        for of_tile in (batches[k : k + tile] for k in range(0, len(batches), tile)):
+            waiting.append(pool.submit(lambda some: [_batch(plan, spans) for spans in some], of_tile))
             if len(waiting) > 2 * threads:
                 yield from waiting.popleft().result()
         while waiting:
@@ -192,18 +199,18 @@ def _walks(plan: Plan, threads: int, tile: int) -> Iterator[_Walk]:
 
 
 def _spans(plan: Plan) -> list[tuple[int, int]]:
-    """Cut the poses into blocks, none of which reaches over two replicates."""
+    """Return the first and last pose (exclusive) of every block; all poses of a block are of one replicate."""
     replicates = plan.poses.replicates
     each = len(plan.poses) // replicates
-    # Where there is one visit no AP and RP are kept, and longer blocks spare laying out the robots' draws.
+    # With one visit no AP and RP are stored, and longer blocks save time for the layout of the robots' draws.
     pairs = _MOST_PAIRS if plan.visits > 1 else 10 * _MOST_PAIRS
     parts = math.ceil(each / max(min(BLOCK, pairs // plan.robots), 1))
     ends = [each * k // parts for k in range(parts + 1)]
     return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
 
 
-def _together(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Put small neighbouring blocks together."""
+def _grouped(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Return the blocks in batches of small neighbouring ones."""
     most = max(min(BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
     out: list[list[tuple[int, int]]] = []
     for span in spans:
@@ -214,7 +221,7 @@ def _together(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, 
     return out
 
 
-def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
+def _batch(plan: Plan, spans: list[tuple[int, int]]) -> _Batch:
     first, last = spans[0][0], spans[-1][1]
     matrix = screws(plan.arm, plan.poses.q[first:last], approach=plan.approach)
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
@@ -222,7 +229,7 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
     blocks = []
     for span, sample in zip(spans, sample_blocks(plan, matrix, spans), strict=True):
         blocks.append(_Block(*span, sample.per_pose, sample.bins, sample.hist, sample.over_robots(), sample.over_poses()))
-    return _Walk(
+    return _Batch(
         blocks,
         sample.bins,
         sample.group_hist,
@@ -236,6 +243,6 @@ def _walk(plan: Plan, spans: list[tuple[int, int]]) -> _Walk:
 
 
 def _rotation_ms(matrix: PoseMatrix) -> Floats:
-    """Return the mean square of the tool's rotation (pose,), rad^2: of the bias, and the variances of all that is drawn."""
+    """Return the mean square of the tool's rotation (pose,), rad^2: the square of the bias plus the variances of all draws."""
     turn = matrix.merged.along_poses[:3]
     return np.asarray(sum(turn[c, k] ** 2 for k in range(turn.shape[1]) for c in range(3)))

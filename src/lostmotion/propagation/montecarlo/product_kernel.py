@@ -1,8 +1,8 @@
-"""The product that a study by Monte Carlo is made of: |bias + sum over terms of screw x draw|^2 for sixteen robots at once.
+"""The product of a Monte Carlo study: |bias + sum over terms of screw x draw|^2 for sixteen robots at once.
 
-Written down for the compiler as vectors, because its own loops leave the sums of so many terms in memory: here three components of sixteen
-robots stay in twelve registers of four numbers or six of eight, and the processor does little else than multiply and add. A fused multiply-add rounds
-once by definition, in hardware or (slowly) without: so the bits do not depend on the processor or on how wide its registers are.
+It is written as vector instructions, because the compiler's own loops keep the sums in memory. Here the three components of sixteen robots stay in
+twelve registers of four numbers, or six of eight, and the processor does little else than multiply and add. A fused multiply-add rounds once by
+definition, also where it is emulated in software, so the bits depend neither on the processor nor on the width of its registers.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from numba.np.arrayobj import make_array
 from lostmotion.compiled import compiled
 
 AT_ONCE: Final = 16
-# With AVX-512 a register holds eight numbers; more than it holds, split by the compiler, would leave sums in memory.
+# Numbers per register: eight with AVX-512. The compiler would split longer vectors and keep sums in memory.
 _WIDE: Final = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 _PARTS: Final = AT_ONCE // _WIDE
-# So many robots' draws at a time as leave room in the first cache for everything else.
+# Robots at a time; their draws leave enough of the first-level cache for all other data.
 _STEP: Final = 64
 
 
@@ -38,7 +38,7 @@ def fma(_typing, a, b, c):
 
 @intrinsic
 def _squares_of_sixteen(_typing, terms, screws, draws, bias, pose, lane, out):
-    """Put |bias + sum_t screws[t] draws_t[lane + i]|^2 of one pose into out[pose, lane + i], i = 0 … 15, over the first terms, one at least."""
+    """Write |bias + sum_t screws[t] draws_t[lane + i]|^2 of one pose to out[pose, lane + i], i = 0 … 15, over the first `terms` >= 1 terms."""
     if any(array.layout != "C" for array in (screws, draws, bias, out)):
         return None
     signature = types.void(terms, screws, draws, bias, pose, lane, out)
@@ -54,7 +54,7 @@ def _squares_of_sixteen(_typing, terms, screws, draws, bias, pose, lane, out):
             return builder.gep(pointer, [offset if isinstance(offset, ir.Value) else index(offset)])
 
         def of_pose(array):
-            """Skip the poses before this one: as many numbers each as all further axes hold."""
+            """Return the address of this pose's data: each pose before it has as many numbers as the other axes together."""
             begin = pose
             for length in cgutils.unpack_tuple(builder, array.shape)[1:]:
                 begin = builder.mul(begin, length)
@@ -99,11 +99,16 @@ def _squares_of_sixteen(_typing, terms, screws, draws, bias, pose, lane, out):
 
 @compiled
 def squared_lengths(poses, count, terms, screws, draws, bias, out):
-    """Put the squared error of each of `count` robots (a multiple of sixteen) at each of these poses into out (pose, robot), in m^2.
+    """Write the squared error |bias + sum over terms of screw x draw|^2 of each robot at each pose to out (pose, robot), m^2.
 
-    |bias + sum over terms of screw x draw|^2, summed in the order of the terms: screws (pose, term, 3) and bias (pose, 3) in m; draws (pose, term)
-    the address of what the first robot drew for each term, the others' draws follow it. Of each pose the first `terms` (pose,) count. Arrays may hold
-    more poses than these, but no gaps.
+    The sum runs in the order of the terms. Arrays may have more poses than `poses`, but must be contiguous.
+
+    poses    number of poses
+    count    number of robots, a multiple of sixteen
+    terms    (pose,) number of terms that count at each pose, the first ones
+    screws   (pose, term, 3) m per unit draw
+    draws    (pose, term) address of the first robot's draw of each term; the draws of the other robots follow it in memory
+    bias     (pose, 3) m
     """
     for first in range(0, count, _STEP):
         for k in range(poses):

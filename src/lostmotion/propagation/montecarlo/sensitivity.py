@@ -1,4 +1,4 @@
-"""Effect of halving one part's errors on the 95th percentile, with the same robots and visits."""
+"""Effect of halving the errors of one part on the 95th percentile of all errors, with common random numbers."""
 
 from __future__ import annotations
 
@@ -37,22 +37,25 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Halving:
-    """Return the effect of halving each part, and each kind of error, on the 95th percentile, with the same draws.
+    """Return the decrease of the 95th percentile when the errors of each part, and of each kind, are halved; draws are the same.
 
-    `by`: part, term, or level instead of parts. On at most 512 of the poses, `most` robots and 4 visits; intervals count robots and sets of poses.
-    Other arguments as `montecarlo.run`.
+    Monte Carlo on at most 512 of the poses, `most` robots and 4 visits. Intervals count robots and sets of poses.
+
+    by    grouping of the terms: "part", or "term", "cause" or "level" instead
+
+    Other arguments and errors as for `montecarlo.run`; InputError for any other `by`.
     """
     paired = Paired.of(arm, thinned(poses, _POSES), min(robots, most), visits, seed, approach)
     infos = paired.matrices[0].infos
     before = paired.run(np.ones(len(infos)))
     groupings: tuple[By, ...] = (by, "cause")
     labels = tuple(label_of(each) for each in groupings)
-    still = tuple({cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings)
+    unmoving = tuple({cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings)
     wanted = [(k, name) for k, label in enumerate(labels) for name in dict.fromkeys(map(label, infos))]
 
     def gain(k: int, name: str) -> Estimate:
-        if name in still[k]:
-            return Estimate(0.0, 0.0, 0.0)  # of what does not move the tool, exactly
+        if name in unmoving[k]:
+            return Estimate(0.0, 0.0, 0.0)  # exactly zero where the tool does not move
         after = paired.run(np.array([0.5 if labels[k](info) == name else 1.0 for info in infos]))
         return quantile_drop((before.groups, before.sets), (after.groups, after.sets), LEVEL)
 
@@ -66,7 +69,7 @@ def halving(  # noqa: PLR0913 - a study is these numbers
 
 
 def halving_at(arm: Arm, poses: Poses, seed: int, *, approach: float = 0.0, threads: int = 1) -> Halving:
-    """Return the same at one pose or in a zone. As `halving`, by more robots where there are fewer poses."""
+    """Return `halving` at one pose or in a zone, with more robots where there are fewer poses, so that the number of samples stays the same."""
     robots = _POSES * _ROBOTS // min(len(poses), _POSES)
     return halving(arm, poses, robots, _VISITS, seed, most=robots, approach=approach, threads=threads)
 

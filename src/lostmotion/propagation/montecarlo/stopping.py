@@ -1,11 +1,11 @@
 """Stages of Monte Carlo with a stopping rule: the robots and poses that a given precision requires.
 
-After JCGM 101:2008, 7.9, in the form of two stages (G. Wübbeler et al., Metrologia 47 (2010) 317): a first run says how far its figures scatter,
-and from that how many robots, and poses where they are sampled, the wanted half-width takes. More robots keep the first ones and a longer sequence of
-poses its beginning, so a later run enlarges an earlier one; every interval is that of the last run alone. Where the second run falls short (its
-scatter was larger than the first one's), or was kept small because the variances were uncertain, further ones follow, four in all: each looks again
-at nearly the same figures, so that intervals hold the truth slightly less often than those of a run of a size fixed beforehand. The tests say how
-often.
+The method is that of JCGM 101:2008, 7.9, in the form of two stages (G. Wübbeler et al., Metrologia 47 (2010) 317). The first run estimates the
+scatter of its figures. From that follow the numbers of robots, and of poses where they are sampled, that the requested half-width requires. A larger
+run begins with the same robots and poses, so it extends the smaller one; every interval is that of the last run. The second run may be too small,
+because its scatter is larger than that of the first run, or because its size was limited while the variances were uncertain. Then further runs
+follow, up to four in all. Each run tests nearly the same figures again, so the intervals cover the true values slightly less often than those of a
+run of fixed size. tests/propagation/test_stopping.py measures the coverage.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 STAGES: Final = 4
 MOST_ROBOTS: Final = 10_000
 MOST_POSES: Final = 65_536
-# The second stage aims at this share of the wanted half-width, since the first one knows the scatter of its figures only so well.
+# The second stage aims at this share of the requested half-width, since the scatter that the first stage estimates is uncertain.
 _AIM: Final = 0.85
-# The last stage, where a stage before it fell short: nothing after it can make good what it lacks.
+# The same for the last stage, after a stage that was not precise enough: no further stage can follow.
 _AIM_LAST: Final = 0.6
 _FOR_POSES: Final = 0.5
-# What few robots, or the few independent sets of poses, leave of uncertainty is itself hardly known, and a Sobol sequence's falls faster than with
-# the number of poses. So the first stage that would take more poses, or begins with few robots, takes so many times the samples where it would take
-# more than the square of that; where it would take less, a stage between spares too little, and is better kept for what falls short.
+# Variances estimated from few robots or few independent sets of poses are themselves uncertain, and the variance over a Sobol sequence falls faster
+# than with the number of poses. So a first growth that needs more poses, or starts from few robots, is limited to this factor of samples, if it would
+# exceed the square of this factor. Below that square an intermediate stage saves too little time.
 _MOST_GROWTH: Final = 8.0
 _FEW_ROBOTS: Final = 30
 # A stage that adds less than this is not worth its time.
@@ -53,14 +53,18 @@ _LEAST: Final = 0.003
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far half of a 95 % interval may reach: a share of the figure, or half a unit of its last significant digit (JCGM 101, 7.9.2)."""
+    """The largest allowed half-width of a 95 % interval (JCGM 101, 7.9.2).
+
+    share   of the figure, 0.003 to 0.5; 0 where digits are requested
+    digits  significant digits, 1 to 3: half a unit of the last one; 0 where a share is requested
+    """
 
     share: float = 0.0
     digits: int = 0
 
     @classmethod
     def of(cls, until: float | str) -> Tolerance:
-        """Read 0.01, "1 %" or "2 digits". Raises InputError for anything else."""
+        """Return the tolerance for 0.01, "1 %" or "2 digits". Raises InputError for any other value."""
         given = until
         if isinstance(until, str):
             match = re.fullmatch(r"\s*(\d{1,6}(?:\.\d{1,6})?)\s*(%|digits?)\s*", until)
@@ -72,12 +76,12 @@ class Tolerance:
                     raise refuse_argument("until", until, _WANTED, until="2 digits")
                 return cls(digits=int(amount))
             until = amount / 100
-        if not _LEAST <= until <= 0.5:  # noqa: PLR2004 - as `_WANTED` says
+        if not _LEAST <= until <= 0.5:  # noqa: PLR2004 - as stated in `_WANTED`
             raise refuse_argument("until", given, _WANTED, until="1 %")
         return cls(float(until))
 
     def half(self, value: float) -> float:
-        """Return the half-width allowed for a figure of this value."""
+        """Return the allowed half-width for a figure of this value, in its unit."""
         if self.digits:
             return 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - self.digits + 1) if value else 0.0
         return self.share * abs(value)
@@ -89,7 +93,11 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """A figure whose interval is watched: its value, half of its interval, and the share of its variance that more poses would reduce."""
+    """A figure that the stopping rule tests.
+
+    value, half  the figure and the half-width of its 95 % interval, m
+    of_poses     share of its variance that more poses would reduce, 0..1
+    """
 
     value: float
     half: float
@@ -97,13 +105,13 @@ class Watched:
 
     @property
     def relative(self) -> float:
-        """Return the half-width as a share of the value; none where nothing errs."""
+        """Return the half-width as a share of the value; zero for an arm without errors."""
         return 0.0 if self.half == 0 else self.half / abs(self.value) if self.value else math.inf
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One run: numbers of poses and robots, and its figures by name."""
+    """One run: its numbers of poses and robots, and its figures by name."""
 
     poses: int
     robots: int
@@ -112,7 +120,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Stopping:
-    """Requested precision, the figures of each stage, and whether the last one has it. `most_robots`, `most_poses` are upper limits."""
+    """The requested precision, every stage, and the upper limits of robots and poses."""
 
     tolerance: Tolerance
     stages: tuple[Stage, ...]
@@ -121,24 +129,24 @@ class Stopping:
 
     @property
     def reached(self) -> bool:
-        """Return whether every half-width of the last stage is within the tolerance."""
+        """Return whether every half-width of the last stage meets the tolerance."""
         return not self.missed
 
     @property
     def missed(self) -> tuple[str, ...]:
         """Return the figures of the last stage that are not precise enough, the least precise first."""
         found = self.stages[-1].figures
-        off = {name: _off(self.tolerance, each) for name, each in found.items()}
-        return tuple(sorted((name for name in found if off[name] > 1), key=lambda name: -off[name]))
+        ratios = {name: _ratio(self.tolerance, each) for name, each in found.items()}
+        return tuple(sorted((name for name in found if ratios[name] > 1), key=lambda name: -ratios[name]))
 
     @property
     def limited_by(self) -> str:
-        """Return what limited the precision: "robots", "poses" or "stages"; empty where it was reached."""
+        """Return the limit that prevented the requested precision: "robots", "poses" or "stages"; empty where it was reached."""
         if self.reached:
             return ""
         last = self.stages[-1]
         worst = last.figures[self.missed[0]]
-        of_poses = not math.isfinite(worst.half) or worst.of_poses > 0.5  # noqa: PLR2004 - the larger part
+        of_poses = not math.isfinite(worst.half) or worst.of_poses > 0.5  # noqa: PLR2004 - more than half
         if of_poses and 2 * last.poses > self.most_poses and math.isfinite(worst.half):
             return "poses"
         return "robots" if last.robots >= self.most_robots else "stages"
@@ -164,13 +172,18 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
     device: Device = "cpu",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> tuple[Poses, Sampled, Stopping]:
-    """Return the poses of the last run, its result, and every stage, for the precision asked for.
+    """Return the poses of the last run, its result, and every stage, for the requested precision.
 
-    Begins with these poses and robots. `more(count)` gives so many poses instead, up to `most_poses` (65 536); without it, poses are taken as they
-    are. Other arguments and errors as `montecarlo.run`; raises InputError for `most_robots` below `robots`.
+    poses, robots  of the first run
+    tolerance      requested precision
+    most_robots    largest number of robots, at least `robots`
+    more           returns a given number of poses, which begin with the same ones; None: the poses are fixed
+    most_poses     largest number of poses; default: 65 536
+
+    Other arguments and errors as for `montecarlo.run`. Raises InputError for `most_robots` below `robots` or above 1 000 000.
     """
     if not robots <= most_robots <= ROBOTS_THERE_CAN_BE:
-        raise refuse_argument("most_robots", most_robots, f"from the {robots} robots it begins with to {ROBOTS_THERE_CAN_BE}", most_robots=10000)
+        raise refuse_argument("most_robots", most_robots, f"from {robots}, the robots of the first run, to {ROBOTS_THERE_CAN_BE}", most_robots=10000)
     visited = {len(poses): poses}
     runs = 0
 
@@ -201,28 +214,29 @@ def settle(
     most_poses: int,
     most_robots: int = MOST_ROBOTS,
 ) -> tuple[_Found, Stopping]:
-    """Run `sample(poses, robots)` until every figure of `watch` is within the tolerance, or no more robots and poses are allowed.
+    """Return the last run and all stages of `sample(poses, robots)`, repeated until every figure of `watch` meets the tolerance.
 
-    Poses go up by factors of two, up to `most_poses` (give the number itself where poses are fixed). Gives the last run, and what each stage found.
+    It also ends after four stages, or where no more robots and poses are allowed. The number of poses grows by factors of two up to `most_poses`;
+    for fixed poses, pass their number.
     """
     stages: list[Stage] = []
-    spared = modest_now = False
+    was_capped = capped = False
     while True:
         found = sample(poses, robots)
         stages.append(Stage(poses, robots, watch(found)))
-        off = [each for each in stages[-1].figures.values() if _off(tolerance, each) > 1]
-        short = spared and not modest_now and len(stages) == STAGES - 1
+        missed = [each for each in stages[-1].figures.values() if _ratio(tolerance, each) > 1]
+        short = was_capped and not capped and len(stages) == STAGES - 1
         wanted = _larger(stages[-1], tolerance, most_poses, most_robots, _AIM_LAST if short else _AIM)
-        if not off or len(stages) == STAGES or wanted == (poses, robots):
+        if not missed or len(stages) == STAGES or wanted == (poses, robots):
             return found, Stopping(tolerance, tuple(stages), most_robots, most_poses)
-        modest = wanted if spared else _capped(stages[-1], *wanted)
-        modest_now = modest != wanted
-        spared = spared or modest_now
-        poses, robots = modest
+        following = wanted if was_capped else _capped(stages[-1], *wanted)
+        capped = following != wanted
+        was_capped = was_capped or capped
+        poses, robots = following
 
 
-def _off(tolerance: Tolerance, figure: Watched) -> float:
-    """Return this half-width over the wanted one. Nothing where nothing errs, infinite where the sample cannot determine it."""
+def _ratio(tolerance: Tolerance, figure: Watched) -> float:
+    """Return the half-width divided by the allowed one: zero for an arm without errors, infinite where the sample cannot determine it."""
     if figure.half == 0:
         return 0.0
     allowed = tolerance.half(figure.value)
@@ -230,23 +244,23 @@ def _off(tolerance: Tolerance, figure: Watched) -> float:
 
 
 def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float) -> tuple[int, int]:
-    """Return the least costly sufficient numbers of poses and robots. Variances fall with their number; the largest allowed if none suffice."""
-    off = [(_off(tolerance, each) / aim, each.of_poses) for each in stage.figures.values()]
-    if any(math.isinf(ratio) for ratio, _ in off):  # too few robots to know anything
+    """Return the numbers of poses and robots with the fewest samples that suffice, since variances fall with them; the largest allowed if none do."""
+    ratios = [(_ratio(tolerance, each) / aim, each.of_poses) for each in stage.figures.values()]
+    if any(math.isinf(ratio) for ratio, _ in ratios):  # too few robots for any interval
         return stage.poses, min(4 * stage.robots, max(most_robots, stage.robots))
     choices: list[tuple[int, int]] = []
     for poses in _doubled(stage.poses, most_poses):
-        left = [1 - ratio**2 * of_poses * stage.poses / poses for ratio, of_poses in off]
+        left = [1 - ratio**2 * of_poses * stage.poses / poses for ratio, of_poses in ratios]
         if min(left) <= 0:
             continue
-        factor = max((ratio**2 * (1 - of_poses) / room for (ratio, of_poses), room in zip(off, left, strict=True)), default=1.0)
+        factor = max((ratio**2 * (1 - of_poses) / room for (ratio, of_poses), room in zip(ratios, left, strict=True)), default=1.0)
         if factor * stage.robots <= most_robots:
             choices.append((poses, math.ceil(stage.robots * max(factor, 1.0))))
-    if not choices:  # all robots that are allowed, and poses that leave half of the wanted variance to them
+    if not choices:  # the largest number of robots, and enough poses that half of the requested variance remains for the robots
         enough = (
             poses
             for poses in _doubled(stage.poses, most_poses)
-            if all(ratio**2 * of_poses * stage.poses <= _FOR_POSES * poses for ratio, of_poses in off)
+            if all(ratio**2 * of_poses * stage.poses <= _FOR_POSES * poses for ratio, of_poses in ratios)
         )
         return next(enough, max(_doubled(stage.poses, most_poses))), max(most_robots, stage.robots)
     poses, robots = min(choices, key=lambda choice: choice[0] * choice[1])
@@ -256,7 +270,7 @@ def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: in
 
 
 def _capped(stage: Stage, poses: int, robots: int) -> tuple[int, int]:
-    """Return the part of this growth that is worth its time while the variances are uncertain. Poses and robots share it as they would the whole."""
+    """Return these numbers with limited growth while the variances are uncertain; poses and robots grow in the same proportion (logarithmic)."""
     growth = poses * robots / (stage.poses * stage.robots)
     if growth <= _MOST_GROWTH**2 or (poses == stage.poses and stage.robots >= _FEW_ROBOTS):
         return poses, robots
@@ -273,7 +287,7 @@ def _doubled(count: int, most: int) -> Iterator[int]:
 
 
 def watched(found: Sampled) -> dict[str, Watched]:
-    """Return the watched figures of a study: mean and 95th percentile of all errors; AP and RP, mean and 95th percentile over robots."""
+    """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean and 95th percentile over robots of AP and RP."""
     out = {"mean": _watched(pooled_mean(found.robot_means[:, :, 0]), two_way(found.robot_means[:, :, 0]))}
     q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
     out["95th percentile"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))

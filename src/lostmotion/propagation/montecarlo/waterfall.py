@@ -1,14 +1,14 @@
-"""Effect of calibration and compensation on the 95th percentile: the same robots and visits, without what each remedy removes.
+"""Effect of calibration and compensation on the 95th percentile: the same robots and visits, without the errors that each remedy removes.
 
-Calibrated          every error drawn per robot is gone that is a constant screw in the frame it sits in: lengths, axis tilts and offsets, encoder
-                    zeros, base tilt. That is what an ideal identification of the geometry finds. What it does not: harmonics (transmission error,
-                    encoder eccentricity, runout), which a table per joint would have to map, and what follows the load (scatter of stiffness, the
-                    amount of a play that a load holds to one side). What is the same in every robot is left to compensation, constant or not.
-Load compensated    every design term is gone: the controller knows pose, load, nominal stiffness and nominal play exactly.
-Mapped              all that is drawn per robot is gone, harmonics and what follows the load as well. What is left differs from visit to visit, the
-                    amount of a free play included, and nothing takes it away.
+Calibrated          removes every error drawn per robot that is a constant screw in the frame of its place: lengths, axis tilts and offsets, encoder
+                    zeros, base tilt. An ideal identification of the geometry finds these. It does not find harmonics (transmission error, encoder
+                    eccentricity, runout), which require a table per joint, nor errors that depend on the load (scatter of stiffness, size of a play
+                    that a load closes). Errors that are the same in every robot are removed by compensation, also constant ones.
+Load compensated    removes every design term: the controller knows pose, load, nominal stiffness and nominal play exactly.
+Mapped              removes every error drawn per robot, including harmonics and errors that depend on the load. The remaining errors differ from
+                    visit to visit, including the size of a free play. No remedy removes them.
 
-Each remedy is ideal, so what is left is the least that a real one can leave.
+Each remedy is ideal, so the remaining error is a lower limit for a real one.
 """
 
 from __future__ import annotations
@@ -38,17 +38,20 @@ _ROBOTS: Final = 512
 
 @dataclass(frozen=True)
 class Stage:
-    """What is left at one stage: mean and 95 % of the position error, and by how much the latter is below the first stage's; all in m."""
+    """The remaining position error at one stage, m: its mean, its 95th percentile, and the reduction of the latter from the first stage."""
 
     name: str
     mean: Estimate
     q95: Estimate
-    off: Estimate
+    reduction: Estimate
 
 
 @dataclass(frozen=True)
 class Waterfall:
-    """What is left stage by stage, in the order of `STAGES`, from a run of `poses` x `robots` x `visits`; `constant` names what geometry is."""
+    """The remaining position error at each stage, in the order of `STAGES`, from a run of `poses` x `robots` x `visits`.
+
+    constant  names of the terms that an ideal calibration of the geometry finds, sorted
+    """
 
     stages: tuple[Stage, ...]
     constant: tuple[str, ...]
@@ -70,16 +73,16 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
 ) -> Waterfall:
     """Return the position error as manufactured, calibrated, load compensated, both, and with each robot mapped as well.
 
-    By Monte Carlo on at most 512 of the poses, 512 robots and 4 visits, the same ones at every stage; intervals count robots and sets of poses.
-    Arguments as `montecarlo.run`.
+    Monte Carlo on at most 512 of the poses, 512 robots and 4 visits, the same ones at every stage. Intervals count robots and sets of poses.
+    Arguments and errors as for `montecarlo.run`.
     """
     chosen = thinned(poses, _POSES)
     paired = Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, approach)
     geometry = geometry_of(arm)
-    kept = [left(paired.matrices[0].infos, name, geometry) for name in STAGES]
+    factors = [remaining(paired.matrices[0].infos, name, geometry) for name in STAGES]
     samples: list[Sample] = []
     with ThreadPoolExecutor(threads) as pool:
-        for sample in pool.map(paired.run, kept):
+        for sample in pool.map(paired.run, factors):
             samples.append(sample)
             if progress is not None:
                 progress("calibrating and compensating", len(samples), len(STAGES))
@@ -87,22 +90,22 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), paired.plan.robots, paired.plan.visits)
 
 
-def _stage(name: str, sample: Sample, built: Sample) -> Stage:
-    off = Estimate(0.0, 0.0, 0.0) if sample is built else quantile_drop((built.groups, built.sets), (sample.groups, sample.sets), LEVEL)
-    return Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), off)
+def _stage(name: str, sample: Sample, first: Sample) -> Stage:
+    reduction = Estimate(0.0, 0.0, 0.0) if sample is first else quantile_drop((first.groups, first.sets), (sample.groups, sample.sets), LEVEL)
+    return Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), reduction)
 
 
-def left(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
-    """Return which of these terms remain at a stage of `STAGES`: one or nothing (term,); `geometry` names those that an ideal calibration finds."""
+def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
+    """Return 1 for each column that remains at a stage of `STAGES`, else 0 (column,); `geometry`: names of terms that ideal calibration finds."""
     calibrated = stage in {"calibrated", "both"}
     compensated = stage in {"load compensated", "both", "both, and each robot mapped"}
     mapped = stage == "both, and each robot mapped"
-    gone = [
+    removed = [
         (calibrated and info.name in geometry) or (compensated and info.level == "design") or (mapped and info.level == "robot") for info in infos
     ]
-    return 1.0 - np.array(gone, dtype=float)
+    return 1.0 - np.array(removed, dtype=float)
 
 
 def geometry_of(arm: Arm) -> frozenset[str]:
-    """Return the names of the terms that an ideal calibration of the geometry finds: drawn per robot, and a screw that depends on nothing."""
+    """Return the names of the terms that an ideal calibration of the geometry finds: drawn per robot, with a constant screw."""
     return frozenset(of.name for of in arm.terms if of.term.level == "robot" and not of.term.form.reads)

@@ -34,7 +34,7 @@ def waterfall(found: Waterfall) -> go.Figure:
     steps = [values[0], *(after - before for before, after in pairwise(values)), 0.0]
     names = [*(text for _, text in _STEPS), "left"]
     # As many digits as the interval of the drop leaves meaning.
-    offs = [stages[name].off for name, _ in _STEPS]
+    offs = [stages[name].reduction for name, _ in _STEPS]
     drops = [length(step / factor, step / factor, step / factor + off.high - off.low) for step, off in zip(steps[:-1], offs, strict=True)]
     shown = [str(length(at[0].value, at[0].low, at[0].high)), *(str(drop).replace("-", "−") for drop in drops[1:])]
     shown.append(str(length(at[-1].value, at[-1].low, at[-1].high)))

@@ -26,7 +26,7 @@ def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Secti
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}, the same at every stage"
     rows = []
     for stage, text in zip(found.stages, STAGES, strict=True):
-        off = _of(stage.off, counted)
+        off = _of(stage.reduction, counted)
         effect = f"; reduces the 95th percentile by {off} ({off.interval})" if stage is not found.stages[0] and off.interval else ""
         rows.append(Row(stage.name, (_of(stage.mean, counted), _of(stage.q95, counted)), text + effect))
     stays = ""
