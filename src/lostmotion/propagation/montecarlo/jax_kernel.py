@@ -1,7 +1,7 @@
-"""The Monte Carlo kernel on JAX, for a graphics processor: the same draws, the same sums, in float64, as whole arrays instead of loops.
+"""The Monte Carlo kernel in JAX, for a graphics processor: the same draws and sums in float64, with whole arrays instead of loops.
 
-Differs from `kernel` and `once_kernel` by rounding alone (sums run in another order): a sample within rounding of a bin's edge may be counted in
-the next bin. JAX is loaded here and nowhere else.
+It differs from `kernel` and `single_visit_kernel` only by rounding (sums run in another order): a sample that is within rounding of a bin's edge may
+be counted in the next bin. JAX is imported here and nowhere else.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-Array = Any  # jax.Array, which is not there for everyone
-# Errors held at a time: a hundred bytes each, or so.
+Array = Any  # jax.Array; JAX is an optional dependency
+# Number of errors in memory at a time; each takes about a hundred bytes.
 _AT_ONCE: Final = 4_000_000
 
 
@@ -89,7 +89,7 @@ def run_block(
         constant = (robot_draws, visit_tables, visit_keys, *product, tables)
         steady = [jax.numpy.asarray(x) for x in constant]
         for start in range(0, poses, step):
-            # The last step begins again at its first pose until it is full; what is there twice does not count.
+            # The last step is filled up with repetitions of the last pose, which do not count.
             rows = np.minimum(np.arange(start, start + step), poses - 1)
             real = np.arange(start, start + step) < poses
             screws = [_taken(shift, columns, rows) for columns in (robot_columns, visit_columns, product_columns)]
@@ -106,7 +106,7 @@ def run_block(
 
 
 def _taken(shift: Floats, columns: np.ndarray, rows: np.ndarray) -> Floats:
-    """Take these columns' screws (term, 3, pose) out of the matrix; a column below zero does nothing."""
+    """Return the screws (term, 3, pose) of these columns; a column below zero has no effect."""
     return np.asarray(np.where((columns >= 0)[:, None, None], shift[:, columns][:, :, rows].transpose(1, 0, 2), 0.0))
 
 

@@ -1,8 +1,8 @@
 """The fused Monte Carlo kernel: error = screws @ draws, tile by tile, reduced on the spot; no sample is kept.
 
-Robots lie side by side in lanes of one tile; a tile's draws fit the first cache. Every sum over terms runs in the order of the terms, in fused
+Robots are the lanes of a tile; the draws of one tile fit in the first-level cache. Every sum over terms runs in the order of the terms, in fused
 multiply-adds, so the bits of a sample depend neither on the tiling, nor on which other terms are zero, nor on the processor. Compiled once by Numba
-and cached; no threads in here. Where a robot errs only once at a pose, `single_visit_kernel` does the same faster.
+and cached; it uses no threads. For one visit per pose, `single_visit_kernel` computes the same figures faster.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _MOST: Final = np.iinfo(np.int64).max
 
 @compiled
 def _take(shift, columns, p, out):
-    """Take one pose's screws (3, term) of these columns out of the matrix; a column below zero does nothing."""
+    """Copy the screws (3, term) of these columns at one pose to `out`; a column below zero has no effect."""
     for t in range(len(columns)):
         for c in range(3):
             out[c, t] = shift[c, columns[t], p] if columns[t] >= 0 else 0.0
@@ -40,7 +40,7 @@ def _take(shift, columns, p, out):
 def _add_terms(width, out, screws, draws, starts):
     """Add terms, in their order, to the three components of `width` errors: four at a time, so that draws are loaded once.
 
-    draws holds what is drawn for each term from its place in `starts` on.
+    The draws of a term begin at its position in `starts` (term,) of the flat array `draws`.
     """
     x, y, z = out[0], out[1], out[2]
     for t in range(0, len(starts), 4):
@@ -57,7 +57,7 @@ def _add_terms(width, out, screws, draws, starts):
 
 @compiled
 def _sum_up_visit(width, e, sums, squares, sizes):
-    """Add one visit's errors (3, LANES) to the sums of each lane: of sizes, their squares, and the three components."""
+    """Add the errors of one visit (3, LANES) to the sums of each lane: of magnitudes, their squares, and the three components."""
     for i in range(width):
         x, y, z = e[0, i], e[1, i], e[2, i]
         square = fma(z, z, fma(y, y, x * x))
@@ -73,7 +73,7 @@ def _sum_up_visit(width, e, sums, squares, sizes):
 
 @compiled
 def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
-    """Put each lane's AP and RP into ap_rp (2, lane): from its errors at every visit, kept (visit, 3, LANES), and their sums."""
+    """Write each lane's AP and RP to ap_rp (2, lane), m, from its errors at every visit, kept (visit, 3, LANES), and their sums."""
     visits = len(kept)
     length, centre = sums[:2], sums[2:]
     length[:] = 0.0
@@ -101,7 +101,7 @@ def bin_of(square):
 
 @compiled
 def _bin_of(ladder, rank):
-    """Return the first bin that counts up to `rank`, or the last. By halves; NumPy's search takes a second to compile."""
+    """Return the first bin whose cumulative count reaches `rank`, or the last bin. By bisection: NumPy's search takes a second to compile."""
     low, high = 0, len(ladder) - 1
     while low < high:
         middle = (low + high) // 2
@@ -122,7 +122,7 @@ def _quantile(ladder, rank, low, width):
 
 @compiled
 def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, out):
-    """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end).
+    """Write one pose's quantiles and their intervals to `out` (3 per quantile: value, low end, high end), m.
 
     sizes (tile, visit, LANES) hold the errors, between low and high; `between` is the share of their variance that lies between robots.
     Intervals count robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635), and never narrower than the design effect
@@ -177,7 +177,7 @@ def counts(play):
 
 @compiled
 def weigh(width, factors, play, frictions, out):
-    """Put what each robot multiplies a term by into out (lane,): its own factor times its play's, closed where friction is at most the share."""
+    """Write each robot's factor on a term to out (lane,): its own factor times that of its play, closed where friction is at most the share."""
     for i in range(width):
         out[i] = factors[i] * (play[1] if frictions[i] <= play[0] else play[2])
 

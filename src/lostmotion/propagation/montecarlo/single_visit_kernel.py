@@ -1,7 +1,7 @@
-"""The Monte Carlo kernel where a robot errs once at a pose: one visit, or nothing that changes from visit to visit.
+"""The Monte Carlo kernel for one error per robot and pose: one visit, or no error that changes from visit to visit.
 
-Then neither AP nor RP asks for the error's direction, and a sample costs little more than its product: poses are taken sixteen at a time, so
-that a tile of draws is loaded once for all of them, and each step runs over them before the next, so that each has the first cache to itself.
+AP and RP then do not need the direction of the error, and a sample takes little more time than its product. Sixteen poses are computed at a time, so
+that a tile of draws is loaded once for all of them. Each step runs over these poses before the next step begins, to use the first-level cache well.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _LOWEST: Final = FIRST_BIN << _SHIFT
 
 @compiled
 def _measure(count, squares, sizes, sums, robots):
-    """Keep each error's length, and add it to the sums of its lane (length, square) and of its robot."""
+    """Store each error's magnitude, and add it to the sums of its lane (magnitude, square) and of its robot."""
     for i in range(count):
         size = np.sqrt(squares[i])
         sizes[i] = np.float32(size)
@@ -53,7 +53,7 @@ def _measure(count, squares, sizes, sums, robots):
 
 @compiled
 def _smallest(count, words, value):
-    """Squares are not negative, so their bits are in the order of their values."""
+    """Return the smallest of these words and `value`. Bits of squares, which are not negative, are in the order of their values."""
     for i in range(count):
         value = min(value, words[i])
     return value
