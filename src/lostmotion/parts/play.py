@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from lostmotion.parts.term import Condition
     from lostmotion.spatial import Floats
     from lostmotion.units import Toleranced
+
+# Smaller loads (N or N m) count as none: their squares have too few digits for a direction.
+_LEAST: Final = 1e-140
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,7 @@ class Seat(Threshold):
 
     def load_size(self, at: Condition) -> Floats:
         """Return the size of the load in the play (pose,), N or N m."""
-        return at.once((self, "load size"), lambda: np.sqrt((self.load(at) ** 2).sum(axis=0)))
+        return at.once((self, "load size"), lambda: _size(self.load(at)))
 
     def towards(self, at: Condition) -> Floats:
         """Return the unit direction of the load (m, pose); zero without a load."""
@@ -54,6 +57,11 @@ class Seat(Threshold):
     def share(self, at: Condition) -> Floats:
         """Return the share of robots (pose,) in which the load closes the play, 0..1 (`laws.clearance.closed_share`)."""
         return at.once((self, "share"), lambda: closed_share(self.load_size(at), self.friction, at.load_size / self.lever))
+
+
+def _size(load: Floats) -> Floats:
+    size = np.sqrt((load**2).sum(axis=0))
+    return np.where(size > _LEAST, size, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
