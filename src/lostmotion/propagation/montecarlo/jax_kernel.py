@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import logging
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -44,7 +45,15 @@ def refuse_without_gpu() -> None:
         raise LostmotionError("a study on a GPU needs JAX, which is not installed\n  pip install 'lostmotion[gpu]'")
     import jax
 
-    if jax.default_backend() == "cpu":
+    # JAX logs a driver that does not load over a dozen lines; the message below says how to see them.
+    log = logging.getLogger("jax")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        backend = jax.default_backend()
+    finally:
+        log.setLevel(level)
+    if backend == "cpu":
         raise LostmotionError(
             "JAX finds no GPU here, only the processor\n  leave device = \"gpu\" out, or install JAX for your GPU: pip install 'lostmotion[gpu]'\n"
             "  to see why: python -c 'import jax; jax.devices()'"
