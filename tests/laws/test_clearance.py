@@ -32,6 +32,12 @@ def test_a_larger_load_closes_the_play_in_more_robots(loads, friction, scatter, 
     assert (share[load < friction * (1 - scatter) - 1e-3] == 0).all()
 
 
+def test_a_scatter_of_next_to_nothing_is_a_threshold():
+    """Friction of the smallest number that there is, ±50 %: loads above it close the play, and no figure overflows."""
+    share = closed_share(np.array([0.0, 1.0, 1e6]), Toleranced(2.2e-309, 1.1e-309), np.zeros(3))
+    np.testing.assert_array_equal(share, [0, 1, 1])
+
+
 def test_without_friction_any_load_closes_the_play():
     """Without friction the smallest load closes the play in every robot; no load leaves it open."""
     np.testing.assert_array_equal(closed_share(np.array([1e-3, 0.0, 5.0]), Toleranced(0.0), np.full(3, 5.0)), [1, 0, 1])

@@ -31,4 +31,6 @@ def closed_share(load: Floats, friction: Toleranced, scale: Floats) -> Floats:
     real = np.where((load > rounding) | (friction.nominal > rounding), load, 0.0)
     if not friction.tolerance:
         return np.asarray((real > 0) & (real >= friction.nominal), dtype=float)
-    return of_tolerance(friction.law).share_below((real - friction.nominal) / friction.tolerance)
+    # Beside a scatter that is next to nothing a load is infinitely far from the friction.
+    with np.errstate(over="ignore"):
+        return of_tolerance(friction.law).share_below((real - friction.nominal) / friction.tolerance)
