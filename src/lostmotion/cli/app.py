@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import gc
 import importlib
+import logging
 import os
 import signal
 import sys
@@ -82,6 +83,8 @@ def main() -> None:
     """
     signal.signal(signal.SIGINT, _stop)
     gc.set_threshold(_COLLECTED_EVERY)
+    # JAX logs a driver that does not load over a dozen lines; the message of a missing GPU says how to see them.
+    logging.getLogger("jax").setLevel(logging.CRITICAL)
     there = open_up()
     code, message = _carried_out()
     lost = flush()

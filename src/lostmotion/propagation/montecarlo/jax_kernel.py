@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import logging
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -45,15 +44,7 @@ def refuse_without_gpu() -> None:
         raise LostmotionError("a study on a GPU needs JAX, which is not installed\n  pip install 'lostmotion[gpu]'")
     import jax
 
-    # JAX logs a driver that does not load over a dozen lines; the message below says how to see them.
-    log = logging.getLogger("jax")
-    level = log.level
-    log.setLevel(logging.CRITICAL)
-    try:
-        backend = jax.default_backend()
-    finally:
-        log.setLevel(level)
-    if backend == "cpu":
+    if jax.default_backend() == "cpu":
         raise LostmotionError(
             "JAX finds no GPU here, only the processor\n  leave device = \"gpu\" out, or install JAX for your GPU: pip install 'lostmotion[gpu]'\n"
             "  to see why: python -c 'import jax; jax.devices()'"
