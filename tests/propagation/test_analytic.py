@@ -1,4 +1,4 @@
-"""The study without sampling, against samples of the same terms."""
+"""The analytic study, compared with Monte Carlo samples of the same terms."""
 
 import dataclasses
 from pathlib import Path
@@ -25,7 +25,7 @@ DRAWN = ("robot", "visit", "robot x visit")
 
 
 def draws(matrix, count, pose=0, seed=1):
-    """Draw every column at a pose from its distributions, streams of one name together: (column, sample)."""
+    """Sample every column at a pose from its distribution (column, sample); columns that name the same stream share its samples."""
     rng, known = np.random.default_rng(seed), {}
 
     def of(level, stream):
@@ -43,7 +43,10 @@ def draws(matrix, count, pose=0, seed=1):
 
 
 def test_cumulants_are_the_samples(arm):
-    """Products, shared harmonics and shared sizes included: second to fourth moments of the error along any direction agree with samples."""
+    """The analytic second to fourth moments of the error along any direction equal those of the samples.
+
+    The terms include products of draws, harmonics that share a phase and sizes that terms share.
+    """
     matrix = screws(arm, sample_poses(arm, 8).q[:3])
     drawn = Drawn(matrix)
     found = of_screws(matrix, drawn)
@@ -59,14 +62,14 @@ def test_cumulants_are_the_samples(arm):
             assert np.mean(part**4) / np.mean(part**2) ** 2 - 3 == pytest.approx(excess, abs=0.03)
             skewness = third @ along[drawn.with_plays.third.terms].prod(axis=1) / variance**1.5
             assert np.mean(part**3) / np.mean(part**2) ** 1.5 == pytest.approx(skewness, abs=0.02)
-        # The excess over all directions, k_iijj over the mean fourth power of the normal vector.
+        # Excess over all directions: k_iijj divided by the mean fourth power of the normal vector.
         squares = np.square(error).sum(axis=0)
         trace, square = np.trace(found.covariance[p]), np.sum(found.covariance[p] ** 2)
         assert found.excess[p] == pytest.approx(np.mean(squares**2) / (trace**2 + 2 * square) - 1, abs=0.02)
 
 
-def test_only_an_amount_with_its_play_has_third_cumulants(arm):
-    """E[x s (x s)] of a scattered amount x and a side s is one, in six orders; nothing else is skew where all robots have the same plays closed."""
+def test_only_a_scattered_play_and_its_side_have_a_third_cumulant(arm):
+    """Only a scattered size x and a side s have a third cumulant, E[x s (x s)] = 1 in six orders, where all robots have the same closed plays."""
     matrix = screws(arm, sample_poses(arm, 8).q[:1])
     assert not matrix.closed_in_some.any()
     known = cumulants([info.draws for info in matrix.infos if info.closing is None])
@@ -80,20 +83,20 @@ def test_only_an_amount_with_its_play_has_third_cumulants(arm):
 
 
 def test_terms_of_one_harmonic_are_uncorrelated_but_not_independent(arm):
-    """Sine and cosine of one phase have a joint fourth cumulant of -1/2, six times over; backlash and hysteresis of a joint are one error."""
+    """The sine and cosine of one phase have a joint fourth cumulant of -1/2 in six orders, and a joint's backlash and hysteresis form one error."""
     matrix = screws(arm, sample_poses(arm, 8).q[:1])
     known = cumulants([info.draws for info in matrix.infos])
     names = [info.name for info in matrix.infos]
-    wave = tuple(k for k, name in enumerate(names) if name.startswith("joints.A.gearbox.transmission error 1"))
+    harmonic = tuple(k for k, name in enumerate(names) if name.startswith("joints.A.gearbox.transmission error 1"))
     joint = {tuple(four): value for four, value in zip(known.fourth.terms.tolist(), known.fourth.values, strict=True)}
-    assert joint[wave[0], wave[0], wave[1], wave[1]] == pytest.approx(-0.5 * 6, abs=1e-9)
-    assert joint[(wave[0],) * 4] == pytest.approx(-1.5, abs=1e-9)
+    assert joint[harmonic[0], harmonic[0], harmonic[1], harmonic[1]] == pytest.approx(-0.5 * 6, abs=1e-9)
+    assert joint[(harmonic[0],) * 4] == pytest.approx(-1.5, abs=1e-9)
     together = [{names[k] for k in members} for members in matrix.groups.values()]
     assert {"joints.A.gearbox.backlash", "joints.A.gearbox.hysteresis"} in together
 
 
 def test_threads_change_no_bit():
-    """One thread or three: the same bits, at every pose and over all of them; an array of joint values gives the same as the poses."""
+    """One thread and three threads return identical bits per pose and pooled, and an array of joint values returns the same bits as its poses."""
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     poses = sample_poses(arm, 1024)
     one, three, given = (analytic(arm, q, threads=threads) for q, threads in ((poses, 1), (poses, 3), (poses.q, 2)))
@@ -104,11 +107,11 @@ def test_threads_change_no_bit():
     assert pooled(arm, poses, one, threads=1) == pooled(arm, poses, one, threads=3)
 
 
-def test_progress_counts_poses(arm):
-    """What is done is reported, up to all poses; no pose at all is refused, and so is a level that nobody can read off."""
-    poses, heard = sample_poses(arm, 1024), []
-    analytic(arm, poses, progress=lambda *said: heard.append(said))
-    assert heard == [("summing up terms", 512, 1024), ("summing up terms", 1024, 1024)]
+def test_progress_is_reported_in_poses(arm):
+    """The analytic study reports the number of finished poses, and rejects zero poses and levels outside its range."""
+    poses, reports = sample_poses(arm, 1024), []
+    analytic(arm, poses, progress=lambda *report: reports.append(report))
+    assert reports == [("summing up terms", 512, 1024), ("summing up terms", 1024, 1024)]
     with pytest.raises(InputError, match="at least one"):
         analytic(arm, poses.q[:0])
     with pytest.raises(ValueError, match=r"from 0\.25 to 0\.9995"):
@@ -116,9 +119,9 @@ def test_progress_counts_poses(arm):
 
 
 FEW = {
-    "one wave": ("wave", 1, "1 N m/arcmin"),
-    "three waves": ("wave", 3, "5 N m/arcmin"),
-    "one flat error": ("uniform", 1, "1 N m/arcmin"),
+    "one harmonic": ("harmonic", 1, "1 N m/arcmin"),
+    "three harmonics": ("harmonic", 3, "5 N m/arcmin"),
+    "one uniform error": ("uniform", 1, "1 N m/arcmin"),
     "two sides, two joints": ("two-sided", 2, "5 N m/arcmin"),
     "two sides, five joints, soft": ("two-sided", 5, "1 N m/arcmin"),
     "two sides, five joints": ("two-sided", 5, "20 N m/arcmin"),
@@ -127,13 +130,13 @@ FEW = {
 
 @pytest.mark.parametrize("case", FEW)
 def test_few_errors_beside_a_large_bias_lie_within_their_uncertainty(case):
-    """An arm that sags far more than it scatters, by one to five errors far from normal: a figure's uncertainty counts beside the scatter.
+    """Each quantile of an arm that sags more than it scatters lies within its uncertainty of the samples and below the worst case.
 
-    Lengths of a few errors of two sides stand in steps, and no figure lies beyond the worst case.
+    One to five errors far from normal scatter about a large bias. A few two-sided errors have a stepped distribution of the magnitude.
     """
     law, count, stiffness = FEW[case]
-    gearbox = {"ratio": 100, "rated_torque": "60 N m", "stiffness": stiffness} | ({"transmission_error": "1 arcmin"} if law == "wave" else {})
-    own = {} if law == "wave" else {"lumped": {"angle": "1 arcmin", "law": law}}
+    gearbox = {"ratio": 100, "rated_torque": "60 N m", "stiffness": stiffness} | ({"transmission_error": "1 arcmin"} if law == "harmonic" else {})
+    own = {} if law == "harmonic" else {"lumped": {"angle": "1 arcmin", "law": law}}
     joint = {"type": "revolute", "axis": "y", "limits": (-1.5, 1.5), "link": {"length": "400 mm"}, "gearbox": gearbox, **own}
     sagging = lostmotion.Arm.model_validate(
         {"name": "sagging", "joints": [{"name": name, **joint} for name in "ABCDE"[:count]], "payload": {"mass": "5 kg"}}
@@ -154,8 +157,8 @@ def test_few_errors_beside_a_large_bias_lie_within_their_uncertainty(case):
             assert own <= found.worst[p] * (1 + 1e-6), (p, level)
 
 
-def test_mean_square_bounds_and_order(arm):
-    """The mean square is the tally's; figures rise with their level and lie below the worst case, whose bound is root-sum-square's too."""
+def test_quantiles_rise_with_their_level_and_stay_below_the_worst_case(arm):
+    """Analytic quantiles rise with their level and stay below the worst case, and mean square and worst case equal those of sampling."""
     poses = sample_poses(arm, 64)
     found, sampled = analytic(arm, poses), lostmotion.study(arm, poses, robots=50, visits=2).sampled
     assert found.mean_square.mean() == pytest.approx(sampled.tally.total / sampled.tally.poses, rel=1e-9)
@@ -167,7 +170,7 @@ def test_mean_square_bounds_and_order(arm):
 
 
 def test_few_plays_alone_are_exact():
-    """An arm that errs by two two-sided draws alone has four lengths: the mean, and every level that falls inside one of them."""
+    """An arm with two two-sided errors alone has four error magnitudes, whose mean and quantiles the analytic study finds."""
     arm = arm_of(2, gearbox=None, bearing=None, encoder=None, mounting=None, link={"length": 0.4}, lumped={"angle": "3 arcmin", "law": "two-sided"})
     poses = sample_poses(arm, 64)
     found = analytic(arm, poses)
@@ -181,8 +184,8 @@ def test_few_plays_alone_are_exact():
     assert (found.quantiles_uncertainty[:, 1:] <= 1e-3 * found.quantiles[:, 1:]).all()
 
 
-def test_a_joint_that_errs_by_play_and_friction_alone_has_every_figure():
-    """One joint, a play whose amount scatters and a friction of two sides; against a million samples at each pose and over all."""
+def test_a_joint_with_backlash_and_hysteresis_alone_has_every_figure():
+    """The figures of one joint with a scattered backlash and a two-sided hysteresis equal those of a million samples, at each pose and pooled."""
     gearbox = {"ratio": 100, "backlash": "1 arcmin ± 0.3 arcmin", "hysteresis": "0.2 arcmin"}
     link = {"length": "1000 mm ± 50 µm"}
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": ("-90 deg", "90 deg"), "gearbox": gearbox, "link": link}
@@ -207,9 +210,9 @@ DOMINANT = {
     "a play about a bias": ([((1, 0, 0), None, ("side", PLAY))], (0.5, 0.3, 0)),
     "three plays": ([((1, 0.2, 0), None, ("a", PLAY)), ((0, 0.8, 0.3), None, ("b", PLAY)), ((0.5, -0.4, 0.6), None, ("c", PLAY))], (0.1, 0, 0)),
     "a play beside a normal error of its size": ([((1, 0, 0), None, ("side", PLAY)), ((0, 1, 0), ("n", SLIGHT), None)], (0, 0, 0)),
-    "a flat error": ([((1, 0, 0), ("u", FLAT), None)], (0.3, 0.4, 0)),
-    "a wave in a plane": ([((1, 0, 0), ("w", Cosine()), None), ((0, 0.7, 0), ("w", Sine()), None)], (0, 0, 0)),
-    "an amount times a side": (
+    "a uniform error": ([((1, 0, 0), ("u", FLAT), None)], (0.3, 0.4, 0)),
+    "a harmonic in a plane": ([((1, 0, 0), ("w", Cosine()), None), ((0, 0.7, 0), ("w", Sine()), None)], (0, 0, 0)),
+    "a size times a side": (
         [((0.3, 0, 0), ("a", SLIGHT), None), ((1, 0, 0), None, ("side", PLAY)), ((0.3, 0, 0), ("a", SLIGHT), ("side", PLAY))],
         (1, 0.5, 0),
     ),
@@ -217,7 +220,7 @@ DOMINANT = {
 
 
 def screws_of(terms, bias):
-    """Return one pose at which these draws displace the tool point."""
+    """Return the pose matrix of one pose at which these draws displace the tool point."""
     infos, columns = [Draws(None, None, None)], [np.array(bias, float)]
     for shift, robot, visit in terms:
         streams = [None if stream is None else Stream(*stream) for stream in (robot, visit)]
@@ -228,8 +231,8 @@ def screws_of(terms, bias):
     return PoseMatrix(tuple(infos), tool, np.zeros(len(infos), int), np.ones(len(infos)), tool, np.zeros((1, 1, 4, 4)), np.zeros((0, 1)), (0,))
 
 
-def test_over_all_poses_no_length_in_a_gap_is_printed():
-    """A joint that errs by two plays of one axis makes two lengths: the median over all poses is neither, and has no value."""
+def test_a_pooled_median_in_a_gap_of_the_distribution_has_no_value():
+    """Two two-sided errors about one axis make two error magnitudes, and the pooled median between them has no value."""
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "link": {"length": "1 m"}}
     twice = [joint | {"lumped": {"angle": f"{angle} arcmin", "law": "two-sided"}} for angle in (3, 1)]
     twice[0]["link"], twice[1]["name"] = {"length": 0.0}, "B"
@@ -246,7 +249,7 @@ def test_over_all_poses_no_length_in_a_gap_is_printed():
 
 @pytest.mark.parametrize("case", DOMINANT)
 def test_dominant_draws_lie_within_their_uncertainty(case):
-    """Beside a tenth of normal noise: every figure lies within 1.5 times its uncertainty of a million samples, or half a per cent."""
+    """Beside normal noise every figure lies within 1.5 times its uncertainty, or 0.5 %, of a million samples."""
     terms, bias = DOMINANT[case]
     noise = [(0.06 * np.eye(3)[k % 3], (f"noise {k}", SLIGHT), None) for k in range(6)]
     matrix = screws_of([*terms, *noise], bias)
@@ -259,8 +262,8 @@ def test_dominant_draws_lie_within_their_uncertainty(case):
     assert own[0] == pytest.approx(exact[0], rel=2e-3)
 
 
-def test_pooled_figures_are_monte_carlos(arm):
-    """Mean and quantiles over all poses lie in both routes' intervals, of the same poses."""
+def test_pooled_analytic_figures_agree_with_monte_carlo(arm):
+    """The pooled analytic mean and quantiles agree with Monte Carlo at the same poses to 1 % and lie in their own intervals."""
     poses = sample_poses(arm, 256)
     study = lostmotion.study(arm, poses, robots=2000, visits=5, method="both")
     rows = {row["label"]: row["figures"][0] for section in study.result()["sections"] if section["key"] == "error" for row in section["rows"]}
@@ -270,12 +273,12 @@ def test_pooled_figures_are_monte_carlos(arm):
         value = rows[label]["value"] * (1e-6 if rows[label]["unit"] == "µm" else 1e-3)
         assert own.value == pytest.approx(value, rel=0.01), label
         assert own.low < value < own.high, label
-    apart = next(section for section in study.result()["sections"] if section["key"] == "routes")
-    assert all(row["figures"][0]["value"] < 1 for row in apart["rows"])
+    difference = next(section for section in study.result()["sections"] if section["key"] == "routes")
+    assert all(row["figures"][0]["value"] < 1 for row in difference["rows"])
 
 
 def test_the_interval_of_a_mean_over_all_poses_is_students_over_eight_sets(arm):
-    """What the choice of poses leaves, by Student's t with seven degrees of freedom, and the uncertainty at the poses add as squares."""
+    """The half-width of the pooled mean is the root sum square of its uncertainty per pose and Student's half-width with seven degrees of freedom."""
     poses = sample_poses(arm, 64)
     found = analytic(arm, poses)
     mean = pooled(arm, poses, found).mean
@@ -284,22 +287,25 @@ def test_the_interval_of_a_mean_over_all_poses_is_students_over_eight_sets(arm):
     assert (mean.low, mean.high) == pytest.approx((of_sets.mean() - half, of_sets.mean() + half), rel=1e-9)
 
 
-def test_the_front_door_refuses_an_unknown_method(arm):
-    """A method that does not exist is named, with those that do."""
+def test_an_unknown_method_is_rejected(arm):
+    """A study rejects an unknown method and lists the valid ones."""
     with pytest.raises(InputError, match="montecarlo, analytic, both"):
         lostmotion.study(arm, 8, method="magic")
 
 
 @pytest.mark.parametrize(("rank", "limit"), [(3, 3.61609), (2, 3.21872), (1, 2.60632)])
 def test_repeatability_of_a_round_scatter_tends_to_its_constant(rank, limit):
-    """RP in units of the deviation per axis, in three, two and one dimensions."""
+    """Expected RP of isotropic scatter is a known multiple of its standard deviation per axis in three, two and one dimensions."""
     covariance = 4.0 * np.diag(np.arange(3) < rank).astype(float)[None]
     assert expected_repeatability(covariance)[0][0] / 2 == pytest.approx(limit, abs=2e-5)
 
 
 @pytest.mark.parametrize("shape", [(1.0, 1.0, 1.0), (1.0, 0.3, 0.1), (1.0, 0.0, 0.0)])
 def test_repeatability_of_thirty_visits_is_lower_and_varies(shape):
-    """Against 100 000 sets of 30 visits: mean within 0.2 %, deviation within 3 %; round scatter 3.537 and 0.329."""
+    """The expected RP of 30 visits equals the mean of 100 000 sampled sets within 0.2 %, and its standard deviation theirs within 3 %.
+
+    Isotropic scatter of unit standard deviation has 3.537 and 0.329.
+    """
     visits = np.random.default_rng(3).standard_normal((100_000, 30, 3)) * np.sqrt(shape)
     sampled = pose_repeatability(visits)
     mean, deviation = (value[0] for value in expected_repeatability(np.diag(shape)[None], 30))

@@ -1,4 +1,4 @@
-"""The magnitude of an error by rays and by points: against closed forms, exact cumulants, and each other."""
+"""The magnitude of an error by rays and by points, compared with closed forms, exact cumulants and each other."""
 
 from collections import Counter
 from itertools import permutations
@@ -26,7 +26,7 @@ def normal_vector(bias, variances, levels=LEVELS):
 
 
 def points_of(terms, count=magnitude.POINTS):
-    """Return draws for terms [(shift, stream, distribution), ...], the largest stream first, and their shifts (1, 3, term)."""
+    """Return Sobol draws for terms [(shift, stream, distribution), ...], the largest stream first, and their shifts (1, 3, term)."""
     importance = Counter()
     for shift, stream, _ in terms:
         importance[stream] += float(np.square(shift).sum())
@@ -35,13 +35,13 @@ def points_of(terms, count=magnitude.POINTS):
 
 
 def by_points(terms, bias=(0, 0, 0)):
-    """Return values and uncertainty (2 + level,) of one sum by points."""
+    """Return the values and their uncertainty (2 + level,) of one sum by points."""
     drawn, shift = points_of(terms)
     return (found[0] for found in magnitude.by_points(shift, np.array([bias], float), drawn))
 
 
 def round_noise(size=1.0):
-    """Return a normal draw of this deviation along each axis."""
+    """Return normal terms with this standard deviation along each axis."""
     return [(size * axis, f"noise {k}", NORMAL) for k, axis in enumerate(np.eye(3))]
 
 
@@ -56,18 +56,21 @@ def round_noise(size=1.0):
     ],
 )
 def test_rays_of_normal_vectors_are_the_closed_forms(bias, variances, expected, tolerance):
-    """In space, in a plane and on a line; the normal vector needs no correction, so its figures have no uncertainty of shape, only of integration."""
+    """The figures of a normal vector in space, in a plane and on a line equal their closed forms.
+
+    A normal vector needs no correction for shape, so its uncertainty is that of the integration alone.
+    """
     found = normal_vector(bias, variances)
     for own, exact in zip(found.values[0], expected, strict=True):
         assert exact is None or own == pytest.approx(exact, rel=tolerance)
     assert found.nearly_normal.all()
-    assert found.uncertainty == pytest.approx(1e-3 * found.values[0, 1])  # what integration leaves
+    assert found.uncertainty == pytest.approx(1e-3 * found.values[0, 1])  # integration error alone
 
 
 @pytest.mark.parametrize("bias", [0.0, 0.3, 1.0, 3.0, 10.0, 100.0])
 @pytest.mark.parametrize("rank", [1, 2, 3])
-def test_rays_hold_for_any_rank_and_any_bias(rank, bias):
-    """Folded normal, Rice and noncentral chi: high levels to 0.02 %, mean and deviation to 0.06 %, the median to 0.45 %."""
+def test_rays_are_accurate_for_any_rank_and_any_bias(rank, bias):
+    """Rays match folded normal, Rice and noncentral chi: high levels to 0.02 %, mean and deviation to 0.06 %, the median to 0.45 %."""
     variances = (np.arange(3) < rank).astype(float)
     law = {1: stats.foldnorm(bias), 2: stats.rice(bias) if bias else stats.rayleigh, 3: None}[rank]
     exact = np.sqrt(stats.ncx2(3, bias**2).ppf(LEVELS)) if law is None else law.ppf(LEVELS)
@@ -75,16 +78,16 @@ def test_rays_hold_for_any_rank_and_any_bias(rank, bias):
     size = np.maximum(exact, np.sqrt(rank))
     assert found.values[0, 3:] == pytest.approx(exact[1:], abs=2e-4 * size[1:].max())
     assert found.values[0, 2] == pytest.approx(exact[0], abs=4.5e-3 * size[0])
-    if law is not None and bias < 30:  # beyond, SciPy's own mean overflows
+    if law is not None and bias < 30:  # SciPy's own mean overflows at larger biases
         assert found.values[0, :2] == pytest.approx((law.mean(), law.std()), rel=6e-4)
-    # The mean square is b . b + tr C, up to what 256 directions leave.
+    # The mean square is b . b + tr C, within the integration error of 256 directions.
     assert found.values[0, 0] ** 2 + found.values[0, 1] ** 2 == pytest.approx(bias**2 + rank, rel=2e-4)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.floats(-6, 6))
 @settings(deadline=None, max_examples=50)
 def test_turning_and_scaling_a_vector_turns_and_scales_its_figures(seed, rank, exponent):
-    """The rays lie along the principal axes, on the side of the bias, so they turn with the vector; quantiles rise with their level."""
+    """Rotating a vector leaves its quantiles unchanged, scaling it scales them, and they rise with their level."""
     rng = np.random.default_rng(seed)
     root, bias = rng.standard_normal((3, rank)) * 10.0 ** rng.uniform(-1, 0, rank), rng.standard_normal(3)
     turn, scale = np.linalg.qr(rng.standard_normal((3, 3)))[0], 10.0**exponent
@@ -94,7 +97,7 @@ def test_turning_and_scaling_a_vector_turns_and_scales_its_figures(seed, rank, e
 
 
 def test_the_share_below_a_quantile_is_its_level():
-    """Shares and quantiles are each other's inverse; the density is the slope of the share."""
+    """The share of errors below a quantile is its level, and the density is the derivative of that share."""
     rng = np.random.default_rng(2)
     roots, bias = rng.standard_normal((30, 3, 3)), rng.standard_normal((30, 3))
     quantiles = magnitude.by_rays(roots, bias).values[:, 2:]
@@ -109,11 +112,11 @@ def test_the_share_below_a_quantile_is_its_level():
 
 
 def test_the_density_of_a_corrected_magnitude_is_the_slope_of_its_share():
-    """A correction for skewness and kurtosis weighs each ray by a polynomial of its radius: so are share and density, whatever its coefficients."""
+    """The density of a magnitude corrected for skewness and kurtosis is the derivative of its share, for each power of the ray's radius."""
     rng = np.random.default_rng(4)
     roots, bias = rng.standard_normal((6, 3, 3)), rng.standard_normal((6, 3))
     normal = magnitude.rays_of(roots @ roots.transpose(0, 2, 1), bias)
-    limits, step = np.linalg.norm(bias, axis=1)[:, None] + [0.1, 1.0, 3.0], 1e-3  # beyond the bias, where every ray crosses the limit once
+    limits, step = np.linalg.norm(bias, axis=1)[:, None] + [0.1, 1.0, 3.0], 1e-3  # above the bias, where every ray crosses the limit once
     for power in range(5):
         weights = np.zeros_like(normal.weights)
         weights[:, power] = 1 / magnitude.RAYS
@@ -124,7 +127,7 @@ def test_the_density_of_a_corrected_magnitude_is_the_slope_of_its_share():
 
 
 def test_an_error_without_scatter_is_its_bias():
-    """No draw moves the tool: every figure is |b|, exact; without bias zero."""
+    """Every figure of an error without scatter equals |b| exactly, and is zero without a bias."""
     found = magnitude.by_rays(np.zeros((2, 3, 4)), np.array([[3.0, 0, 4], [0, 0, 0]]), cumulants([[(k, FLAT)] for k in range(4)]))
     assert found.values.tolist() == [[5, 0, 5, 5, 5, 5], [0] * 6]
     assert not found.uncertainty.any()
@@ -139,30 +142,33 @@ def test_an_error_without_scatter_is_its_bias():
         ([((2, 0, 0), "w", Cosine()), ((0, 2, 0), "w", Sine()), *round_noise()], np.sqrt(stats.ncx2.ppf(LEVELS, 3, 8)), 0.004),
         ([((0.6, 0, 0.8), "u", FLAT)], np.sqrt(3) * LEVELS, 0.001),
     ],
-    ids=["three flat draws on a line", "a play in round noise", "a round wave in round noise", "a flat draw"],
+    ids=["three uniform draws on a line", "a play in isotropic noise", "a harmonic in isotropic noise", "a uniform draw"],
 )
 def test_points_of_sums_far_from_normal_are_the_closed_forms(terms, exact, tolerance):
-    """Irwin and Hall's law and noncentral chi; the uncertainty holds the truth, and is small."""
+    """Points match the Irwin-Hall and noncentral chi distributions within their uncertainty, which is below 2 %."""
     values, uncertainty = by_points(terms)
-    first = 1 if terms[0][1] == 0 else 0  # of three flat draws the formula holds in the tail
+    first = 1 if terms[0][1] == 0 else 0  # the formula for three uniform draws is valid in the tail only
     assert values[2 + first :] == pytest.approx(exact[first:], rel=tolerance)
     assert (np.abs(values[2 + first :] - exact[first:]) <= 1.5 * uncertainty[2 + first :]).all()
     assert (uncertainty[:-1] < 0.02 * values[:-1]).all()
 
 
 def test_a_level_in_a_gap_has_an_uncertainty_as_wide_as_the_gap():
-    """Two plays and nothing else make two lengths: the median is neither, higher levels are the longer one."""
+    """Two two-sided errors make two magnitudes: the median between them has the gap as its uncertainty, and higher levels equal the larger one."""
     values, uncertainty = by_points([((1, 0, 0), "a", PLAY), ((0.3, 0.5, 0), "b", PLAY)])
     short, long = np.hypot(0.7, 0.5), np.hypot(1.3, 0.5)
     assert values[0] == pytest.approx((short + long) / 2, rel=1e-5)
     assert values[1] == pytest.approx((long - short) / 2, rel=1e-5)
     assert values[3:] == pytest.approx([long] * 3, rel=1e-3)
     assert uncertainty[2] > 0.9 * (long - short) / 2
-    assert ((uncertainty[3:] > 0) & (uncertainty[3:] < 1e-3)).all()  # half a bin
+    assert ((uncertainty[3:] > 0) & (uncertainty[3:] < 1e-3)).all()  # half a bin width
 
 
 def shapes_of(seed, rank=3):
-    """Return a random sum: its terms, shifts (pose, 3, term) and biases (pose, 3) up to a hundred scatters; flat, two-sided, wavy, normal draws."""
+    """Return a random sum of uniform, two-sided, harmonic and normal draws: terms, shifts (pose, 3, term) and biases (pose, 3).
+
+    The bias is up to a hundred times the scatter.
+    """
     rng, terms = np.random.default_rng(seed), []
     for k in range(int(rng.integers(12, 30))):
         kind = rng.integers(4)
@@ -175,8 +181,8 @@ def shapes_of(seed, rank=3):
 
 @pytest.mark.parametrize("rank", [1, 2, 3])
 @pytest.mark.parametrize("seed", range(6))
-def test_rays_and_points_agree_where_rays_say_that_they_apply(seed, rank):
-    """Two independent ways, along a line, in a plane, in space: means to 0.3 %, every figure within the uncertainty of both."""
+def test_rays_and_points_agree_where_rays_are_valid(seed, rank):
+    """Along a line, in a plane and in space, rays and points agree on the mean to 0.3 % and on every figure within both uncertainties."""
     terms, shift, bias = shapes_of(seed, rank)
     rays = magnitude.by_rays(shift, bias, cumulants(terms))
     drawn = magnitude.sobol_draws(terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), magnitude.POINTS)
@@ -190,7 +196,10 @@ def test_rays_and_points_agree_where_rays_say_that_they_apply(seed, rank):
 
 @pytest.mark.parametrize(("rank", "seed"), [(1, 0), (1, 5), (2, 5), (3, 5)])
 def test_mean_and_deviation_by_rays_lie_within_their_uncertainty(rank, seed):
-    """Of 131 072 points: a tenth of the largest move of a quantile holds what the correction leaves, beside what integration does."""
+    """The mean and standard deviation by rays lie within their uncertainty of those of 131 072 points.
+
+    The uncertainty is that of the integration and a tenth of the largest correction of a quantile.
+    """
     terms, shift, bias = shapes_of(seed, rank)
     rays = magnitude.by_rays(shift, bias, cumulants(terms))
     drawn = magnitude.sobol_draws(terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 2**17, seed=9)
@@ -201,8 +210,8 @@ def test_mean_and_deviation_by_rays_lie_within_their_uncertainty(rank, seed):
     assert (rays.uncertainty[near, :2] < 0.02 * rays.values[near, 1:2]).all()
 
 
-def test_uncertainty_by_points_is_what_other_sequences_differ_by():
-    """Over twelve scrambled sequences: no figure scatters by more than its uncertainty, and quantiles by a tenth of it at least."""
+def test_uncertainty_by_points_covers_the_scatter_between_sequences():
+    """The scatter of a figure over twelve scrambled sequences is at most its uncertainty, and that of a quantile at least a tenth of it."""
     terms, shift, bias = shapes_of(0)
     streams = dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0)
     found = np.array([magnitude.by_points(shift, bias, magnitude.sobol_draws(terms, streams, magnitude.POINTS, seed)) for seed in range(12)])
@@ -212,7 +221,7 @@ def test_uncertainty_by_points_is_what_other_sequences_differ_by():
 
 
 def test_points_have_the_exact_mean_vector():
-    """Every draw, products of draws too, has mean zero over the points: along a large bias the mean magnitude is the bias."""
+    """Points centre every draw and product of draws, so the mean magnitude along a large bias equals the bias."""
     terms = [[("amount", NORMAL), ("side", PLAY)], [("u", FLAT)]]
     drawn = magnitude.sobol_draws(terms, {"amount": 1.0, "side": 1.0, "u": 1.0}, magnitude.POINTS)
     assert abs(drawn[0].mean()) > 1e-5
@@ -221,7 +230,7 @@ def test_points_have_the_exact_mean_vector():
 
 
 def test_the_most_important_stream_takes_the_first_coordinate():
-    """The first coordinates of a Sobol sequence are the most even: whatever the order of the terms, the largest stream has them."""
+    """The stream with the largest variance takes the first and most uniform coordinate of the Sobol sequence, whatever the order of the terms."""
     first = np.random.default_rng(0)
     points = qmc.Sobol(3, scramble=True, rng=first).random(64)
     drawn = magnitude.sobol_draws([[("a", FLAT)], [("b", FLAT)], [("c", FLAT)]], {"a": 1.0, "b": 3.0, "c": 2.0}, 64)
@@ -229,7 +238,7 @@ def test_the_most_important_stream_takes_the_first_coordinate():
 
 
 def test_the_excess_is_that_of_the_draws():
-    """Of independent draws k_iijj is the sum of their fourth cumulants times the fourth power of their size."""
+    """The k_iijj of independent draws is the sum of their fourth cumulants times the fourth powers of their sizes."""
     shift = np.random.default_rng(3).standard_normal((1, 3, 4))
     found = magnitude.by_rays(shift, np.zeros((1, 3)), cumulants([[(k, law)] for k, law in enumerate((FLAT, PLAY, FLAT, NORMAL))]))
     covariance = shift[0] @ shift[0].T
@@ -237,8 +246,8 @@ def test_the_excess_is_that_of_the_draws():
     assert found.excess[0] == pytest.approx(fourth / (np.trace(covariance) ** 2 + 2 * np.trace(covariance @ covariance)), rel=1e-7)
 
 
-def test_the_figures_are_rays_where_these_apply_and_points_elsewhere():
-    """A pose with a dominant play takes points, its neighbour of many small errors rays; each pose has all figures and their uncertainty."""
+def test_figures_come_from_rays_where_these_are_valid_and_from_points_elsewhere():
+    """A pose with a dominant two-sided error uses points, a pose with many small errors rays, and both have every figure with its uncertainty."""
     terms = [[("side", PLAY)], *([(k, CUT)] for k in range(20))]
     shift = np.random.default_rng(1).standard_normal((2, 3, 21))
     shift[1, :, 0] = 30.0
@@ -251,15 +260,15 @@ def test_the_figures_are_rays_where_these_apply_and_points_elsewhere():
     assert found.excess[1] < found.excess[0] < 0
 
 
-def test_two_sided_draws_beside_a_large_bias_are_not_taken_for_normal():
-    """Their quantiles hardly move as a share of the length, but the density there is another: rays must not apply."""
+def test_two_sided_draws_beside_a_large_bias_are_not_nearly_normal():
+    """Two-sided errors beside a large bias are not nearly normal, although their quantiles hardly move relative to the magnitude."""
     terms = [[(k, PLAY)] for k in range(3)]
     found = magnitude.by_rays(np.eye(3)[None] * [1.0, 0.5, 0.2], np.array([[100.0, 0, 0]]), cumulants(terms))
     assert not found.nearly_normal.any()
 
 
 def exact_cumulants(shift, bias, known):
-    """Return the first two cumulants of |b + S x|^2 (V. Leonov, A. Shiryaev 1959): exact for any draws."""
+    """Return the first two cumulants of |b + S x|^2, exact for any draws (V. Leonov, A. Shiryaev 1959)."""
     t, k = np.zeros((3, 3, 3)), np.zeros((3, 3, 3, 3))
     for members, value in zip(known.third.terms.tolist(), known.third.values, strict=True):
         for order in set(permutations(members)):
@@ -274,7 +283,7 @@ def exact_cumulants(shift, bias, known):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_points_have_the_exact_variance_of_the_squared_error(seed):
-    """The squared length's mean and variance follow from the cumulants alone, by another formula; skew draws and a bias included."""
+    """The mean and variance of the squared magnitude by points equal the formula in cumulants, with skew draws and a bias."""
     terms, shift, bias = shapes_of(seed)
     skew = Table(((0.0, 0.0), (0.2, 0.7), (1.0, 1.0)))
     terms[0] = [("skew", skew)]
@@ -289,7 +298,7 @@ def test_points_have_the_exact_variance_of_the_squared_error(seed):
 
 
 def test_rays_follow_skewness():
-    """A shifted gamma law along x beside a bias, by its cumulants alone: the correction brings the quantiles to SciPy's."""
+    """The correction for skewness and kurtosis moves the quantiles of a shifted gamma distribution beside a bias to those of SciPy."""
     shape, bias = 60.0, 4.0
     law = stats.gamma(shape, loc=-np.sqrt(shape), scale=1 / np.sqrt(shape))
     none = np.zeros(1, int)
@@ -306,7 +315,7 @@ def test_rays_follow_skewness():
 
 
 def test_more_points_change_figures_by_less_than_their_uncertainty():
-    """Prefixes of one sequence: 4 096, 16 384 and 65 536 points of a sum that is far from normal."""
+    """Four times as many points change each figure of a sum far from normal by at most 1.5 times its uncertainty."""
     terms = [
         ((1, 0.2, 0), "a", PLAY),
         ((0, 0.8, 0.3), "b", FLAT),
@@ -321,8 +330,8 @@ def test_more_points_change_figures_by_less_than_their_uncertainty():
         assert (less < uncertainty).mean() > 0.7
 
 
-def test_tiles_are_cut_in_the_same_places_whatever_follows():
-    """A pose in a full tile has the same bits however many poses come behind it."""
+def test_a_pose_in_a_full_tile_has_the_same_bits_whatever_follows():
+    """The figures of a pose in a full tile have the same bits for any number of later poses."""
     terms, shift, bias = shapes_of(1)
     shift, bias = np.tile(shift, (20, 1, 1)), np.tile(bias, (20, 1))
     drawn = magnitude.sobol_draws(terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 4096)
@@ -331,8 +340,8 @@ def test_tiles_are_cut_in_the_same_places_whatever_follows():
         assert np.array_equal(magnitude.by_points(shift[:count], bias[:count], drawn)[0], magnitude.by_points(shift, bias, drawn)[0][:count])
 
 
-def test_pooled_counts_are_the_lengths():
-    """Every length of every pose falls into its bin of the Monte Carlo kernel's histogram, block by block."""
+def test_pooled_counts_are_the_histogram_of_all_magnitudes():
+    """The pooled counts put every magnitude of every pose into its bin of the Monte Carlo histogram, block by block."""
     terms, shift, bias = shapes_of(2)
     drawn = magnitude.sobol_draws(terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 4096)
     counts = magnitude.pooled_counts(shift * 1e-4, bias * 1e-4, drawn)
@@ -341,11 +350,11 @@ def test_pooled_counts_are_the_lengths():
     by_hand = np.histogram(lengths, bin_edges())[0]
     assert counts.shape == (magnitude.BLOCKS, len(by_hand))
     assert (counts.sum(axis=1) == lengths.size // magnitude.BLOCKS).all()
-    assert np.abs(counts.sum(axis=0) - by_hand).sum() < 1e-3 * lengths.size  # lengths beside an edge are rounded to 32 bits
+    assert np.abs(counts.sum(axis=0) - by_hand).sum() < 1e-3 * lengths.size  # 32-bit rounding moves magnitudes across a nearby edge
 
 
 def test_the_density_below_the_bias_is_the_slope_of_the_share():
-    """Beneath the length of a large bias most directions never reach: they add neither a share nor a density."""
+    """Below the length of a large bias, directions that never reach a limit add neither share nor density."""
     rays = magnitude.rays_of(np.diag([1.0, 4.0, 0.25])[None], np.array([[3.0, 2.0, 1.0]]))
     limits = np.linspace(1.0, 3.7, 28)
     shares, densities = magnitude.share_below(rays, limits[None])

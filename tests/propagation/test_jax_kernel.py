@@ -1,4 +1,4 @@
-"""The kernel on JAX against the compiled ones; JAX itself runs on the processor here."""
+"""The JAX kernel, compared with the compiled kernels; the processor runs JAX in these tests."""
 
 import importlib.util
 import subprocess
@@ -26,8 +26,11 @@ needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="
 @needs_jax
 @pytest.mark.slow
 @pytest.mark.parametrize(("robots", "visits"), [(300, 1), (150, 7)])
-def test_jax_gives_the_compiled_kernels_figures(arm, monkeypatch, robots, visits):
-    """To 1e-12 of the largest error, with every count but those of samples on a bin's edge; also where the poses are taken in several steps."""
+def test_jax_returns_the_compiled_kernels_figures(arm, monkeypatch, robots, visits):
+    """JAX returns the compiled kernel's figures to 1e-12 of the largest error, also where it computes the poses in several steps.
+
+    The histograms may differ in samples on the edge of a bin alone.
+    """
     poses = sample_poses(arm, 40)
     matrix = screws(arm, poses.q)
     plan = Plan.of(arm, poses, robots, visits, 7, 0.0)
@@ -47,8 +50,8 @@ def test_jax_gives_the_compiled_kernels_figures(arm, monkeypatch, robots, visits
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["normal without limits", ((-1.0, 0.0), (-0.2, 0.3), (0.4, 0.9), (2.0, 1.0))])
 @pytest.mark.parametrize("visits", [1, 7])
-def test_jax_takes_every_distribution(law, visits):
-    """Draws without limits and by a user's table make the compiled kernels' figures, to 1e-12 of the largest error."""
+def test_jax_supports_every_distribution(law, visits):
+    """JAX returns the compiled kernel's figures for a normal distribution without limits and for a user's table, to 1e-12 of the largest error."""
     arm = Arm(
         name="slides", joints=[PrismaticJoint(name=axis, axis=axis, limits=(0, 1), encoder={"noise": 3e-3, "noise_law": law}) for axis in "xyz"]
     )
@@ -61,14 +64,14 @@ def test_jax_takes_every_distribution(law, visits):
 
 
 def test_without_jax_one_sentence_names_what_to_install(arm, monkeypatch):
-    """A study on a GPU says which extra is missing before it begins."""
+    """A study on a GPU without JAX names the missing extra before it starts."""
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     with pytest.raises(LostmotionError, match=r"JAX, which is not installed\n  pip install 'lostmotion\[gpu\]'"):
         lostmotion.study(arm, 8, 10, 2, device="gpu")
 
 
 def test_the_command_refuses_with_exit_code_2_and_writes_nothing(tmp_path):
-    """`lostmotion run --device gpu` without JAX: one message that names the extra, exit code 2, no folder."""
+    """`lostmotion run --device gpu` without JAX prints one message that names the extra, exits with code 2 and writes no folder."""
     words = ["lostmotion", "run", str(ARM), "--device", "gpu"]
     code = f"import sys; sys.modules['jax'] = None; sys.argv = {words}; from lostmotion.cli import main; main()"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -79,8 +82,8 @@ def test_the_command_refuses_with_exit_code_2_and_writes_nothing(tmp_path):
 
 
 @needs_jax
-def test_without_a_gpu_nothing_runs_elsewhere_unasked(arm):
-    """JAX on the processor is no GPU: asked for one, a study says so instead of crawling."""
+def test_a_study_without_a_gpu_does_not_fall_back_to_the_processor(arm):
+    """A study for a GPU raises an error where JAX finds the processor alone."""
     import jax
 
     if jax.default_backend() != "cpu":
@@ -91,7 +94,7 @@ def test_without_a_gpu_nothing_runs_elsewhere_unasked(arm):
 
 @needs_jax
 def test_a_driver_that_does_not_load_brings_no_traceback(tmp_path):
-    """JAX logs it over a dozen lines: who asks the command for a GPU reads one message, and how to see those lines."""
+    """A driver that does not load causes one message, which explains how to see JAX's own log."""
     script = """
 import logging, sys
 import jax
@@ -113,7 +116,7 @@ main()
 
 
 def test_an_unknown_device_is_refused(arm):
-    """Only a processor and a GPU are known, and a method without samples has nothing to do on the latter."""
+    """A study rejects any device but processor and GPU, and a GPU for a method without sampling."""
     with pytest.raises(InputError, match="device"):
         run(arm, sample_poses(arm, 8), 10, 2, 1, device="abacus")
     with pytest.raises(InputError, match="without sampling"):

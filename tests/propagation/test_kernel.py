@@ -1,4 +1,4 @@
-"""The fused kernel against plain NumPy on the same draws."""
+"""The Monte Carlo kernel, compared with plain NumPy on the same draws."""
 
 from pathlib import Path
 
@@ -18,12 +18,12 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 from tests.conftest import arm_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ROBOTS, VISITS = 150, 40  # more robots than one tile has lanes
+ROBOTS, VISITS = 150, 40  # more robots than the lanes of one tile
 
 
 @pytest.fixture(scope="module")
 def block(arm):
-    """Return the kernel's statistics and the same errors formed one by one."""
+    """Return the kernel's statistics and the same errors computed sample by sample."""
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q)
     robot, visit = (x.ravel() for x in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij"))
@@ -32,8 +32,8 @@ def block(arm):
     return sample, errors.reshape(len(poses), ROBOTS, VISITS, 3)
 
 
-def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(block):
-    """Mean, mean square and the largest error, with the robot and visit that made it, are those of screws @ draws."""
+def test_the_kernel_computes_the_errors_of_a_plain_matrix_product(block):
+    """The kernel's mean, mean square and largest error, with its robot and visit, equal those of screws @ draws."""
     sample, errors = block
     size = np.linalg.norm(errors, axis=-1)
     np.testing.assert_allclose(sample.per_pose[:, kernel.MEAN], size.mean(axis=(1, 2)), rtol=1e-12)
@@ -45,15 +45,15 @@ def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(block):
     np.testing.assert_allclose(sample.robot_sums, size.mean(axis=2).sum(axis=0), rtol=1e-12)
 
 
-def test_the_kernel_keeps_the_definitions_of_iso_9283(block):
-    """AP and RP of every robot at every pose are those of the standard's formulas on the samples themselves."""
+def test_the_kernel_follows_the_definitions_of_iso_9283(block):
+    """AP and RP of every robot at every pose equal the formulas of ISO 9283 applied to the samples."""
     sample, errors = block
     np.testing.assert_allclose(sample.ap_rp[:, 0], pose_accuracy(errors, np.zeros(3)), rtol=1e-10)
     np.testing.assert_allclose(sample.ap_rp[:, 1], pose_repeatability(errors), rtol=1e-9)
 
 
 def test_quantiles_read_from_the_histogram_are_those_of_the_samples(block):
-    """The 50, 95 and 99 % errors agree with sorting all samples to a bin's width."""
+    """The 50th, 95th and 99th percentiles equal those of the sorted samples within the width of a bin."""
     sample, errors = block
     size = np.linalg.norm(errors, axis=-1).reshape(len(errors), -1)
     for k, level in enumerate(kernel.QUANTILES):
@@ -61,15 +61,15 @@ def test_quantiles_read_from_the_histogram_are_those_of_the_samples(block):
 
 
 def test_every_sample_is_counted_once(block):
-    """The histograms of the groups of robots hold every sample, in the bin where it belongs."""
+    """The histograms count every sample once, in its own bin."""
     sample, errors = block
     assert sample.whole_hist().sum() == errors[..., 0].size
     counted = np.histogram(np.linalg.norm(errors, axis=-1), bin_edges())[0]
-    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # a sample within rounding of an edge may fall to either side
+    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # rounding may move a sample at an edge to either side
 
 
 def test_the_interval_of_a_quantile_counts_robots(block):
-    """Half of the interval in rank is Student's t times the larger of Woodruff's error, robot by robot, and that of Kish's design effect."""
+    """The half-width in rank is Student's t times the larger of Woodruff's standard error over robots and Kish's design effect."""
     sample, errors = block
     for pose in range(len(errors)):
         size = np.linalg.norm(errors, axis=-1)[pose]
@@ -83,8 +83,8 @@ def test_the_interval_of_a_quantile_counts_robots(block):
 
 
 @pytest.mark.parametrize(("robots", "visits"), [(5, 30), (20, 30), (200, 5), (1000, 1)])
-def test_intervals_at_a_pose_hold_the_truth_as_often_as_they_say(arm, robots, visits):
-    """Over many seeds the 95 % intervals of mean, 50, 95 and 99 % error at 8 poses hold a long run's values; an end may be unknown, never wrong."""
+def test_intervals_at_a_pose_cover_at_their_nominal_rate(arm, robots, visits):
+    """Over 40 seeds the 95 % intervals of mean and percentiles at 8 poses cover the values of a long run; an end may be unknown but not wrong."""
     poses = Poses(sample_poses(arm, 8, seed=5).q, "given")
     truth = run(arm, poses, 20_000, 4, 999).per_pose
     held, tries = np.zeros(4), 0
@@ -100,8 +100,8 @@ def test_intervals_at_a_pose_hold_the_truth_as_often_as_they_say(arm, robots, vi
     assert (held / tries > 0.9).all(), held / tries
 
 
-def test_a_pose_that_hardly_scatters_still_has_an_interval():
-    """Where one large bias hides a scatter a thousand times smaller, quantiles and intervals are as fine as the scatter."""
+def test_a_pose_with_little_scatter_beside_a_large_bias_has_an_interval():
+    """Quantiles and intervals resolve a scatter that is a hundredth or less of the bias."""
     stiff = arm_of(
         2,
         gearbox={"stiffness": "1 N m/arcmin"},
@@ -117,16 +117,16 @@ def test_a_pose_that_hardly_scatters_still_has_an_interval():
     assert low < value < high
 
 
-def test_one_robot_says_nothing_of_others_at_any_pose(arm):
-    """With one robot no pose has an interval: the ends are unknown, not equal to the value."""
+def test_one_robot_has_no_interval_at_any_pose(arm):
+    """With one robot the ends of every interval at a pose are unknown, not equal to the value."""
     found = run(arm, sample_poses(arm, 8), 1, 30, 1)
     assert np.isnan(found.per_pose[:, kernel.MEAN_ERROR]).all()
     assert np.isnan(found.per_pose[:, kernel.FIRST_QUANTILE + 1]).all()
     assert np.isnan(found.repeatability[:, 2:]).all()
 
 
-def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(arm):
-    """One thread or two, one block at a time or five: not one bit differs; another seed differs."""
+def test_one_seed_returns_the_same_bits_for_any_threads_and_tiling(arm):
+    """One seed returns the same bits for any number of threads and blocks at a time, and another seed returns other figures."""
     poses = sample_poses(arm, 5000, "uniform")
     first = run(arm, poses, 70, 3, 5, threads=1, tile=1)
     for threads, tile in ((2, 1), (2, 5), (1, 3)):
@@ -138,8 +138,8 @@ def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(arm):
     assert not np.array_equal(run(arm, poses, 70, 3, 6).per_pose, first.per_pose)
 
 
-def test_blocks_walked_together_are_sampled_as_each_by_itself(arm):
-    """Blocks of one matrix, with the draws laid out once, give the bits of blocks that were walked by themselves; groups are counted over all."""
+def test_blocks_sampled_together_equal_blocks_sampled_separately(arm):
+    """Blocks that share one matrix and one layout of draws have the bits of blocks sampled separately, and the group counts accumulate over them."""
     poses = sample_poses(arm, 40, "uniform")
     plan = Plan.of(arm, poses, 70, 3, 5, 0.0)
     spans = [(16, 20), (20, 21), (21, 40)]
@@ -156,19 +156,19 @@ def test_blocks_walked_together_are_sampled_as_each_by_itself(arm):
         assert so_far.any(axis=0).nonzero()[0][[0, -1]].tolist() == [sample.bins.start, sample.bins.stop - 1]
 
 
-@pytest.mark.parametrize(("robots", "walks"), [(10, 1), (1000, 1), (10_000, 3), (40_000, 8)])
-def test_a_study_of_few_samples_walks_the_arm_once(arm, monkeypatch, robots, walks):
-    """Eight sets of poses are eight blocks; where each has few samples, their frames and terms are worked out together."""
-    walked = []
-    monkeypatch.setattr(montecarlo, "screws", lambda arm, q, **options: walked.append(len(q)) or screws(arm, q, **options))
+@pytest.mark.parametrize(("robots", "calls"), [(10, 1), (1000, 1), (10_000, 3), (40_000, 8)])
+def test_a_study_of_few_samples_computes_one_pose_matrix(arm, monkeypatch, robots, calls):
+    """A study of few samples computes the frames and terms of its eight blocks of poses in one call."""
+    counts = []
+    monkeypatch.setattr(montecarlo, "screws", lambda arm, q, **options: counts.append(len(q)) or screws(arm, q, **options))
     run(arm, sample_poses(arm, 256), robots, 1, 1)
-    assert len(walked) == walks
-    assert sum(walked) == 256
+    assert len(counts) == calls
+    assert sum(counts) == 256
 
 
 @pytest.mark.parametrize("file", ["z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf"])
 def test_a_pose_has_the_same_bits_alone_and_among_others(file):
-    """Frames and screws of one pose do not depend on how many are worked out with it."""
+    """The frames and screws of a pose have the same bits for any number of poses computed with it."""
     arm = read(EXAMPLES / file)
     q = sample_poses(arm, 16, "uniform").q
     every = screws(arm, q)
@@ -181,7 +181,7 @@ def test_a_pose_has_the_same_bits_alone_and_among_others(file):
 
 
 def test_a_turn_about_any_axis_has_the_same_bits_alone_and_among_others():
-    """Frames go on by slanted poses and turn about slanted axes: no bit depends on how many poses are worked out together."""
+    """Frames behind tilted links and tilted joint axes have the same bits for any number of poses computed together."""
     rng = np.random.default_rng(2)
     tips = [{"xyz": (0.1, 0.2, 0.3), "rpy": tuple(rpy)} for rpy in rng.uniform(-1, 1, (4, 3))]
     axes = [tuple(axis) for axis in rng.standard_normal((4, 3))]
@@ -194,15 +194,15 @@ def test_a_turn_about_any_axis_has_the_same_bits_alone_and_among_others():
         np.testing.assert_array_equal(frames(slanted, q[first:last]), frames(slanted, q)[:, first:last])
 
 
-def test_more_robots_keep_the_first_ones_however_poses_are_walked(arm):
-    """Eight poses are eight blocks, walked together where robots are few, else each by itself; the first robots are the same to the bit."""
+def test_more_robots_keep_the_first_ones_for_any_grouping_of_blocks(arm):
+    """The first robots have the same bits whether a study samples its eight blocks together or each by itself."""
     poses = sample_poses(arm, 8)
     few, many = (run(arm, poses, robots, 13, 5).robot_means[:, :70] for robots in (70, 80_000))
     np.testing.assert_array_equal(few, many)
 
 
 def test_more_robots_keep_the_first_ones(arm):
-    """Robots 0 to 69 are the same robots, at the same visits, when 200 are built."""
+    """Robots 0 to 69 have the same errors in a study of 70 robots and in one of 200."""
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q)
     few = sample_block(Plan.of(arm, poses, 70, 3, 5, 0.0), matrix, 0)
@@ -211,8 +211,8 @@ def test_more_robots_keep_the_first_ones(arm):
     np.testing.assert_array_equal(many.robot_sums[:70], few.robot_sums)
 
 
-def test_unknown_counts_are_refused(arm):
-    """No robots, no visits, no threads: an error that names what was wrong."""
+def test_counts_below_one_are_rejected(arm):
+    """A run rejects zero robots, visits or threads, and names the argument."""
     poses = sample_poses(arm, 8)
     with pytest.raises(ValueError, match="robots"):
         run(arm, poses, 0, 3, 1)
@@ -222,8 +222,8 @@ def test_unknown_counts_are_refused(arm):
         run(arm, poses, 5, 2, 1, threads=0)
 
 
-def test_where_only_visits_differ_visits_of_few_robots_replace_robots():
-    """An arm that errs by encoder noise alone: the interval of its 95th percentile from 20 robots at 50 visits is below twice that of 1 000."""
+def test_visits_of_few_robots_replace_robots_where_only_visits_differ():
+    """For an arm with encoder noise alone, 20 robots at 50 visits have at most twice the interval of the 95th percentile of 1 000 robots."""
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "encoder": {"noise": "1 arcmin"}, "link": {"length": "1 m"}}
     noisy = Arm.model_validate({"name": "noisy", "joints": [joint]})
     poses = Poses(np.linspace(-1, 1, 16)[:, None], "given")

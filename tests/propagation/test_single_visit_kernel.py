@@ -1,4 +1,4 @@
-"""The kernel for robots that err once at a pose, against the one for many visits and against plain NumPy."""
+"""The kernel for robots that visit each pose once, compared with the kernel for many visits and with plain NumPy."""
 
 import os
 import subprocess
@@ -19,28 +19,28 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.units import Toleranced
 from tests.conftest import arm_of
 
-ROBOTS = 300  # two tiles and a part of one
+ROBOTS = 300  # two full tiles and a partial one
 BARE = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": "400 mm", "mass": "3 kg"}}
 LUMPED = {"angle": "3 arcmin", "offset": "30 µm"}
 
 
 @pytest.fixture(scope="module", params=["robot", "visit", "every part"])
 def some_arm(request, arm):
-    """Return an arm whose errors are drawn per robot, per visit, or in every way there is."""
+    """Return an arm whose errors vary per robot, per visit or in every supported way."""
     if request.param == "every part":
         return arm
     return arm_of(3, **BARE, lumped={**LUMPED, "varies": request.param})
 
 
 def lengths(arm, poses, robots, seed):
-    """Form the errors of robots that come once, one by one: (pose, robot) m."""
+    """Return the pose matrix and the error magnitudes (pose, robot), m, of robots that visit each pose once."""
     matrix = screws(arm, poses.q)
     every, once = np.arange(robots), np.zeros(robots, int)
     return matrix, np.array([np.linalg.norm(matrix.tool[p, 3:] @ draws_of(matrix, p, seed, p, every, once), axis=0) for p in range(len(poses))])
 
 
-def test_both_kernels_agree_on_robots_that_come_once(some_arm, monkeypatch):
-    """The kernel that keeps directions and the one that does not give the same counts, and the same figures but for the order of sums."""
+def test_both_kernels_agree_on_robots_that_visit_once(some_arm, monkeypatch):
+    """For one visit both kernels return the same counts and the same figures, except for the order of summation."""
     poses = sample_poses(some_arm, 40)
     matrix = screws(some_arm, poses.q)
     plan = Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0)
@@ -53,7 +53,10 @@ def test_both_kernels_agree_on_robots_that_come_once(some_arm, monkeypatch):
 
 
 def test_quantiles_next_to_the_smallest_error_are_those_of_the_samples():
-    """An arm sags by far more than it scatters to the side: most errors lie in the lowest 3 % of their span, and with them the median's lower end."""
+    """The lower end of the median of an arm that sags more than it scatters equals that of the samples.
+
+    Most of its errors lie in the lowest 3 % of their span.
+    """
     drooping = arm_of(2, **{**BARE, "gearbox": {"stiffness": "0.5 N m/arcmin"}})
     first = drooping.joints[0].model_copy(update={"lumped": Lumped(angle=1e-3, varies="robot")})
     drooping = drooping.model_copy(update={"joints": (first, *drooping.joints[1:])})
@@ -67,8 +70,8 @@ def test_quantiles_next_to_the_smallest_error_are_those_of_the_samples():
     assert (np.abs(low - exact) <= 1.001 * span / kernel.FINE).all()
 
 
-def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(some_arm):
-    """Mean, mean square, the largest error and whose it is, each robot's mean and all counts are those of screws @ draws."""
+def test_the_kernel_computes_the_errors_of_a_plain_matrix_product(some_arm):
+    """The kernel's mean, mean square, largest error and its robot, means per robot and counts equal those of screws @ draws."""
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
     sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
@@ -79,11 +82,11 @@ def test_the_kernel_forms_the_same_errors_as_a_plain_matrix_product(some_arm):
     np.testing.assert_allclose(sample.robot_sums, size.sum(axis=0), rtol=1e-12)
     assert sample.whole_hist().sum() == size.size
     counted = np.histogram(size, bin_edges())[0]
-    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # within rounding of an edge a sample may fall to either side
+    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # rounding may move a sample at an edge to either side
 
 
 def test_a_pose_s_quantiles_are_within_a_bin_of_the_samples(some_arm):
-    """Its bins are a 1024th of the span from its smallest to its largest error: the sample of that rank is never farther away."""
+    """A quantile of a pose differs from the sample of its rank by at most one bin, 1/1024 of the span of its errors."""
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
     sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
@@ -95,7 +98,7 @@ def test_a_pose_s_quantiles_are_within_a_bin_of_the_samples(some_arm):
 
 @pytest.mark.parametrize("level", [0.001, 0.05, 0.5, 0.95, 0.99, 0.9999])
 def test_quantiles_of_all_samples_are_within_the_stated_error(some_arm, level):
-    """A bin of the histogram of all samples is a 128th to a 256th wide in square: read from it, no quantile is 0.4 % off the sample of its rank."""
+    """A quantile of the pooled histogram differs from the sample of its rank by less than 0.4 %, the width of the widest bin."""
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
     sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
@@ -105,8 +108,8 @@ def test_quantiles_of_all_samples_are_within_the_stated_error(some_arm, level):
     assert quantile(sample.whole_hist().sum(axis=0), level) == pytest.approx(exact, rel=widest)
 
 
-def test_where_nothing_changes_from_visit_to_visit_thirty_are_as_good_as_one():
-    """Every count is thirty times as large, every figure the same; AP is the robot's error itself, and RP is nothing."""
+def test_visits_without_scatter_equal_one_visit():
+    """Thirty visits without scatter have the figures of one visit and thirty times its counts; AP is the robot's error and RP is zero."""
     steady = arm_of(3, **BARE, lumped={**LUMPED, "varies": "robot"})
     poses = sample_poses(steady, 16)
     matrix, size = lengths(steady, poses, ROBOTS, 7)
@@ -118,8 +121,8 @@ def test_where_nothing_changes_from_visit_to_visit_thirty_are_as_good_as_one():
     assert (thirty.ap_rp[:, 1] == 0).all()
 
 
-def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(some_arm):
-    """One thread or two, one block at a time or three: not one bit differs."""
+def test_one_seed_returns_the_same_bits_for_any_threads_and_tiling(some_arm):
+    """One seed returns the same bits for one or two threads and for one or three blocks at a time."""
     poses = sample_poses(some_arm, 4000, "uniform")
     first = run(some_arm, poses, 70, 1, 5)
     again = run(some_arm, poses, 70, 1, 5, threads=2, tile=3)
@@ -128,7 +131,7 @@ def test_the_same_seed_gives_the_same_bits_on_any_threads_and_tiling(some_arm):
 
 
 def test_blocks_of_another_size_change_no_bit_of_a_pose(some_arm, monkeypatch):
-    """A pose is reduced by itself: poses taken sixteen or three at a time, in one block or in seven, give the same bits."""
+    """A pose has the same bits in blocks of any size."""
     poses = sample_poses(some_arm, 56, "uniform")
     whole = run(some_arm, poses, 70, 1, 5)
     monkeypatch.setattr(montecarlo, "BLOCK", 3)
@@ -138,8 +141,8 @@ def test_blocks_of_another_size_change_no_bit_of_a_pose(some_arm, monkeypatch):
 
 
 @pytest.mark.parametrize("visits", [1, 3])
-def test_an_arm_that_only_deflects_errs_by_the_length_of_its_deflection(visits):
-    """Drives of stated stiffness and a leaning base: every robot errs by the same vector in space at every visit, and its length is the error."""
+def test_the_error_of_an_arm_that_only_deflects_is_its_deflection(visits):
+    """Every robot of an elastic arm on a tilted base has the same error vector at every visit, and the error is its magnitude."""
     elastic = arm_of(3, **{**BARE, "gearbox": {"stiffness": "5 N m/arcmin"}})
     leaning = elastic.model_copy(update={"base": Base(roll=Toleranced(0.3), pitch=Toleranced(-0.2))})
     poses = sample_poses(leaning, 24)
@@ -150,8 +153,8 @@ def test_an_arm_that_only_deflects_errs_by_the_length_of_its_deflection(visits):
     np.testing.assert_allclose(found[:, kernel.LARGEST], found[:, kernel.MEAN], rtol=1e-12)
 
 
-def test_an_arm_of_one_robot_and_no_error_errs_by_nothing():
-    """Without a single term every error is zero, and lies in the first bin."""
+def test_an_arm_without_error_terms_has_zero_error():
+    """An arm without error terms has zero error, counted in the first bin."""
     perfect = arm_of(2, **BARE)
     found = run(perfect, Poses(np.array([[0.0, 0.3]]), "given"), 1, 1, 1)
     assert found.per_pose[0, [kernel.MEAN, kernel.LARGEST]].tolist() == [0.0, 0.0]
@@ -161,7 +164,7 @@ def test_an_arm_of_one_robot_and_no_error_errs_by_nothing():
 @pytest.mark.parametrize("visits", [1, 3])
 @pytest.mark.parametrize(("factor", "at"), [(1e-12, 0), (1e12, BINS - 1)])
 def test_errors_beyond_the_bins_count_in_the_first_and_the_last(arm, visits, factor, at):
-    """Errors of a few femtometres lie in the first bin, errors of millions of kilometres in the last: none is lost, and none counted elsewhere."""
+    """The first bin counts errors of femtometres and the last bin errors of millions of kilometres, so no sample is lost."""
     poses = sample_poses(arm, 4)
     sample = sample_block(Plan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0)
     counts = sample.whole_hist().sum(axis=0)
@@ -182,7 +185,7 @@ for visits, form in ((1, single_visit_kernel.run_once), (3, kernel.run_block)):
     tables = np.resize(rng.standard_normal(draw_kernel.TABLE), draw_kernel.ROW)
     out = (np.zeros((poses, kernel.COLUMNS)), np.zeros((poses, 2, robots)), np.zeros(robots), np.zeros((groups, error_bins.ROW_OF_BINS), np.int64))
     none = np.zeros(4, np.int64)
-    # One term that all robots have, and one that is there where a play is closed, in a third of the robots.
+    # One term applies to all robots, and one to the third of the robots whose play is closed.
     plays, frictions = np.tile([[1.0, 1.0, 1.0], [1 / 3, 1.0, 0.0]], (poses, 1, 1)), rng.random((2, 2, draw_kernel.LANES))
     steady, visiting, products = np.arange(8), 8 + np.arange(4), 12 + np.arange(2)
     drawn_products = (products, none[:2], keys[4:6], factors, frictions)
@@ -193,7 +196,7 @@ for visits, form in ((1, single_visit_kernel.run_once), (3, kernel.run_block)):
 
 @pytest.mark.slow
 def test_a_processor_without_fused_multiply_add_gives_the_same_bits(tmp_path):
-    """Compiled for the plainest processor of its family, both kernels give bit for bit what they give here."""
+    """Both kernels, compiled for a generic processor without fused multiply-add, return the bits of this processor."""
     plain = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     here, there = (
         subprocess.run([sys.executable, "-c", _BITS], check=True, capture_output=True, text=True, env=env).stdout for env in (os.environ, plain)

@@ -1,4 +1,4 @@
-"""Sobol indices by SALib, which knows nothing of screws, against the exact shares and against what halving buys."""
+"""Sobol indices by SALib from draws alone, compared with the exact shares and with the gain from halving a part."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from tests.conftest import arm_of
 
 
 def problem_of(infos):
-    """Describe chance to SALib: one uniform per stream, put together by part, since parts draw from streams of their own."""
+    """Return SALib's problem: one uniform variable per stream, grouped by part, since each part draws from its own streams."""
     streams = dict.fromkeys((stream.name, info.owner) for info in infos for stream in (info.robot, info.visit) if stream is not None)
     names = [name for name, _ in streams]
     assert len(set(names)) == len(names)  # no stream is shared by two parts
@@ -22,7 +22,7 @@ def problem_of(infos):
 
 
 def draws_of(infos, names, uniforms):
-    """Return what each term is multiplied by (sample, term), from uniforms (sample, stream): each law's inverse, products of two levels."""
+    """Return the factor of each term (sample, term) from uniforms (sample, stream): the inverse of its distribution, or a product over two levels."""
     out = np.ones((len(uniforms), len(infos)))
     for k, info in enumerate(infos):
         for stream in (info.robot, info.visit):
@@ -32,9 +32,9 @@ def draws_of(infos, names, uniforms):
 
 
 def test_indices_of_each_component_are_the_exact_variance_shares(arm):
-    """At one pose e_x, e_y and e_z are sums over parts: first-order and total index of a part are both its share of that component's variance.
+    """At one pose the first-order and total Sobol indices of a part equal its share of the variance of e_x, e_y and e_z.
 
-    Weighted by the components' variances they make its share of the mean square that is drawn, which is what the budget says.
+    Weighted by the variances of the components, the indices equal the part's share of the drawn mean square in the budget.
     """
     matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
     problem = problem_of(matrix.infos)
@@ -59,10 +59,10 @@ def test_indices_of_each_component_are_the_exact_variance_shares(arm):
     np.testing.assert_allclose(weighted / squares.sum(), of_drawn, atol=0.02)
 
 
-def test_the_squared_error_is_not_what_shares_are_about(arm):
-    """|e|^2 is no sum over parts: its first-order indices are other numbers than the shares, and do not add to one where scatter rules.
+def test_sobol_indices_of_the_squared_error_are_not_the_shares(arm):
+    """The first-order indices of |e|^2 of an arm without bias do not add to one, because the parts interact.
 
-    A part's share is its part of the mean of |e|^2; the index is its part of the variance of |e|^2. Without bias the parts interact.
+    A part's share is its part of the mean of |e|^2; its index is its part of the variance of |e|^2.
     """
     matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
     problem = problem_of(matrix.infos)
@@ -75,9 +75,9 @@ def test_the_squared_error_is_not_what_shares_are_about(arm):
 
 
 def test_total_indices_of_the_95_percent_error_rank_parts_as_halving_does():
-    """The 95 % error of each robot, over poses and visits, is a function of its draws: total indices rank parts as the gains from halving them.
+    """Total indices of each robot's 95th percentile rank the parts in the order of their gains from halving.
 
-    An arm whose errors are drawn per robot and without bias; elsewhere the two ask different things (variance over robots against a lower quantile).
+    The errors of this arm vary per robot, without bias. For other arms variance over robots and gain in the percentile are different quantities.
     """
     bare = {"gearbox": None, "bearing": None, "mounting": None, "link": {"length": "400 mm"}}
     sizes = {"O": "0.6 arcmin", "A": "1 arcmin", "B": "4 arcmin"}
