@@ -1,4 +1,4 @@
-"""Error budget: exact shares by part, cause, level and term, at a pose, over the workspace and in a zone; and what halving each buys."""
+"""Error budget: exact shares by part, cause, level and term, at a pose, over the workspace and in a zone, and the gain from halving each."""
 
 import dataclasses
 from pathlib import Path
@@ -23,13 +23,13 @@ EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 
 @pytest.fixture(scope="module")
 def study(arm):
-    """Study the arm with every kind of error, quickly."""
+    """Return a short study of the arm with every kind of error."""
     return lostmotion.study(arm, 64, 40, 4, threads=1)
 
 
 @pytest.mark.parametrize("by", list(LABELS))
-def test_shares_add_to_one_whatever_terms_are_put_together_by(arm, by):
-    """Over poses and at a single one, to 1e-12; each share is what its levels add to, and 'if halved' is what scaled terms give."""
+def test_shares_add_to_one_for_any_grouping_of_terms(arm, by):
+    """Shares add to one within 1e-12, levels add to their share, and 'if halved' equals the sum of scaled terms, over poses and at one pose."""
     label = label_of(by)
     assert {cost.name for cost in costs(tally(arm, sample_poses(arm, 8).q, by))} == {
         label(info) for info in screws(arm, sample_poses(arm, 8).q).infos
@@ -46,7 +46,7 @@ def test_shares_add_to_one_whatever_terms_are_put_together_by(arm, by):
 
 
 def test_shares_are_those_of_the_sum_written_out(arm):
-    """At one pose, by hand: terms of one draw add up, the bias among them, and share the square of their sum by projection."""
+    """At one pose the share of a part equals the projection of its terms on the sum of all terms of the same draw."""
     q = np.array([[0.3, -0.2, 0.8]])
     matrix = screws(arm, q)
     shift = matrix.tool[0, 3:]
@@ -64,19 +64,19 @@ def test_shares_are_those_of_the_sum_written_out(arm):
 
 
 def test_a_term_of_zero_size_has_zero_share():
-    """A wrist that turns the tool about itself: its gearbox's terms have no lever, so no share, nothing alone, and nothing to gain."""
+    """The gearbox of a wrist whose axis passes through the tool point has zero share, because it has no lever arm."""
     wrist = arm_of(2, link={"length": 0.0}, bearing=None, mounting=None)
     whole = arm_of(2).model_copy(update={"joints": (*arm_of(2).joints, wrist.joints[1].model_copy(update={"name": "W"}))})
     q = sample_poses(whole, 16).q
     shares = {cost.part: cost for cost in costs(tally(whole, q, "term"))}
-    nothing = [cost for name, cost in shares.items() if name.startswith("joints.W.gearbox")]
-    assert nothing
-    for cost in nothing:
+    without_lever = [cost for name, cost in shares.items() if name.startswith("joints.W.gearbox")]
+    assert without_lever
+    for cost in without_lever:
         assert (cost.share, cost.alone, cost.levels) == (0, 0, (0, 0, 0))
 
 
-def test_causes_name_the_kind_of_error_at_whichever_joint(arm):
-    """One line for all joints' backlash: its side under load, its amount and its side without load; one for each kind of harmonic."""
+def test_a_cause_is_one_kind_of_error_over_all_joints(arm):
+    """A cause adds one kind of error over all joints, for example all backlash or all harmonics."""
     causes = {cost.part for cost in budget(arm, sample_poses(arm, 16).q).causes}
     assert causes == {
         "gearbox wind-up",
@@ -98,7 +98,7 @@ def test_causes_name_the_kind_of_error_at_whichever_joint(arm):
 
 
 def test_a_pose_by_number_by_value_and_in_a_zone_is_the_same_pose(study):
-    """`costs(at=k)`, its joint values, and a mask that holds it alone say the same; a mask of all says what the study says."""
+    """A pose has the same costs by its number, by its joint values and as a zone of one pose, and a zone of all poses has the costs of the study."""
     mask = np.arange(len(study.poses)) == 7
     found = study.costs(at=7)
     assert found == study.costs(at=study.poses.q[7]) == study.costs(zone=mask)
@@ -108,8 +108,8 @@ def test_a_pose_by_number_by_value_and_in_a_zone_is_the_same_pose(study):
         assert cost.share == pytest.approx(of_study.share, abs=1e-12)
 
 
-def test_a_zone_is_the_poses_in_it(study):
-    """Mean squares of a zone and of the rest, weighted by their poses, make the whole's."""
+def test_mean_squares_of_two_zones_add_up_to_the_workspace(study):
+    """The mean squares of a zone and of the remaining poses, weighted by their numbers of poses, add up to that of the workspace."""
     middle = float(np.median(study.tool[:, 2]))
     low, high = study.with_budget(zone={"z": (-10, middle)}), study.with_budget(zone={"z": (np.nextafter(middle, 10), 10)})
     parts = [found.budgets[0] for found in (low, high)]
@@ -136,14 +136,14 @@ def test_a_zone_is_the_poses_in_it(study):
         ({"by": "gearbox"}, "part, cause, level, term"),
     ],
 )
-def test_places_that_are_not_there_are_refused(study, words, named):
-    """A number beyond the poses, joint values too few, a zone that is not reached."""
+def test_invalid_poses_and_zones_are_rejected(study, words, named):
+    """A budget rejects a number beyond the poses, a wrong number of joint values and a zone without poses."""
     with pytest.raises(lostmotion.InputError, match=named):
         study.costs(**words)
 
 
 def test_a_pose_and_a_zone_are_read_from_a_line_of_text(arm):
-    """With units, in any order; a pose's number; ends in one unit."""
+    """A line of text states a pose by its number or by joint values with units in any order, and a zone by limits that may share a unit."""
     np.testing.assert_allclose(read_pose("B=-10deg O = 0.1rad, A=30 deg", arm), [0.1, np.radians(30), np.radians(-10)])
     assert read_pose(" 17 ", arm) == 17
     assert read_zone("x 0.2..0.5 m, Y -100 .. 1e2 mm") == {"x": (0.2, 0.5), "y": (-0.1, 0.1)}
@@ -165,8 +165,8 @@ def test_a_pose_and_a_zone_are_read_from_a_line_of_text(arm):
         ("-3", "joint=value"),
     ],
 )
-def test_text_that_is_no_pose_is_refused(arm, text, named):
-    """One message that says what was found and shows what passes."""
+def test_text_that_is_no_pose_is_rejected(arm, text, named):
+    """Invalid text for a pose causes one message that names the mistake."""
     with pytest.raises(lostmotion.InputError, match=named):
         read_pose(text, arm)
 
@@ -186,20 +186,20 @@ def test_text_that_is_no_pose_is_refused(arm, text, named):
         ("x -inf..2 m", "no numbers with their unit"),
     ],
 )
-def test_text_that_is_no_zone_is_refused(text, why):
-    """One message that says what was found, why it does not pass, and shows what does."""
+def test_text_that_is_no_zone_is_rejected(text, why):
+    """Invalid text for a zone causes one message with the mistake, its reason and a valid example."""
     with pytest.raises(lostmotion.InputError, match=why) as refused:
         read_zone(text)
     assert "lower one first" in str(refused.value)
 
 
-def test_what_moves_the_tool_by_rounding_only_is_nothing_everywhere():
-    """The Z-arm's last joint turns the tool about itself: 0 % and nothing to gain without an interval, not rounding with one; otherwise omitted."""
+def test_a_part_that_moves_the_tool_by_rounding_alone_has_zero_share():
+    """The last joint of the Z-arm, whose axis passes through the tool point, has 0 % share and zero gain without an interval."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     study = lostmotion.study(arm, 32, 20, 2)
     matrix = screws(arm, study.poses.q)
     size = sum(matrix.square_sums[k] for k, info in enumerate(matrix.infos) if info.owner == "joints.roll.gearbox")
-    assert 0 < size < 1e-30  # rounding, which the test is about
+    assert 0 < size < 1e-30  # rounding error alone
     sections = {section.key: {row.label: row for row in section.rows} for section in study.sheet.sections}
     for part in ("roll.gearbox", "roll.encoder"):
         alone, share, gain = sections["budget"][part].figures
@@ -211,8 +211,8 @@ def test_what_moves_the_tool_by_rounding_only_is_nothing_everywhere():
 
 
 @pytest.mark.parametrize("by", ["part", "term"])
-def test_halving_is_what_a_second_run_finds(arm, monkeypatch, by):
-    """By part, by kind of error and by term: the 95 % error falls by what a whole run with those terms halved finds, with the same draws."""
+def test_the_gain_from_halving_equals_a_second_run(arm, monkeypatch, by):
+    """The gain from halving a part, cause or term equals the drop of the 95th percentile in a second run with those terms halved."""
     poses = sample_poses(arm, 64)
     found = halving(arm, poses, 40, 4, 1, by=by)
     for gains, label in ((found.gains, label_of(by)), (found.causes, label_of("cause"))):
@@ -229,8 +229,8 @@ def test_halving_is_what_a_second_run_finds(arm, monkeypatch, by):
         assert gain.low < gain.value < gain.high
 
 
-def test_halving_at_a_pose_is_what_sums_over_terms_find():
-    """At one pose of the Z-arm, by 65 536 robots: within its interval and 3 % of the figure without sampling, for the largest three parts."""
+def test_the_gain_from_halving_at_a_pose_equals_the_analytic_gain():
+    """At one pose of the Z-arm the sampled gains of the largest three parts equal the analytic gains within their interval and 3 %."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q[5:6])
@@ -241,16 +241,16 @@ def test_halving_at_a_pose_is_what_sums_over_terms_find():
     for part in sorted(found.gains, key=lambda name: -found.gains[name].value)[:3]:
         halved = matrix.scaled(np.array([0.5 if info.owner == part else 1.0 for info in matrix.infos]))
         after = of_screws(halved, Drawn(halved))
-        apart = abs(found.gains[part].value - float(before.quantiles[0, 1] - after.quantiles[0, 1]))
+        difference = abs(found.gains[part].value - float(before.quantiles[0, 1] - after.quantiles[0, 1]))
         assert found.gains[part].value > 20e-6
-        assert apart < (found.gains[part].high - found.gains[part].value) + 0.03 * found.gains[part].value
+        assert difference < (found.gains[part].high - found.gains[part].value) + 0.03 * found.gains[part].value
     section = next(each for each in study.sheet.sections if each.key == "halving_at_1")
     assert {"A.gearbox", "gearbox wind-up, at every joint"} <= {row.label for row in section.rows}
 
 
 @pytest.mark.slow
 def test_the_interval_of_a_paired_drop_covers():
-    """100 paired studies of one gearbox halved, with their own poses and robots, against the mean of 24 larger ones: at least 90 % hold it."""
+    """At least 90 of 100 paired studies of one halved gearbox have an interval that covers the mean of 24 larger studies."""
     small = arm_of(2, bearing=None, encoder=None, mounting=None)
 
     def gain(poses, robots, seed):
@@ -261,12 +261,12 @@ def test_the_interval_of_a_paired_drop_covers():
         return quantile_drop((before.groups, before.sets), (after.groups, after.sets), 0.95)
 
     truth = np.mean([gain(512, 128, 1000 + k).value for k in range(24)])
-    held = sum(found.low <= truth <= found.high for found in (gain(64, 64, seed) for seed in range(100)))
-    assert held >= 90
+    covered = sum(found.low <= truth <= found.high for found in (gain(64, 64, seed) for seed in range(100)))
+    assert covered >= 90
 
 
 def test_blocks_of_poses_add_up(arm):
-    """More poses than a block: the sum over blocks is the sum over halves."""
+    """The tally of two blocks of poses is the sum of their tallies, and tallies of different arms do not add."""
     q = sample_poses(arm, 2048).q
     whole, first, second = tally(arm, q, "cause"), tally(arm, q[:1024], "cause"), tally(arm, q[1024:], "cause")
     for name in ("own", "shared", "levels"):
@@ -275,26 +275,26 @@ def test_blocks_of_poses_add_up(arm):
         _ = first + dataclasses.replace(second, owners=())
 
 
-def test_an_rms_error_has_the_interval_that_its_poses_leave(arm):
-    """Nearly every interval out of eight sets of poses, 40 times drawn, holds the r.m.s. error over many poses; given poses claim none."""
+def test_the_interval_of_an_rms_error_covers_the_choice_of_poses(arm):
+    """At least 34 of 40 intervals from eight sets of poses cover the r.m.s. error over many poses, and stated poses have no interval."""
     many = budget(arm, sample_poses(arm, 8192, seed=77).q)
-    held = dict.fromkeys([(0, 1, 2), (0,), (1,), (2,)], 0)
+    covered = dict.fromkeys([(0, 1, 2), (0,), (1,), (2,)], 0)
     for seed in range(40):
         poses = sample_poses(arm, 64, "uniform", seed=1000 + seed)
         found = budget(arm, poses.q, replicates=poses.replicates)
         assert found.rms_interval().value == pytest.approx(found.rms, rel=1e-12)
-        for levels in held:
+        for levels in covered:
             rms = found.rms_interval(*levels)
-            held[levels] += rms.low <= many.rms_interval(*levels).value <= rms.high
-    assert all(34 <= count <= 40 for count in held.values()), held  # 95 % of 40, less three standard deviations
+            covered[levels] += rms.low <= many.rms_interval(*levels).value <= rms.high
+    assert all(34 <= count <= 40 for count in covered.values()), covered  # 95 % of 40, less three standard deviations
     assert found.rms_interval().high < 1.5 * found.rms_interval().low
     given = budget(arm, sample_poses(arm, 64).q).rms_interval()
     assert np.isnan(given.low)
     assert np.isnan(given.high)
 
 
-def test_without_a_stated_last_motion_backlash_is_an_error_of_the_visit():
-    """A joint that no load holds in its play: approached from one side it is off by half the play by design, from either side at random."""
+def test_backlash_varies_per_visit_without_a_stated_last_motion():
+    """The backlash of an unloaded joint is a design error of half its width for a stated approach, and varies per visit without one."""
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": {"backlash": "2 arcmin"}, "link": {"length": "1 m"}}
     arm, q = lostmotion.Arm.model_validate({"name": "unloaded", "joints": [joint]}), np.array([[0.2]])
     assert budget(arm, q).levels == pytest.approx((0, 0, 1))

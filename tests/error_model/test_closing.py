@@ -1,8 +1,8 @@
-"""A load closes a play where it overcomes friction, which differs from robot to robot.
+"""A load closes the play of those robots whose friction it overcomes.
 
-One joint of 1 m has a play of half width h = 1 mm, which differs by k = 0.2 of itself (one standard deviation), half a friction loop of l = 0.6 mm,
-and friction of 1 N m ±50 %. With s the side of the last motion, b = 1 where the load overcomes this robot's friction and x its amount of play,
-the tool errs by p = h (1 + k x) (b + (1 - b) s) + l s.
+One joint of 1 m has a play of half-width h = 1 mm with a relative standard deviation k = 0.2, half a friction loop of l = 0.6 mm,
+and friction of 1 N m ±50 %. Let s be the side of the last motion, b = 1 where the load overcomes this robot's friction, else 0, and x the
+standardised deviation of its play. The error of the tool is p = h (1 + k x) (b + (1 - b) s) + l s.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from tests.parts.random_arms import example_arms, random_arms, random_poses
 
 H, K, L = 1.0, 0.2, 0.6
 HERE = np.zeros((1, 1))
-# c, mean, variance, third and fourth cumulant at each load, by sums over s and b (for the amount's mean powers, x is a normal law cut at 3 sigma).
+# c, mean, variance, third and fourth cumulant at each load, by sums over s and b; x is a normal distribution truncated at 3 sigma.
 REFERENCE = {
     0.9: (0.2736, 0.2736, 2.1967, -1.2218, -7.9317),
     0.0: (0.0, 0.0, 2.6, 0.0, -13.1075),
@@ -40,7 +40,7 @@ REFERENCE = {
 
 
 def loaded(load, *, scatter=0.5, amount=K):
-    """Return the arm with this torque (N m) about its joint, and nothing else that errs."""
+    """Return the arm with this torque (N m) about its joint and no other error."""
     play = Toleranced(2e-3 * H, 2e-3 * H * amount * Normal().bound)
     gearbox = {"backlash": play, "hysteresis": 2e-3 * L, "friction_torque": Friction(Toleranced(1.0, scatter))}
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": gearbox, "link": {"length": 1.0}}
@@ -48,7 +48,7 @@ def loaded(load, *, scatter=0.5, amount=K):
 
 
 def sampled(arm, robots, visits=1, approach=0.0, seed=4):
-    """Return the error of each sample (robot x visit,), mm, and whether this robot's play is closed."""
+    """Return the error of each sample (robot x visit,), mm, and whether the play of its robot is closed."""
     matrix = screws(arm, HERE, approach=approach)
     robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(visits), indexing="ij"))
     closed = uniforms(seed, "joints.A.gearbox.friction", robots)[robot] <= matrix.closed[0, 0]
@@ -56,8 +56,8 @@ def sampled(arm, robots, visits=1, approach=0.0, seed=4):
 
 
 @pytest.mark.parametrize("load", REFERENCE)
-def test_moments_are_those_of_all_sides_and_states(load):
-    """Share, mean, variance, third and fourth cumulant of p, from the columns of the pose matrix and their joint cumulants."""
+def test_cumulants_are_the_sums_over_sides_and_states(load):
+    """The columns of the pose matrix and their joint cumulants have the share, mean, variance, third and fourth cumulant of p."""
     matrix = screws(loaded(load), HERE)
     drawn = Drawn(matrix)
     shift = 1e3 * drawn.shift(matrix)[0, 1]
@@ -71,8 +71,8 @@ def test_moments_are_those_of_all_sides_and_states(load):
 
 
 @pytest.mark.parametrize("load", REFERENCE)
-def test_moments_of_samples_are_the_same(load):
-    """The draws that the kernel reads have these moments, within four standard errors of a million samples; every robot is closed or open."""
+def test_samples_have_the_moments_of_the_sums(load):
+    """A million draws of the kernel have the moments of p within four standard errors, and the play of every robot is closed or open."""
     p, closed = sampled(loaded(load), 1_000_000)
     _, mean, variance, third, _ = REFERENCE[load]
     central = p - mean
@@ -84,8 +84,8 @@ def test_moments_of_samples_are_the_same(load):
 
 
 @pytest.mark.parametrize(("approach", "mean", "variance"), [(-1.0, 1.6, 0.04), (1.0, -1.0527, 0.8350)])
-def test_with_a_known_approach_a_robot_repeats_and_robots_differ(approach, mean, variance):
-    """At a load of 0.9 the play is closed towards the load, or else at the end behind the last motion: arriving downwards both are the same end."""
+def test_a_known_approach_leaves_scatter_between_robots_alone(approach, mean, variance):
+    """With a known approach each robot repeats exactly, and p varies between robots alone: the load or the last motion sets its play."""
     matrix = screws(loaded(0.9), HERE, approach=approach)
     merged = matrix.merged
     assert {info.level for info in merged.infos} <= {"design", "robot"}
@@ -95,8 +95,8 @@ def test_with_a_known_approach_a_robot_repeats_and_robots_differ(approach, mean,
 
 @pytest.mark.parametrize("load", [0.0, 0.9, 1.2, 2.0])
 @pytest.mark.parametrize("approach", [0.0, 1.0, -1.0])
-def test_monte_carlo_and_sums_over_terms_agree(load, approach):
-    """Mean, mean square and quantiles of |p| by the kernel lie within its intervals of those without sampling."""
+def test_monte_carlo_and_the_analytic_study_agree(load, approach):
+    """The mean, mean square and quantiles of |p| by Monte Carlo agree with the analytic study within their intervals."""
     arm = loaded(load)
     without = analytic(arm, HERE, approach=approach)
     found = run(arm, Poses(HERE, "given"), 4000, 8, 3, approach=approach).per_pose[0]
@@ -108,15 +108,15 @@ def test_monte_carlo_and_sums_over_terms_agree(load, approach):
 
 
 def test_an_unloaded_play_and_its_friction_loop_add_up():
-    """Without a load the mean of |p| is 1.60 mm from above, from below and from either side: every visit ends at the end of both."""
+    """Without load the mean of |p| is 1.60 mm for any approach, because every visit ends at one side of both play and friction loop."""
     for approach in (0.0, 1.0, -1.0):
         assert analytic(loaded(0.0), HERE, approach=approach).mean[0] == pytest.approx(1.6e-3, rel=1e-5)
 
 
 @pytest.mark.parametrize("load", [0.3, 0.6, 0.9, 1.0, 1.2, 1.4, 2.0])
 @pytest.mark.parametrize("approach", [0.0, 1.0, -1.0])
-def test_no_sample_lies_beyond_the_worst_case_and_some_come_near(load, approach):
-    """The worst case holds for closed and open plays, and is the larger of the two: less than 5 % beyond the largest of many samples."""
+def test_no_sample_exceeds_the_worst_case_and_the_largest_is_close(load, approach):
+    """The worst case is the larger of closed and open play, at least the largest of many samples and less than 5 % above it."""
     arm = loaded(load)
     largest = np.abs(sampled(arm, 200_000, approach=approach)[0]).max() * 1e-3
     matrix = screws(arm, HERE, approach=approach)
@@ -127,8 +127,8 @@ def test_no_sample_lies_beyond_the_worst_case_and_some_come_near(load, approach)
         assert bound <= max(largest * 1.05, 1e-3 * (H * (1 + K * Normal().bound) + L) * 1.0001)
 
 
-def test_friction_without_scatter_is_a_step():
-    """Where all robots have the same friction, there is no column of what differs between them, and the play is open below and closed above."""
+def test_friction_without_scatter_closes_the_play_of_all_robots_at_one_load():
+    """Where all robots have the same friction, the play of every robot is open below that load and closed above it."""
     below, above = (screws(loaded(load, scatter=0.0), HERE) for load in (0.99, 1.01))
     assert all(info.closing is None for matrix in (below, above) for info in matrix.infos)
     assert not below.bias.any()
@@ -136,7 +136,7 @@ def test_friction_without_scatter_is_a_step():
 
 
 def test_one_robot_s_play_at_two_poses_is_closed_by_one_friction():
-    """Two poses of different load: (b - c) of the same robots is correlated by (min(c1, c2) - c1 c2) / sqrt(c1 (1 - c1) c2 (1 - c2))."""
+    """The friction of a robot closes its play at two poses, so (b - c) has the correlation (min(c1, c2) - c1 c2) / sqrt(c1 (1 - c1) c2 (1 - c2))."""
     joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-2, 2), "link": {"length": 1.0}}
     gearbox = {"backlash": 2e-3, "friction_torque": Friction(Toleranced(9.0, 4.5))}
     arm = Arm.model_validate({"name": "pitch", "joints": [joint | {"gearbox": gearbox}], "payload": {"mass": 1.0}})
@@ -150,8 +150,8 @@ def test_one_robot_s_play_at_two_poses_is_closed_by_one_friction():
     np.testing.assert_allclose((z.mean(axis=1), (z**2).mean(axis=1)), [[0, 0], [1, 1]], atol=0.01)
 
 
-def test_a_controller_that_knows_the_mean_is_left_with_what_friction_changes():
-    """Load compensation takes away the share of robots whose play is closed; mapping each robot also takes away whether it is closed in this one."""
+def test_load_compensation_leaves_the_scatter_of_friction():
+    """Load compensation removes the mean of closed plays over robots, and a map of each robot also removes the state of its own play."""
     arm = loaded(0.9, amount=0.0)
     stages = waterfall(arm, Poses(HERE, "given"), 512, 4, 2).stages
     mean = dict(zip(STAGES, (1e3 * stage.mean.value for stage in stages), strict=True))
@@ -163,8 +163,8 @@ def test_a_controller_that_knows_the_mean_is_left_with_what_friction_changes():
 
 
 @pytest.mark.parametrize("arm", [*example_arms(), *random_arms(30)], ids=lambda arm: arm.name)
-def test_every_play_of_a_robot_is_closed_or_open_and_nothing_between(arm):
-    """Each term by itself, there or not by its robot's friction, adds up to the same errors as the columns of means and of what friction changes."""
+def test_the_play_of_each_robot_is_either_closed_or_open(arm):
+    """The pose matrix has the errors of a sum over single terms, each of which a robot's friction switches on or off."""
     q, robots = random_poses(arm, 6), 40
     at = frames(arm, q)
     felt, matrix, joints = Conditions(arm, q, at), screws(arm, q), [joint.name for joint in arm.moving]
@@ -190,8 +190,8 @@ def test_every_play_of_a_robot_is_closed_or_open_and_nothing_between(arm):
         np.testing.assert_allclose(found, whole[row], rtol=1e-9, atol=1e-11 * np.abs(whole[row]).max() + 1e-30)
 
 
-def test_over_poses_of_any_load_quantiles_are_those_of_monte_carlo():
-    """Poses at which all, some and none of the robots have a closed play, counted together: 95 % of errors below, by points and by the kernel."""
+def test_pooled_quantiles_over_poses_of_any_load_agree_with_monte_carlo():
+    """The pooled 95th percentile agrees with Monte Carlo over poses at which the load closes the play of all, some or none of the robots."""
     joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-1.5, 1.5), "link": {"length": 1.0}}
     gearbox = {"backlash": "2 mrad ± 0.4 mrad", "hysteresis": "0.5 mrad", "friction_torque": Friction(Toleranced(6.0, 3.0))}
     arm = Arm.model_validate({"name": "pitch", "joints": [joint | {"gearbox": gearbox}], "payload": {"mass": 1.0}})

@@ -1,4 +1,4 @@
-"""Do intervals hold the truth as often as they say?"""
+"""Coverage of confidence intervals, and their closed forms."""
 
 import math
 
@@ -29,7 +29,7 @@ SETS = 8
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_where_only_robots_or_only_poses_differ_the_interval_is_students(axis):
-    """Four robots with one error at all poses, or four sets of poses with one error of all robots: Student's interval of four values."""
+    """Where robots alone or sets of poses alone differ, four values have Student's interval."""
     values = np.array([1.0, 1.3, 0.9, 1.6])
     found = intervals.two_way(np.expand_dims(values, axis) + np.zeros((4, 4)))
     assert found.half == pytest.approx(3.182446 * values.std(ddof=1) / 2, rel=1e-6)
@@ -38,49 +38,49 @@ def test_where_only_robots_or_only_poses_differ_the_interval_is_students(axis):
 
 
 @pytest.mark.parametrize(("of_sets", "of_robots", "of_cells"), [(0.0, 1.0, 0.0), (1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.1, 0.3)])
-def test_the_interval_of_a_pooled_mean_covers_whatever_differs(of_sets, of_robots, of_cells):
-    """1 000 synthetic studies each: robots, sets of poses, their product or all of these differ, and 95 % intervals hold the truth in 93-97 %.
+def test_the_interval_of_a_pooled_mean_covers_for_any_source_of_scatter(of_sets, of_robots, of_cells):
+    """Of 1 000 synthetic studies 93 to 97 % have a 95 % interval that covers the true value, whether robots, sets or cells scatter.
 
-    Where sets or cells alone differ, a component that is estimated below zero counts as none: there it may be up to 99 %.
+    Where sets or cells alone scatter, coverage reaches 99 %, because a variance component estimated below zero counts as zero.
     """
     rng = np.random.default_rng(7)
-    held = 0
+    covered = 0
     for _ in range(1000):
         means = rng.normal(0, of_robots, 60) + rng.normal(0, of_sets / 2, (SETS, 1)) + rng.normal(0, of_cells, (SETS, 60))
         found = pooled_mean(5 + means)
-        held += found.low <= 5 <= found.high
-    assert 0.93 <= held / 1000 <= (0.97 if of_robots > of_cells else 0.99)
+        covered += found.low <= 5 <= found.high
+    assert 0.93 <= covered / 1000 <= (0.97 if of_robots > of_cells else 0.99)
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
-def test_no_interval_of_a_length_goes_below_zero_and_none_covers_less_for_it(share):
-    """Lengths that are zero in most robots and sets: no end is below zero, and the mean's interval holds the truth as often as the whole one."""
+def test_truncating_an_interval_at_zero_does_not_lower_its_coverage(share):
+    """The interval of a length ends at zero or above and covers the true mean as often as the interval without truncation."""
     rng = np.random.default_rng(11)
-    below, held, whole = 0, 0, 0
+    below, covered, whole = 0, 0, 0
     for _ in range(500):
         means = np.where(rng.random((SETS, 40)) < share, rng.lognormal(0, 1, (SETS, 40)), 0.0) * (rng.random(40) < share)
         found, half = pooled_mean(means), intervals.two_way(means).half
         truth = share**2 * math.exp(0.5)
-        held += found.low <= truth <= found.high
+        covered += found.low <= truth <= found.high
         whole += abs(means.mean() - truth) <= half
         below += means.mean() < half
         assert found.low >= 0
         assert found.high == pytest.approx(found.value + half)
         assert pooled_robots_quantile(means).low >= 0 or math.isnan(pooled_robots_quantile(means).low)
-    assert held == whole
+    assert covered == whole
     assert below > 0 or share == 0.5
 
 
-def test_half_of_an_interval_that_ends_at_zero_is_its_upper_half():
-    """What is compared with half a width does not become more precise because a length ends at zero."""
+def test_the_half_width_of_a_truncated_interval_is_its_upper_half():
+    """Truncation of an interval at zero does not reduce its half-width."""
     assert of_length(1.0, -3.0, 5.0).low == 0.0
     assert of_length(1.0, -3.0, 5.0).half == 4.0
     assert of_length(6.0, 2.0, 10.0).half == 4.0
     assert math.isnan(of_length(1.0, math.nan, 2.0).low)
 
 
-def test_the_ends_of_a_pooled_quantile_are_plain_numbers():
-    """All samples in one bin: both ends are the bin's, and as plain as the value, so that what is compared with them can be written down."""
+def test_the_ends_of_a_pooled_quantile_are_python_floats():
+    """The value and both ends of a pooled quantile are Python floats, so that comparisons return a Python bool."""
     hist = np.zeros((4, error_bins.BINS), np.int64)
     hist[:, 4000] = 10
     found = pooled_quantile(hist, hist, 0.95)
@@ -90,7 +90,7 @@ def test_the_ends_of_a_pooled_quantile_are_plain_numbers():
 
 
 def test_a_quantile_beyond_the_histogram_has_no_interval():
-    """From 16 m on the bins no longer separate errors: the figure is unbounded, with no ends beside it, also where the largest sample is known."""
+    """A quantile in the last bin, from 16 m on, is infinite and has no interval, also where the largest sample is known."""
     hist = np.zeros((4, error_bins.BINS), np.int64)
     hist[:, -1] = 10
     for largest in (math.inf, 633.0):
@@ -102,13 +102,13 @@ def test_a_quantile_beyond_the_histogram_has_no_interval():
 
 @pytest.mark.slow
 def test_the_interval_of_a_pooled_quantile_covers():
-    """1 000 synthetic studies of 128 robots: errors of a logarithmic normal law, robots and sets of poses that differ; 50, 95 % held in 93-97 %."""
+    """Of 1 000 synthetic studies with lognormal errors 93 to 97 % have a 95 % interval that covers the true 50th or 95th percentile."""
     rng = np.random.default_rng(8)
     robots, groups, samples = 128, 32, 16
     spread = (0.1, 0.3, 0.4)  # of sets, of robots, of samples
     edges = bin_edges()
     scale = {0.5: 0.0, 0.95: 1.6448536269514722}
-    held = dict.fromkeys(scale, 0)
+    covered = dict.fromkeys(scale, 0)
     for _ in range(1000):
         logs = rng.normal(0, spread[0], (SETS, 1, 1)) + rng.normal(0, spread[1], (robots, 1)) + rng.normal(0, spread[2], (SETS, robots, samples))
         bins = np.searchsorted(edges, 1e-3 * np.exp(logs), side="right") - 1
@@ -118,15 +118,15 @@ def test_the_interval_of_a_pooled_quantile_covers():
         for level, normal in scale.items():
             truth = 1e-3 * np.exp(normal * np.linalg.norm(spread))
             found = pooled_quantile(by_group, by_set, level)
-            held[level] += found.low <= truth <= found.high
-    assert all(0.93 <= count / 1000 <= 0.97 for count in held.values()), held
+            covered[level] += found.low <= truth <= found.high
+    assert all(0.93 <= count / 1000 <= 0.97 for count in covered.values()), covered
 
 
 @pytest.mark.slow
 def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
-    """1 000 studies of a small arm, each with its own poses, robots and visits, against one of 8 192 poses and 16 000 robots.
+    """The 90 % intervals of 1 000 studies of a small arm cover the values of one large study in 87 to 93 %.
 
-    Mean error, AP and RP; 50 and 95 % errors; the mean error, AP and RP that 95 % of robots stay below.
+    The figures are mean error, AP and RP, the 50th and 95th percentiles of the error, and the 95th percentiles over robots of mean error, AP and RP.
     """
     play = {"backlash": "0.5 arcmin ± 0.2 arcmin"}
     small = arm_of(
@@ -141,15 +141,15 @@ def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
 
     truth = [each.value for each in estimates(8192, 16_000, 10**6)]
     monkeypatch.setattr(intervals, "_CONFIDENCE", 0.90)
-    held = np.zeros(len(truth))
+    covered = np.zeros(len(truth))
     for seed in range(1000):
-        held += [each.low <= true <= each.high for each, true in zip(estimates(64, 128, seed), truth, strict=True)]
-    assert (held >= 870).all(), held
-    assert (held <= 930).all(), held
+        covered += [each.low <= true <= each.high for each, true in zip(estimates(64, 128, seed), truth, strict=True)]
+    assert (covered >= 870).all(), covered
+    assert (covered <= 930).all(), covered
 
 
-def test_a_99_percent_interval_of_few_robots_ends_below_all_samples():
-    """The upper end of a quantile never passes the largest sample nor is missing, however few robots there are; one robot has no interval."""
+def test_the_interval_of_a_99th_percentile_ends_at_most_at_the_largest_sample():
+    """The upper end of a quantile of few robots is known and at most the largest sample, and one robot has no interval."""
     rng = np.random.default_rng(9)
     hist = np.zeros((4, error_bins.BINS), np.int64)
     np.add.at(hist, (np.repeat(np.arange(4), 50), rng.integers(5000, 5400, 200)), 1)
@@ -163,7 +163,7 @@ def test_a_99_percent_interval_of_few_robots_ends_below_all_samples():
 
 
 def test_where_robots_and_poses_differ_their_variances_are_those_of_an_analysis_of_variance():
-    """The mean over robots that all visit the same sets of poses: its variance is (MS robots + MS sets - MS residual) / number of cells."""
+    """The variance of the mean over robots and sets of poses is (MS robots + MS sets - MS residual) / number of cells."""
     rng = np.random.default_rng(12)
     sets, robots = 8, 30
     values = rng.normal(0, 1, robots) + rng.normal(0, 0.7, (sets, 1)) + rng.normal(0, 0.8, (sets, robots))
@@ -178,7 +178,7 @@ def test_where_robots_and_poses_differ_their_variances_are_those_of_an_analysis_
 
 
 def test_the_interval_of_a_share_below_a_limit_is_students_over_robots():
-    """Four robots with these shares of their errors below a limit, the same at all poses: Student's interval of four values, three freedoms."""
+    """The share of errors below a limit of four robots has Student's interval with three degrees of freedom."""
     below = np.array([8, 5, 9, 6])
     hist = np.zeros((4, error_bins.BINS), np.int64)
     hist[:, 4000], hist[:, 5000] = below, 10 - below
@@ -187,8 +187,8 @@ def test_the_interval_of_a_share_below_a_limit_is_students_over_robots():
     assert (found.of_robots, found.of_poses) == pytest.approx(((below / 10).var(ddof=1) / 4, 0.0), rel=1e-12)
 
 
-def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():
-    """A thousand robots over sets without a difference: the half-width is 1.96 standard errors, not the 2.36 of eight sets."""
+def test_equal_sets_of_poses_leave_the_degrees_of_freedom_of_the_robots():
+    """Where sets of poses do not differ, a thousand robots have a half-width of 1.96 standard errors, not the 2.36 of eight sets."""
     rng = np.random.default_rng(10)
     robots = rng.normal(1, 0.1, 1000)
     found = pooled_mean(np.tile(robots, (SETS, 1)))
@@ -198,7 +198,7 @@ def test_sets_that_do_not_differ_leave_the_robots_degrees_of_freedom():
 @pytest.mark.parametrize("count", [128, 1000])
 @pytest.mark.parametrize("law", [lambda u: u**3, lambda u: -np.log1p(-u), lambda u: 1 / (1 - u)], ids=["short", "exponential", "long tail"])
 def test_the_robots_quantile_covers(law, count):
-    """10 000 synthetic studies: the value that 95 % of robots stay below lies beyond either end of its interval in 1.5 to 3 %."""
+    """In 10 000 synthetic studies the true 95th percentile of the robots lies beyond either end of its interval in 1.5 to 3 %."""
     _, low, high = robots_quantile(law(np.random.default_rng(11).uniform(size=(10_000, count)))).T
     missed = np.array([(low > law(0.95)).mean(), (high < law(0.95)).mean()])
     assert (missed > 0.015).all(), missed
@@ -206,17 +206,17 @@ def test_the_robots_quantile_covers(law, count):
 
 
 def test_the_pooled_robots_quantile_covers():
-    """1 000 synthetic studies of 300 robots over sets that differ: the value that 95 % of robots stay below is held in 93 to 97 %."""
+    """Of 1 000 synthetic studies 93 to 97 % have an interval that covers the true 95th percentile over robots."""
     rng = np.random.default_rng(11)
-    held = 0
+    covered = 0
     for _ in range(1000):
         found = pooled_robots_quantile(rng.normal(1, 0.2, 300) + rng.normal(0, 0.02, (SETS, 1)))
-        held += found.low <= 1 + 0.2 * 1.6448536 <= found.high
-    assert 0.93 <= held / 1000 <= 0.97
+        covered += found.low <= 1 + 0.2 * 1.6448536 <= found.high
+    assert 0.93 <= covered / 1000 <= 0.97
 
 
-def test_robots_are_drawn_together_by_what_few_poses_alone_make_them_differ():
-    """Robots seen exactly and over sets that scatter by themselves have the same 95 %; robots that do not differ have their mean."""
+def test_the_robots_quantile_excludes_the_scatter_of_few_poses():
+    """The 95th percentile over robots excludes the scatter of their means over few poses, and equals the mean where robots do not differ."""
     rng = np.random.default_rng(12)
     robots, cells = rng.normal(1, 0.1, 4000), rng.normal(0, 0.3, (SETS, 4000))
     exact, seen, none = (pooled_robots_quantile(values).value for values in (np.tile(robots, (SETS, 1)), robots + cells, 1 + cells))
@@ -227,11 +227,8 @@ def test_robots_are_drawn_together_by_what_few_poses_alone_make_them_differ():
     assert pooled_robots_quantile((robots + cells)[:1]).value == pytest.approx(np.quantile(robots + cells[0], 0.95), rel=1e-3)
 
 
-def test_places_between_robots_are_those_of_the_beta_law():
-    """The ends lie where beta laws leave 2.5 % beyond the level, and near those published for the medians of Hutson's two samples of floods.
-
-    Published: 0.37502 to 0.62498 of n + 1 for 59 years, 0.34414 to 0.65586 for 37, found by a search (A. Hutson's R package QuantileNPCI, vignette).
-    """
+def test_the_ranks_of_a_robots_quantile_follow_the_beta_distribution():
+    """The ranks of both ends leave 2.5 % of a beta distribution beyond the level, and are near those that Hutson published for floods."""
     for count, published in ((59, (0.37502, 0.62498)), (37, (0.34414, 0.65586))):
         value, *ends = robots_quantile(np.arange(1.0, count + 1), 0.5)
         assert value == (count + 1) / 2
@@ -240,14 +237,14 @@ def test_places_between_robots_are_those_of_the_beta_law():
 
 
 @pytest.mark.parametrize(("count", "known"), [(1, (False, False)), (2, (True, False)), (71, (True, False)), (72, (True, True))])
-def test_an_end_beyond_all_robots_is_not_known(count, known):
-    """0.95^71 is more than 2.5 %, so none of 71 robots need lie above what 95 % stay below; of one, none need lie below either."""
+def test_an_end_beyond_all_robots_is_unknown(count, known):
+    """The upper end of a 95th percentile is unknown for up to 71 robots, since 0.95^71 exceeds 2.5 %, and for one robot both ends are unknown."""
     _, *ends = robots_quantile(np.arange(float(count)))
     assert tuple(np.isfinite(ends)) == known
 
 
 def test_a_root_mean_square_lies_between_the_roots_of_its_mean_squares_ends():
-    """Student's interval of the sets' mean squares, by hand for two; the ends' squares lie evenly around the mean, and no end is below zero."""
+    """The squared ends of a root mean square's interval are Student's interval of the mean squares of the sets, truncated at zero."""
     found = root_mean_square(np.array([1.0, 3.0]))
     half = 12.706204736 * np.sqrt(2) / np.sqrt(2)  # Student's t for one degree of freedom, times the standard error 1
     assert found.value == pytest.approx(np.sqrt(2))
@@ -257,17 +254,17 @@ def test_a_root_mean_square_lies_between_the_roots_of_its_mean_squares_ends():
     assert np.isnan(root_mean_square(np.array([2.0])).low)
 
 
-def test_the_interval_of_a_standard_deviation_covers_whatever_differs():
-    """400 synthetic studies: lengths differ from robot to robot, pose to pose and visit to visit, and 95 % intervals hold the truth in 92-98.5 %.
+def test_the_interval_of_a_standard_deviation_covers_for_any_source_of_scatter():
+    """Of 400 synthetic studies 92 to 98.5 % have a 95 % interval that covers the true standard deviation over robots, poses and visits.
 
-    Lengths are pose's size x robot's size x a Maxwell length, so that mean and mean square are products of known moments.
+    Each error is a pose's size x a robot's size x a Maxwell-distributed length, so that its mean and mean square are known.
     """
     rng = np.random.default_rng(11)
     edges = bin_edges()
     mean = 1e-3 * np.sqrt(8 / np.pi)
     mean_square = 3e-6 * (1 + 0.5**2 / 3) * (1 + 0.2**2 / 3)
     truth = np.sqrt(mean_square - mean**2)
-    held = 0
+    covered = 0
     for _ in range(400):
         size = 1e-3 * rng.uniform(0.5, 1.5, (SETS, 4, 1, 1)) * rng.uniform(0.8, 1.2, (32, 4)).reshape(1, 1, 32, 4)
         lengths = size * np.sqrt(rng.chisquare(3, size.shape))
@@ -276,12 +273,12 @@ def test_the_interval_of_a_standard_deviation_covers_whatever_differs():
         hists = [np.stack([np.bincount(row, minlength=error_bins.BINS) for row in rows]) for rows in (by_group, by_set)]
         found = standard_deviation(*hists, float(lengths.mean()), float((lengths**2).mean()))
         assert found.value == pytest.approx(lengths.std(), rel=1e-9)
-        held += found.low <= truth <= found.high
-    assert 0.92 <= held / 400 <= 0.985
+        covered += found.low <= truth <= found.high
+    assert 0.92 <= covered / 400 <= 0.985
 
 
-def test_samples_that_repeat_others_change_no_interval_of_a_standard_deviation():
-    """Three robots that come to each pose once, or a hundred times with the same errors: robots and sets of poses count, samples do not."""
+def test_repeated_samples_do_not_narrow_the_interval_of_a_standard_deviation():
+    """Three robots have the same interval at one visit and at a hundred visits with equal errors, because only robots and sets of poses count."""
     places = np.array([4000, 4100, 4300])
     hist = np.zeros((3, error_bins.BINS), np.int64)
     hist[range(3), places] = 1
@@ -294,8 +291,8 @@ def test_samples_that_repeat_others_change_no_interval_of_a_standard_deviation()
     assert once.value < 0.9 * once.high
 
 
-def test_equal_errors_have_no_standard_deviation():
-    """Where every length is the same the standard deviation is zero, exactly, and where bins cannot resolve it the interval has no ends."""
+def test_equal_errors_have_zero_standard_deviation():
+    """Equal errors have a standard deviation of exactly zero, and one that the bins cannot resolve has no interval."""
     hist = np.zeros((4, error_bins.BINS), np.int64)
     hist[:, 4000] = 10
     at = float(np.sqrt(bin_edges()[4000] * bin_edges()[4001]))
@@ -305,8 +302,8 @@ def test_equal_errors_have_no_standard_deviation():
     assert np.isnan([narrow.low, narrow.high]).all()
 
 
-def test_the_interval_of_a_normal_errors_root_mean_square_is_that_of_its_chi_square_law():
-    """Normal errors of 3 µm, 200 at a time: 95 % of 2 000 intervals hold 3 µm, and in other units an interval is the same length."""
+def test_the_chi_square_interval_of_a_root_mean_square_covers():
+    """Of 2 000 intervals for 200 normal errors of 3 µm, 95 % cover 3 µm, and an interval is the same length in other units."""
     squares = np.random.default_rng(7).normal(0, 3e-6, (2000, 200)) ** 2
     found = [root_mean_square_of_samples(each) for each in squares]
     assert np.mean([each.low <= 3e-6 <= each.high for each in found]) == pytest.approx(0.95, abs=0.015)
@@ -316,7 +313,7 @@ def test_the_interval_of_a_normal_errors_root_mean_square_is_that_of_its_chi_squ
 
 @pytest.mark.parametrize("count", [1, 10, 37, 4000])
 def test_no_share_exceeds_the_whole(count):
-    """If all robots of a sample meet a limit, or none, the interval of their share ends at exactly one, or at zero."""
+    """The interval of a share ends at exactly one where all robots meet a limit, and at zero where none does."""
     low, high = share_interval(count, count)
     assert 0 < low < high <= 1
     assert high == pytest.approx(1, abs=1e-12)
@@ -325,6 +322,6 @@ def test_no_share_exceeds_the_whole(count):
 
 @pytest.mark.parametrize(("hits", "count"), [(0, 5), (1, 1), (8, 10), (995, 1000)])
 def test_the_interval_of_a_share_is_wilsons(hits, count):
-    """The share of robots that meet a limit has the interval of E. Wilson's score test, as SciPy computes it."""
+    """The share of robots that meet a limit has the interval of E. Wilson's score test, as computed by SciPy."""
     exact = binomtest(hits, count).proportion_ci(method="wilson")
     assert share_interval(hits, count) == pytest.approx((exact.low, exact.high), abs=1e-12)

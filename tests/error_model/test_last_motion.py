@@ -1,4 +1,4 @@
-"""At each visit a joint has one sign of its last motion, which everything in it that depends on direction shares."""
+"""At each visit all direction-dependent errors of a joint share the sign of its last motion."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ ARCMIN = np.pi / 10_800
 
 
 def mean_square(matrix):
-    """Return the mean-square position error at each pose (pose,), m^2: draws are uncorrelated and have mean square one."""
+    """Return the mean-square position error (pose,), m^2; draws are uncorrelated with mean square one."""
     columns = matrix.merged
     drawn = [k for k, info in enumerate(columns.infos) if info.draws]
     return (columns.bias[:, 3:] ** 2).sum(axis=1) + columns.squares[drawn].sum(axis=0)
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
-def test_either_way_is_the_mixture_of_always_up_and_always_down_for_one_joint(arm):
-    """The mean square with a random last motion of one joint is the average of those of its two directions, whatever the other joints do."""
+def test_the_mean_square_of_a_random_last_motion_is_the_mean_of_both_directions(arm):
+    """The mean square for a random last motion of one joint is the mean of those of its two directions, for any motion of the other joints."""
     q = sample_poses(arm, 8).q
     sides = np.tile([1.0, -1.0, 0.0, 1.0], q.size)[: q.size].reshape(q.shape)
     for joint in range(q.shape[1]):
@@ -37,10 +37,10 @@ def test_either_way_is_the_mixture_of_always_up_and_always_down_for_one_joint(ar
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
-def test_every_robot_errs_at_a_random_approach_as_from_one_side_or_the_other(arm):
-    """Every part with a side, by its draws: each visit with a random last motion is a visit from above or from below, half of them each.
+def test_a_visit_with_random_last_motion_is_a_visit_from_either_direction(arm):
+    """Each visit with a random last motion has the error of a visit from above or from below, with equal probability.
 
-    So mean error, r.m.s. error and each robot's AP are those of the 50/50 mixture, within what 32 visits of 64 robots leave.
+    So mean error, r.m.s. error and AP of each robot are those of the 50/50 mixture, within the sampling error of 64 robots and 32 visits.
     """
     q = sample_poses(arm, 8).q[:1]
     robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(64), np.arange(32), indexing="ij"))
@@ -68,20 +68,20 @@ def test_every_robot_errs_at_a_random_approach_as_from_one_side_or_the_other(arm
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_parts_of_a_joint_that_share_its_last_motion_add_before_they_are_squared(arm):
-    """The sums over parts in sizing are those of the pose matrix, also where a joint has several parts that depend on its last motion."""
+    """The error cache for sizing has the mean squares of the pose matrix, also where several parts of a joint share its last motion."""
     q = sample_poses(arm, 8).q
     sums = ErrorCache(arm, q).of(arm)
     np.testing.assert_allclose((sums[BIAS] ** 2).sum(axis=0) + sums[3:6].sum(axis=0), mean_square(screws(arm, q)), rtol=1e-11, atol=1e-30)
 
 
 def unloaded(**gearbox):
-    """Return an arm of one vertical joint, which no load holds in its play, and a link of 1 m."""
+    """Return an arm with one vertical joint, whose play no load closes, and a link of 1 m."""
     joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": gearbox, "link": {"length": 1.0}}
     return Arm.model_validate({"name": "unloaded", "joints": [joint]})
 
 
 def test_backlash_and_hysteresis_of_an_unloaded_joint_add_up_from_either_side():
-    """Backlash and hysteresis of 2 arcmin each at 1 m: every visit ends 2 arcmin from the middle, on the same side of both: 0.582 mm."""
+    """An unloaded joint with 2 arcmin of backlash and of hysteresis ends every visit 2 arcmin off the middle: 0.582 mm at 1 m."""
     arm = unloaded(backlash=2 * ARCMIN, hysteresis=2 * ARCMIN)
     poses = Poses(np.zeros((1, 1)), "given")
     for approach in (0.0, 1.0, -1.0):
@@ -89,8 +89,8 @@ def test_backlash_and_hysteresis_of_an_unloaded_joint_add_up_from_either_side():
         assert found.per_pose[0, 0] == pytest.approx(2 * ARCMIN, rel=1e-9), approach
 
 
-def test_random_approach_has_the_mean_error_and_accuracy_of_the_mixture():
-    """By Monte Carlo, with a play that differs from robot to robot: the mean error is that of always up, by symmetry that of always down."""
+def test_a_random_approach_has_the_mean_error_of_either_direction():
+    """The Monte Carlo mean error of an unloaded joint with scattered backlash is equal for upward, downward and random last motions."""
     arm = unloaded(backlash="2 arcmin ± 1 arcmin", hysteresis=2 * ARCMIN, stiffness=1e5)
     poses = Poses(np.zeros((1, 1)), "given")
     either, up, down = (run(arm, poses, robots=4000, visits=16, seed=5, approach=approach) for approach in (0.0, 1.0, -1.0))

@@ -1,4 +1,4 @@
-"""The pose matrix over all example arms and thirty arms made at random, with every kind of part, joint and base mount."""
+"""The pose matrix of all example arms and of thirty random arms with every kind of part, joint and base mount."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ every_arm = pytest.mark.parametrize("arm", ARMS, ids=[arm.name for arm in ARMS])
 
 
 def approach_of(name, q):
-    """Return no approach, or one that differs from joint to joint and pose to pose and is known at some."""
+    """Return an unknown approach, or signs of -1, 0 (unknown) and 1 that vary over joints and poses."""
     return np.random.default_rng(1).integers(-1, 2, q.shape).astype(float) if name == "mixed" else 0.0
 
 
 @every_arm
 @pytest.mark.parametrize("approach", ["unknown", "mixed"])
-def test_errors_of_one_draw_add_and_any_others_are_uncorrelated(arm, approach):
-    """The mean of the product of two merged columns' draws is zero, and that of a column with itself one, whatever is known of the approach."""
+def test_merged_columns_are_uncorrelated(arm, approach):
+    """The draws of two merged columns are uncorrelated and have mean square one, for an unknown and a partly known approach."""
     q = random_poses(arm, 4)
     merged = screws(arm, q, approach=approach_of(approach, q)).merged
     assert len(set(merged.infos)) == len(merged.infos)
@@ -40,7 +40,7 @@ def test_errors_of_one_draw_add_and_any_others_are_uncorrelated(arm, approach):
         by_stream = defaultdict(list)
         for stream, law in (each for info in (one, other) for each in info.draws):
             by_stream[stream].append(law)
-        # Whether a play is closed is a draw of mean 0 and mean square 1.
+        # The state of a play, closed or open, is a draw of mean 0 and mean square 1.
         means = (float(len(laws) == 2) if laws[0] == COMPARED else product_mean(tuple(sorted(laws, key=repr))) for laws in by_stream.values())
         return np.prod(list(means))
 
@@ -53,7 +53,7 @@ def test_errors_of_one_draw_add_and_any_others_are_uncorrelated(arm, approach):
 @every_arm
 @pytest.mark.parametrize("approach", ["unknown", "mixed"])
 def test_merging_loses_no_error(arm, approach):
-    """For any draws the merged columns move the tool as all single columns together do."""
+    """The merged columns displace the tool exactly as the single columns do, for any draws."""
     q = random_poses(arm, 8)
     matrix = screws(arm, q, approach=approach_of(approach, q))
     drawn = dict(zip(matrix.groups, np.random.default_rng(2).normal(size=len(matrix.groups)), strict=True))
@@ -63,8 +63,8 @@ def test_merging_loses_no_error(arm, approach):
 
 
 @every_arm
-def test_a_known_approach_is_either_side_of_an_unknown_one(arm):
-    """With the approach known, every sided error is the drawn one on one side: behind the last motion, the other side coming down."""
+def test_a_known_approach_fixes_the_side_of_every_sided_error(arm):
+    """A known approach fixes every sided error on the side behind the last motion, and the reverse approach on the opposite side."""
     q = random_poses(arm, 8)
     either, up, down = (screws(arm, q, approach=sign) for sign in (0.0, 1.0, -1.0))
     assert [info.of for info in up.infos] == [info.of for info in either.infos]
@@ -79,7 +79,7 @@ def test_a_known_approach_is_either_side_of_an_unknown_one(arm):
 
 @dataclass
 class Record:
-    """One place as a controller would hold it: a constant mean screw, matrices, one constant covariance, and a short list of the rest."""
+    """Record of one place for a controller: a constant mean screw, matrices, one constant covariance and a short list of other terms."""
 
     mean: np.ndarray = field(default_factory=lambda: np.zeros(6))
     compliance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
@@ -91,7 +91,7 @@ class Record:
 
 
 def lowered(arm):
-    """Reduce the terms of an arm to one record per place and joint, from their fields alone."""
+    """Return one record per place and joint from the fields of an arm's terms alone."""
     out = defaultdict(Record)
     for of in arm.terms:
         term, form, here = of.term, of.term.form, out[of.place, of.joint]
@@ -108,7 +108,7 @@ def lowered(arm):
         elif isinstance(form, Constant) and not term.sided:
             here.covariance += term.scale**2 * np.outer(form.direction, form.direction)
         elif isinstance(form, Harmonic) and form.envelope is None and isinstance(term.robot.law, Cosine | Sine):
-            # Sine and cosine of one phase together have the same variance at every angle.
+            # The sine and cosine of one phase have a total variance that is constant over the angle.
             here.covariance += term.scale**2 / 2 * np.outer(form.direction, form.direction)
         else:
             here.drawn.append((of.owner, term))
@@ -116,8 +116,8 @@ def lowered(arm):
 
 
 @every_arm
-def test_terms_lower_to_records_that_have_the_same_mean_and_covariance(arm):
-    """Summed matrices, curves and plays per place give the bias and the covariance of the pose matrix, so terms are data and nothing else."""
+def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(arm):
+    """Records of summed matrices, curves and plays have the bias and covariance of the pose matrix, so the fields of a term are complete."""
     q = random_poses(arm, 20)
     matrix = screws(arm, q)
     drawn = matrix.merged.tool[:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
@@ -136,7 +136,7 @@ def test_terms_lower_to_records_that_have_the_same_mean_and_covariance(arm):
         parts += [(owner, term, None, mean) for owner, term, mean, _ in some if term.level != "design"]
         parts += [(owner, term, term.form.threshold, changed) for owner, term, _, changed in some]
         for owner, term, closing, share in parts:
-            # What follows the last motion alone adds up over the parts of the joint; any other draw is the part's own.
+            # Draws of the last motion alone belong to the joint; any other draw belongs to its part.
             of = None if term.sided and term.robot is closing is None else owner
             by_draw[of, term.robot, term.visit, closing] += term.scale * term.form.screw(condition) * share
         for screw in by_draw.values():
@@ -150,7 +150,7 @@ def test_terms_lower_to_records_that_have_the_same_mean_and_covariance(arm):
 
 @every_arm
 def test_terms_that_differ_only_in_size_share_a_form(arm):
-    """Columns of one form at one place are in proportion to their sizes at every pose."""
+    """Columns of one form at one place are proportional to their sizes at every pose."""
     matrix = screws(arm, random_poses(arm, 8))
     by_form = defaultdict(list)
     for k, info in enumerate(matrix.infos):
@@ -163,8 +163,8 @@ def test_terms_that_differ_only_in_size_share_a_form(arm):
 
 
 @every_arm
-def test_every_term_has_a_name_of_its_own_and_a_cause_without_numbers(arm):
-    """A cause names a kind of error, so that a budget can add it up over joints."""
+def test_every_term_has_a_unique_name_and_a_cause_without_numbers(arm):
+    """Every term has a unique name, and a cause without numbers that a budget can add over joints."""
     names = [of.name for of in arm.terms]
     assert len(set(names)) == len(names)
     for of in arm.terms:
@@ -174,17 +174,17 @@ def test_every_term_has_a_name_of_its_own_and_a_cause_without_numbers(arm):
 
 
 SOURCES = Path(lostmotion.__file__).parent
-# Joints are the mechanism's own; what asks for one of these asks which part made an error.
+# Code that tests for one of these types depends on the part that causes an error; joints belong to the mechanism and are exempt.
 PARTS = {"Gearbox", "CatalogueGearbox", "CycloidalGearbox", "PlanetaryGearbox", "StrainWaveGearbox", "WolfromGearbox", "WormGearbox"}
 PARTS |= {"DrawnBearing", "RollingPair", "CrossedRoller", "BallPair", "RollerPair", "Link", "ElasticLink", "Encoder", "Lumped", "Mounting", "Base"}
 
 
-@pytest.mark.parametrize("room", ["mechanism", "error_model", "propagation", "analyses", "reporting", "runs", "cli"])
-def test_nothing_downstream_asks_which_part_made_an_error(room):
-    """Fields of terms and parts say it: no type of a part is tested, and between parts and analyses no regular expression takes a name apart."""
-    for path in sorted((SOURCES / room).rglob("*.py")):
+@pytest.mark.parametrize("package", ["mechanism", "error_model", "propagation", "analyses", "reporting", "runs", "cli"])
+def test_no_analysis_depends_on_the_type_of_a_part(package):
+    """Packages after the parts read terms: none tests the type of a part, and none before the analyses parses names by regular expressions."""
+    for path in sorted((SOURCES / package).rglob("*.py")):
         text = path.read_text(encoding="utf-8")
-        assert room in {"analyses", "reporting", "runs", "cli"} or path.name == "stopping.py" or "\nimport re\n" not in text, path
+        assert package in {"analyses", "reporting", "runs", "cli"} or path.name == "stopping.py" or "\nimport re\n" not in text, path
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
                 assert not PARTS & {each.id for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)}, f"{path}:{node.lineno}"

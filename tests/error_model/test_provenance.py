@@ -1,4 +1,4 @@
-"""What is known of every joint of an arm."""
+"""The provenance of each joint's errors: stated, assumed or ideal."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ ARMS = ("z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf", "paper/z-arm-lumped
 
 
 def joint(name="A", **parts):
-    """Return a turning joint."""
+    """Return a revolute joint."""
     return RevoluteJoint(name=name, limits=(-1.0, 1.0), **parts)
 
 
 @pytest.mark.parametrize("file", ARMS)
-def test_every_moving_joint_stands_in_the_table_once(file):
-    """In order, with known kinds and states only."""
+def test_the_table_lists_every_moving_joint_once(file):
+    """The table lists every moving joint once and in order, with defined kinds and states."""
     arm = read(EXAMPLES / file)
     found = states(arm)
     assert [each.joint for each in found.joints] == [each.name for each in arm.moving]
@@ -37,8 +37,8 @@ def test_every_moving_joint_stands_in_the_table_once(file):
     assert len(set(found.assumed)) == len(found.assumed)
 
 
-def test_an_arm_of_which_only_the_shape_is_known_has_no_error_source():
-    """Masses, payload, ratios and a nominal tilt are no errors."""
+def test_an_arm_without_stated_errors_has_no_error_source():
+    """Masses, payload, ratios and a nominal tilt are not error sources."""
     bare = Arm(
         name="bare",
         joints=(
@@ -72,8 +72,8 @@ def test_an_arm_of_which_only_the_shape_is_known_has_no_error_source():
         ({"lumped": {"angle": 0.0}}, "lumped"),
     ],
 )
-def test_a_zero_stated_on_purpose_is_stated(parts, kind):
-    """What somebody says is perfect is described; every other kind of that joint stays ideal."""
+def test_a_stated_zero_counts_as_stated(parts, kind):
+    """An error stated as zero counts as stated, and every other kind of error of that joint stays ideal."""
     found = states(Arm(name="x", joints=(joint(**parts), joint("B"))))
     assert {name for name, state in found.joints[0].states.items() if state != "ideal"} == {kind}
     assert found.joints[0].states[kind] == "stated"
@@ -81,8 +81,8 @@ def test_a_zero_stated_on_purpose_is_stated(parts, kind):
     assert found.ideal_joints == ("B",)
 
 
-def test_a_default_never_shows_as_stated():
-    """The friction and the torque of lost motion that nobody stated are listed as defaults."""
+def test_a_default_is_listed_as_assumed():
+    """The default friction and the default torque of lost motion are listed as assumed, and stated values are not."""
     gearbox = {"lost_motion": 3e-4, "stiffness": 4e5, "rated_torque": 400.0}
     found = states(Arm(name="x", joints=(joint(gearbox=gearbox),)))
     assert {each.key: each.reason for each in found.assumed} == {
@@ -93,13 +93,13 @@ def test_a_default_never_shows_as_stated():
     assert not states(Arm(name="x", joints=(joint(gearbox=stated),))).assumed
 
 
-def test_how_a_lumped_error_varies_is_no_error():
-    """A law without an angle or an offset describes nothing."""
+def test_a_lumped_error_without_a_size_is_no_error_source():
+    """A lumped error with a distribution but without an angle or an offset is not an error source."""
     assert not states(Arm(name="x", joints=(joint(lumped=Lumped(law="uniform", varies="robot")),))).described
 
 
 def test_a_kind_of_error_is_missing_where_any_joint_lacks_it():
-    """An encoder at one joint of two is missing at the other, at both it is not; a lumped error is never missed, since it stands for other kinds."""
+    """A kind of error is missing if any joint lacks it; a lumped error is never missing, because it replaces other kinds."""
     encoder = {"zero": 1e-4}
     one, both = (states(Arm(name="x", joints=(joint(encoder=encoder), joint("B", **more)))).ideal_kinds for more in ({}, {"encoder": encoder}))
     assert set(one) - set(both) == {"encoder"}
@@ -107,7 +107,7 @@ def test_a_kind_of_error_is_missing_where_any_joint_lacks_it():
 
 
 def test_a_base_alone_is_an_error_source():
-    """A tilt that nobody measured, or a mount that deflects, can be predicted from."""
+    """A base with a tilt tolerance or an elastic mount is an error source by itself."""
     for base, kind in ((Base(roll="0 deg ± 1 deg"), "tilt"), (Base(linear_stiffness=(1e6, 1e6, 1e6)), "mount")):
         found = states(Arm(name="x", joints=(joint(),), base=base))
         assert found.described
@@ -116,7 +116,7 @@ def test_a_base_alone_is_an_error_source():
 
 
 def test_a_fixed_joint_is_listed_only_where_its_link_is_described():
-    """Fixed joints have no drive; a length tolerance of theirs counts as an error source of the arm."""
+    """A fixed joint has no drive and is listed only if its link has a tolerance, which is an error source of the arm."""
     fixed = FixedJoint(name="F", link=Link(length=0.2, length_tolerance=1e-4))
     found = states(Arm(name="x", joints=(joint(), fixed)))
     assert [each.joint for each in found.joints] == ["A"]
@@ -125,8 +125,8 @@ def test_a_fixed_joint_is_listed_only_where_its_link_is_described():
     assert states(Arm(name="x", joints=(joint(), FixedJoint(name="F")))).fixed == ()
 
 
-def test_a_joint_may_say_that_a_whole_part_is_assumed():
-    """All kinds that the part describes are then assumed, and the joint's entry says so."""
+def test_a_joint_may_mark_a_whole_part_as_assumed():
+    """All stated kinds of error of a part marked as assumed are assumed, and the table names the joint's source."""
     arm = Arm(name="x", joints=(joint(lumped=Lumped(angle=1e-4), gearbox={"backlash": 1e-4}, assumed=("gearbox", "lumped"), source="guess"),))
     found = states(arm)
     assert found.joints[0].states["backlash"] == found.joints[0].states["lumped"] == "assumed"
@@ -134,8 +134,8 @@ def test_a_joint_may_say_that_a_whole_part_is_assumed():
     assert [(each.key, each.source) for each in found.assumed] == [("gearbox", "guess"), ("lumped", "guess"), ("friction_torque", "")]
 
 
-def test_a_typical_material_makes_the_stiffness_of_a_drawn_gearbox_assumed_and_nothing_else():
-    """Its clearances and runouts are those of the drawing, stated, also beside a default friction; a bearing with defaults alone is stated too."""
+def test_a_typical_material_makes_only_the_stiffness_of_a_drawn_gearbox_assumed():
+    """A typical material makes the stiffness of a drawn gearbox assumed, while the clearances and runouts of the drawing stay stated."""
     arm = read(EXAMPLES / "arm-from-drawings.toml")
     drawn = arm.model_copy(update={"joints": tuple(each.model_copy(update={"assumed": ()}) for each in arm.joints)})
     shoulder = states(drawn).joints[1].states
@@ -143,8 +143,8 @@ def test_a_typical_material_makes_the_stiffness_of_a_drawn_gearbox_assumed_and_n
     assert [shoulder[kind] for kind in kinds] == ["stated", "assumed", "stated", "stated", "stated"]
 
 
-def test_an_arm_without_error_sources_is_refused_with_an_entry_for_its_first_joint():
-    """The refusal shows a backlash to fill in at the first joint, in the unit of its motion: arcmin of a turning joint, µm of a sliding one."""
+def test_an_arm_without_error_sources_is_rejected_with_an_example_for_its_first_joint():
+    """The error for an arm without error sources shows an example backlash for its first joint, in arcmin if revolute and in µm if prismatic."""
     slide = PrismaticJoint(name="B", limits=(0.0, 1.0))
     for joints, entry in (((joint(), slide), ("joints.A", "1 arcmin")), ((slide, joint()), ("joints.B", "20 µm"))):
         with pytest.raises(InputError) as refused:

@@ -263,7 +263,7 @@ def test_dominant_draws_lie_within_their_uncertainty(case):
 
 
 def test_pooled_analytic_figures_agree_with_monte_carlo(arm):
-    """The pooled analytic mean and quantiles agree with Monte Carlo at the same poses to 1 % and lie in their own intervals."""
+    """The pooled Monte Carlo mean and percentiles agree with the analytic ones to 1 % and lie in their intervals."""
     poses = sample_poses(arm, 256)
     study = lostmotion.study(arm, poses, robots=2000, visits=5, method="both")
     rows = {row["label"]: row["figures"][0] for section in study.result()["sections"] if section["key"] == "error" for row in section["rows"]}

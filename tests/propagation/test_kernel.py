@@ -87,17 +87,17 @@ def test_intervals_at_a_pose_cover_at_their_nominal_rate(arm, robots, visits):
     """Over 40 seeds the 95 % intervals of mean and percentiles at 8 poses cover the values of a long run; an end may be unknown but not wrong."""
     poses = Poses(sample_poses(arm, 8, seed=5).q, "given")
     truth = run(arm, poses, 20_000, 4, 999).per_pose
-    held, tries = np.zeros(4), 0
+    covered, trials = np.zeros(4), 0
     for seed in range(40):
         found = run(arm, poses, robots, visits, seed).per_pose
-        held[0] += np.sum(np.abs(found[:, kernel.MEAN] - truth[:, kernel.MEAN]) <= found[:, kernel.MEAN_ERROR])
+        covered[0] += np.sum(np.abs(found[:, kernel.MEAN] - truth[:, kernel.MEAN]) <= found[:, kernel.MEAN_ERROR])
         for k in range(3):
             column = kernel.FIRST_QUANTILE + 3 * k
             low, high = found[:, column + 1], found[:, column + 2]
             value = truth[:, column]
-            held[k + 1] += np.sum((np.isnan(low) | (low <= value)) & (np.isnan(high) | (value <= high)))
-        tries += len(poses)
-    assert (held / tries > 0.9).all(), held / tries
+            covered[k + 1] += np.sum((np.isnan(low) | (low <= value)) & (np.isnan(high) | (value <= high)))
+        trials += len(poses)
+    assert (covered / trials > 0.9).all(), covered / trials
 
 
 def test_a_pose_with_little_scatter_beside_a_large_bias_has_an_interval():

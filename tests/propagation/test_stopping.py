@@ -35,14 +35,14 @@ def watch(values):
 @pytest.mark.parametrize(("pilot", "until", "scatter"), [(50, "1 %", (0.3, 0.0, 0.0)), (40, "2 %", (0.3, 0.5, 0.2))])
 def test_intervals_at_the_stop_cover_the_true_value(pilot, until, scatter):
     """Of 1 000 synthetic studies 99 % reach the requested precision, and 92 to 98 % of their last intervals cover the true value."""
-    held = reached = 0
+    covered = reached = 0
     for seed in range(1000):
         values, stopping = settle(synthetic(seed, *scatter), watch, 64, pilot, Tolerance.of(until), most_poses=65_536, most_robots=50_000)
         figure = stopping.stages[-1].figures["mean"]
-        held += abs(values.mean() - 1) <= figure.half
+        covered += abs(values.mean() - 1) <= figure.half
         reached += stopping.reached
         assert stopping.reached == (figure.half <= stopping.tolerance.share * figure.value)
-    assert 0.92 <= held / 1000 <= 0.98
+    assert 0.92 <= covered / 1000 <= 0.98
     assert reached / 1000 >= 0.99
 
 

@@ -143,9 +143,9 @@ def test_the_repeatability_of_a_lumped_angle_has_its_closed_form(law, constant):
 def test_gravity_closes_backlash_and_improves_repeatability():
     """Gravity closes the backlash of horizontal joints and lowers RP; without gravity the backlash adds to RP."""
     only = {"backlash": "2 arcmin", "rated_torque": "100 N m"}
-    held = arm_of(3, gearbox=only, bearing=None, encoder=None, mounting=None, limits=(-0.3, 0.3))
-    loose = held.model_copy(update={"gravity": 0.0})
-    rp = [run(a, sample_poses(a, 8), 20, 30, 1).repeatability[:, 0].mean() for a in (held, loose)]
+    loaded = arm_of(3, gearbox=only, bearing=None, encoder=None, mounting=None, limits=(-0.3, 0.3))
+    loose = loaded.model_copy(update={"gravity": 0.0})
+    rp = [run(a, sample_poses(a, 8), 20, 30, 1).repeatability[:, 0].mean() for a in (loaded, loose)]
     assert rp[0] < 0.75 * rp[1]  # the vertical axis carries no gravity torque, so its play stays open
 
 
@@ -176,12 +176,12 @@ def test_the_interval_of_the_pooled_95_percent_error_covers(arm):
     poses = sample_poses(arm, 256)
     long = run(arm, poses, 4000, 4, 99)
     truth = quantile(long.group_hist.sum(axis=0), 0.95)
-    held = 0
+    covered = 0
     for seed in range(40):
         found = run(arm, poses, 128, 4, seed)
         estimate = pooled_quantile(found.group_hist, found.replicate_hist[:1], 0.95)
-        held += estimate.low <= truth <= estimate.high
-    assert held >= 33
+        covered += estimate.low <= truth <= estimate.high
+    assert covered >= 33
 
 
 def test_a_surface_has_no_volume():

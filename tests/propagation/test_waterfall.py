@@ -79,7 +79,7 @@ def test_calibration_finds_constant_errors_but_neither_harmonics_nor_deflections
 
 
 def test_the_error_falls_from_stage_to_stage(found):
-    """The error falls from stage to stage, the first stage removes nothing, and every interval contains its value."""
+    """Load compensation lowers the error, calibration lowers it further, the first stage removes nothing, and every interval contains its value."""
     by_name = {stage.name: stage for stage in found.stages}
     assert [stage.name for stage in found.stages] == list(STAGES)
     assert by_name["as manufactured"].reduction.value == 0
