@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _ARCMIN = np.pi / 180 / 60
 _TABLE = ((-1.0, 0.0), (0.2, 0.5), (1.0, 1.0))
-_BEARINGS: tuple[dict[str, Any], ...] = (
+BEARINGS: tuple[dict[str, Any], ...] = (
     {"kind": "ball pair", "bore": 0.045, "outside_diameter": 0.085, "balls": 9, "ball_diameter": 0.0127, "pitch_diameter": 0.065, "span": 0.06},
     {
         "kind": "roller pair",
@@ -217,7 +217,7 @@ class _Maker:
         }
         if turning:
             crossed |= {"axial_stiffness": self.maybe(1e8)}
-        drawn = {**self.pick(*_BEARINGS), **closing, **runout}
+        drawn = {**self.pick(*BEARINGS), **closing, **runout}
         drawn["clearance"] = Toleranced(self.pick(-5e-6, 1.5e-5, 2.5e-5), self.pick(0.0, 4e-6), self.pick("normal", "uniform"))
         chosen = self.pick(None, rolling, rolling, crossed, drawn) if turning else self.pick(None, rolling, crossed)
         return chosen if chosen is None else self.stated(**chosen)

@@ -19,6 +19,7 @@ from lostmotion.parts.term import Holding, Motion
 from lostmotion.reporting.sheet import find_row
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, TURN_Z
+from tests.parts.random_arms import BEARINGS
 from tests.parts.test_cycloidal import DRAWING
 
 if TYPE_CHECKING:
@@ -37,35 +38,7 @@ PARTS: dict[str, tuple[str, dict[str, Any]]] = {
     "worm": ("gearbox", {"wheel_teeth": 60, **PLAY}),
     "cycloidal": ("gearbox", {**DRAWING, "relief": {"roller": "4 µm"}}),
     "rolling": ("bearing", {"clearance": 3e-5, "axial_play": 2e-5, "span": 0.06}),
-    "ball pair": (
-        "bearing",
-        {"bore": 0.045, "outside_diameter": 0.085, "balls": 9, "ball_diameter": 0.0127, "pitch_diameter": 0.065, "span": 0.06, "clearance": 2e-5},
-    ),
-    "roller pair": (
-        "bearing",
-        {
-            "bore": 0.06,
-            "outside_diameter": 0.11,
-            "rollers": 14,
-            "roller_diameter": 0.014,
-            "roller_length": 0.014,
-            "pitch_diameter": 0.0855,
-            "span": 0.08,
-            "clearance": 2e-5,
-        },
-    ),
-    "crossed roller bearing": (
-        "bearing",
-        {
-            "bore": 0.11,
-            "outside_diameter": 0.15,
-            "rollers": 48,
-            "roller_diameter": 0.008,
-            "roller_length": 0.006,
-            "pitch_diameter": 0.13,
-            "clearance": 1e-5,
-        },
-    ),
+    **{str(drawing["kind"]): ("bearing", {**drawing, "clearance": 2e-5}) for drawing in BEARINGS},
 }
 KEYS = {"gearbox": "friction_torque", "bearing": "closing_force"}
 # What a file states, the same from Python, and the friction that both mean. "U" stands for the unit.
