@@ -82,19 +82,14 @@ class ErrorCache:
             term.form.write(felt, term.scale, local[:, k])
         shift = tool_twists(self._tree, self._at, np.full(len(terms), part.place), local)[3:]
         groups: dict[tuple[Draw | None, Draw | None, str | None], Floats] = {}
-
-        def add(draws: tuple[Draw | None, Draw | None, str | None], moved: Floats) -> None:
-            groups[draws] = groups[draws] + moved if draws in groups else moved
-
         for k, term in enumerate(terms):
-            friction = term.form.threshold
-            if friction is None:
-                add((term.robot, term.visit, None), shift[:, k])
-                continue
-            mean, changed = mean_and_change(friction.share(felt), above=term.form.above)
-            add((term.robot, term.visit, None), shift[:, k] * mean)
-            if changed.any():
-                add((term.robot, term.visit, friction.stream), shift[:, k] * changed)
+            columns: dict[str | None, Floats] = {None: shift[:, k]}
+            if (friction := term.form.threshold) is not None:
+                mean, changed = mean_and_change(friction.share(felt), above=term.form.above)
+                columns = {None: shift[:, k] * mean, friction.stream: shift[:, k] * changed}
+            for closing, moved in columns.items():
+                draws = term.robot, term.visit, closing
+                groups[draws] = groups[draws] + moved if draws in groups else moved
         out[BIAS] = groups.pop((None, None, None), 0.0)
         # The sign of the last motion is one draw for all parts of a joint: what depends on it alone adds up over the parts before it is squared.
         out[ROWS:] = groups.pop((None, LAST_MOTION, None), 0.0)
