@@ -12,7 +12,7 @@ import itertools
 import numpy as np
 import pytest
 
-from lostmotion.error_model.bounds import root_sum_square, worst_case
+from lostmotion.error_model.bounds import bounds, worst_case
 from lostmotion.error_model.draws import Stream, uniforms, visit_draws
 from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import screws
@@ -122,7 +122,7 @@ def test_no_sample_exceeds_the_worst_case_and_the_largest_is_close(load, approac
     matrix = screws(arm, HERE, approach=approach)
     bound = worst_case(matrix)[0]
     assert largest <= bound * (1 + 1e-12)
-    assert root_sum_square(matrix)[0] <= bound * (1 + 1e-12)
+    assert bounds(matrix).root_sum_square[0] <= bound * (1 + 1e-12)
     if load not in {0.3, 2.0} or approach == 0:
         assert bound <= max(largest * 1.05, 1e-3 * (H * (1 + K * Normal().bound) + L) * 1.0001)
 

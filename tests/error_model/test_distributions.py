@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 import lostmotion
-from lostmotion.error_model.bounds import root_sum_square, worst_case
+from lostmotion.error_model.bounds import bounds, worst_case
 from lostmotion.error_model.draws import robot_draws, sobol
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.distributions import Normal, Table, product_mean
@@ -152,7 +152,7 @@ def test_an_error_without_limits_has_no_worst_case():
     arm = slides("xyz", noise_law=WITHOUT_LIMITS)
     matrix = screws(arm, middle(arm))
     assert np.isinf(worst_case(matrix)).all()
-    assert root_sum_square(matrix) == pytest.approx(math.sqrt(3) * 3e-3)
+    assert bounds(matrix).root_sum_square == pytest.approx(math.sqrt(3) * 3e-3)
     study = both(arm, robots=20, visits=2)
     for section in ("error", "analytic"):
         found = next(row for each in study.sheet.sections if each.key == section for row in each.rows if row.label == "worst case, worst pose")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lostmotion.error_model.bounds import root_sum_square, worst_case
+from lostmotion.error_model.bounds import bounds, worst_case
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
@@ -30,7 +30,7 @@ def test_a_harmonic_is_at_most_its_amplitude(angle: float):
     """The worst case of a transmission error of 0.6' peak to peak is 0.3' at every angle, because sine and cosine share their phase."""
     matrix = screws(turning(gearbox={"transmission_error": 0.6 * ARCMIN, "ratio": 121}), np.array([[angle]]))
     assert worst_case(matrix)[0] == pytest.approx(LEVER * 0.3 * ARCMIN, rel=1e-12)
-    assert root_sum_square(matrix)[0] == pytest.approx(LEVER * 0.3 * ARCMIN, rel=1e-12)
+    assert bounds(matrix).root_sum_square[0] == pytest.approx(LEVER * 0.3 * ARCMIN, rel=1e-12)
 
 
 @pytest.mark.parametrize(("law", "deviations"), [("uniform", math.sqrt(3)), ("normal", 3 / 0.98658)])

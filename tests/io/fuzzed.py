@@ -23,7 +23,7 @@ import numpy as np
 from lostmotion import gear, read, screws, worst_case
 from lostmotion.analyses.iso9283.measured_file import read_measured
 from lostmotion.analyses.sizing.request import read_request
-from lostmotion.error_model.bounds import root_sum_square
+from lostmotion.error_model.bounds import bounds
 from lostmotion.errors import LostmotionError
 from lostmotion.io.compliance_csv import read_compliance
 from lostmotion.io.own_reducers import read_reducers
@@ -118,7 +118,7 @@ def study(path: Path, sidecar: Path | None = None) -> object:
     low, high = arm.limits.T
     poses = np.stack([low, (low + high) / 2, high])
     matrix = screws(arm, poses)
-    finite(root_sum_square(matrix))
+    finite(bounds(matrix).root_sum_square)
     finite(worst_case(matrix))
     finite(matrix.bias)
     finite(joint_torques(arm, poses))

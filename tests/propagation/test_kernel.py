@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lostmotion import Arm, Poses, frames, read, sample_poses, screws, worst_case
+from lostmotion import Arm, Poses, frames, read, sample_poses, screws
 from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
 from lostmotion.error_model import error_bins
-from lostmotion.error_model.bounds import root_sum_square
+from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
 from lostmotion.propagation.exact import draws_of
@@ -176,8 +176,8 @@ def test_a_pose_has_the_same_bits_alone_and_among_others(file):
         some, same = screws(arm, q[first:last]), every.stretch(first, last)
         for name in ("at", "local", "tool", "bias"):
             np.testing.assert_array_equal(getattr(some, name), getattr(same, name), err_msg=f"{name} of {first} to {last}")
-        for bound in (worst_case, root_sum_square):
-            np.testing.assert_array_equal(bound(some), bound(every)[first:last], err_msg=f"{first} to {last}")
+        for bound, whole in zip(bounds(some), bounds(every), strict=True):
+            np.testing.assert_array_equal(bound, whole[first:last], err_msg=f"{first} to {last}")
 
 
 def test_a_turn_about_any_axis_has_the_same_bits_alone_and_among_others():

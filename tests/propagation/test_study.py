@@ -7,7 +7,7 @@ import lostmotion
 from lostmotion import sample_poses, screws, worst_case
 from lostmotion.analyses.accuracy.workspace import workspace
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
-from lostmotion.error_model.bounds import root_sum_square
+from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
 from lostmotion.laws.distributions import Normal
@@ -66,7 +66,7 @@ def test_a_single_two_sided_error_reaches_the_worst_case():
     arm = arm_of(1, gearbox=None, bearing=None, encoder=None, mounting=None, lumped={"angle": 1e-3, "law": "two-sided"}, link={"length": 0.4})
     matrix = screws(arm, np.zeros((1, 1)))
     assert worst_case(matrix)[0] == pytest.approx(0.4e-3, rel=1e-12)
-    assert root_sum_square(matrix)[0] == pytest.approx(0.4e-3, rel=1e-12)
+    assert bounds(matrix).root_sum_square[0] == pytest.approx(0.4e-3, rel=1e-12)
     assert run(arm, sample_poses(arm, 8), 10, 2, 1).per_pose[0, kernel.MEAN] == pytest.approx(0.4e-3, rel=1e-12)
 
 

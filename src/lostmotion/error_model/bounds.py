@@ -8,25 +8,26 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lostmotion.error_model.closing import closed_in_some
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.error_model.closing import Closing
     from lostmotion.error_model.pose_matrix import Draws, PoseMatrix
     from lostmotion.laws.distributions import Law
     from lostmotion.spatial import Floats
 
 
-class _Limits(NamedTuple):
-    """The tool errors that the bounds are made of.
+class Bounds(NamedTuple):
+    """Bounds of the tool error at each pose, m.
 
-    bias       (pose,) length of the bias, m
-    errors     (error, pose) size of each independent error at its limit, m
-    unbounded  (error,) whether its distribution has no bound
+    worst_case       (pose,) |bias| + the sum of all errors at their bounds
+    root_sum_square  (pose,) |bias| + root of the sum of squared limits, the rule of tolerancing
     """
 
-    bias: Floats
-    errors: Floats
-    unbounded: list[bool]
+    worst_case: Floats
+    root_sum_square: Floats
 
 
 def worst_case(matrix: PoseMatrix) -> Floats:
@@ -34,25 +35,18 @@ def worst_case(matrix: PoseMatrix) -> Floats:
 
     No draw exceeds this upper bound. The two phases of a harmonic count as one error. Infinite where an unbounded distribution moves the tool.
     """
-    bias, errors, unbounded = _limits(matrix)
-    for row, infinite in zip(errors, unbounded, strict=True):
-        if infinite:
-            row[:] = np.where(row > 0, np.inf, 0.0)
-    return np.asarray(bias + sum(errors))
+    return bounds(matrix).worst_case
 
 
-def root_sum_square(matrix: PoseMatrix) -> Floats:
-    """Return the error of the tool at each pose by the root-sum-square rule of tolerancing (pose,), m: |bias| + root of the sum of squared limits.
+def bounds(matrix: PoseMatrix) -> Bounds:
+    """Return the worst case and the root-sum-square of the tool error at each pose.
 
-    An unbounded distribution counts with the tolerance that the file states, which is three standard deviations.
+    The worst case is infinite where an unbounded distribution moves the tool. In the root-sum-square such a distribution counts with the tolerance
+    that the file states, which is three standard deviations.
     """
-    bias, errors, _ = _limits(matrix)
-    return np.asarray(bias + np.sqrt(sum(errors**2)))
-
-
-def _limits(matrix: PoseMatrix) -> _Limits:
     rest = _without_mixed_plays(matrix)
     columns = rest.merged
+    # The size of each independent error at its limit (pose,), m, and whether its distribution has no bound.
     found: dict[str, Floats] = {}
     unbounded: dict[str, bool] = {}
     for name, phases in independent_errors(columns.infos).items():
@@ -62,8 +56,10 @@ def _limits(matrix: PoseMatrix) -> _Limits:
         for name, play, infinite in _plays_closed_in_some(matrix):
             found[name] = found.get(name, 0.0) + play
             unbounded[name] = unbounded.get(name, False) or infinite
-    errors = np.array(list(found.values())).reshape(-1, len(matrix.tool))
-    return _Limits(np.linalg.norm(rest.bias[:, 3:], axis=1), errors, list(unbounded.values()))
+    limits = np.array(list(found.values())).reshape(-1, len(matrix.tool))
+    largest = np.where(np.array(list(unbounded.values()), dtype=bool)[:, None] & (limits > 0), np.inf, limits)
+    bias = np.linalg.norm(rest.bias[:, 3:], axis=1)
+    return Bounds(np.asarray(bias + sum(largest)), np.asarray(bias + np.sqrt(sum(limits**2))))
 
 
 def _combined(phases: Sequence[Sequence[Floats]]) -> Floats:
@@ -101,22 +97,19 @@ def _plays_closed_in_some(matrix: PoseMatrix) -> list[tuple[str, Floats, bool]]:
     The size is the larger of two: the closed play, with the part on the side of the load, and the open play, with the part at its farthest position.
     It is zero at poses where the play is closed in all robots or open in all.
     """
-    by_friction: dict[str, list[int]] = {}
+    by_friction: dict[str, list[tuple[int, Closing]]] = {}
     for k, info in enumerate(matrix.infos):
         if info.mean_by is not None:
-            by_friction.setdefault(info.mean_by.stream.name, []).append(k)
+            by_friction.setdefault(info.mean_by.stream.name, []).append((k, info.mean_by))
     out = []
     for friction, members in by_friction.items():
         size: dict[bool, dict[Law | None, list[Floats]]] = {True: {}, False: {}}
         side = friction
-        for k in members:
-            info = matrix.infos[k]
-            if info.mean_by is None:
-                continue
-            closed, above = matrix.closed[info.mean_by.row], info.mean_by.above
-            share = np.where(matrix.closed_in_some[info.mean_by.row], closed if above else 1 - closed, np.inf)
-            size[above].setdefault(None if info.visit is None else info.visit.law, []).append(np.sqrt(matrix.squares[k]) / share * info.limit)
+        for k, closing in members:
+            info, closed = matrix.infos[k], matrix.closed[closing.row]
+            share = np.where(closed_in_some(closed), closed if closing.above else 1 - closed, np.inf)
+            size[closing.above].setdefault(None if info.visit is None else info.visit.law, []).append(np.sqrt(matrix.squares[k]) / share * info.limit)
             side = side if info.visit is None else info.visit.name
         closed_size, open_size = (_combined([*phases.values(), [np.zeros(len(matrix.tool))]]) for phases in size.values())
-        out.append((side, np.maximum(closed_size, open_size), any(math.isinf(matrix.infos[k].bound) for k in members)))
+        out.append((side, np.maximum(closed_size, open_size), any(math.isinf(matrix.infos[k].bound) for k, _ in members)))
     return out

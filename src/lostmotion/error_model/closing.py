@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lostmotion.error_model.draws import Stream
     from lostmotion.spatial import Floats
 
@@ -32,6 +34,11 @@ class Closing:
     above: bool
 
 
+def closed_in_some(closed: Floats) -> NDArray[np.bool_]:
+    """Return whether the share of robots with a closed play (any shape) is neither 0 nor 1."""
+    return (closed > 0) & (closed < 1)
+
+
 def mean_and_change(closed: Floats, *, above: bool) -> tuple[Floats, Floats]:
     """Return two factors (pose,) on a screw that exists only where a play is closed (`above`), or only where it is open (not `above`).
 
@@ -45,7 +52,7 @@ def mean_and_change(closed: Floats, *, above: bool) -> tuple[Floats, Floats]:
 
 def third_and_fourth_moment(closed: Floats) -> Floats:
     """Return the third and fourth moments of `standardised` (2, ...), for shares of any shape; zeros where the share is 0 or 1."""
-    differs = (closed > 0) & (closed < 1)
+    differs = closed_in_some(closed)
     c = np.where(differs, closed, 0.5)
     return np.stack([(1 - 2 * c) / np.sqrt(c * (1 - c)), 1 / (c * (1 - c)) - 3]) * differs
 
@@ -56,6 +63,6 @@ def standardised(u: Floats | float, closed: Floats) -> Floats:
     u       uniforms in 0..1, of a shape that broadcasts with `closed`
     closed  c, the share of robots in which the play is closed; where it is 0 or 1 all robots are equal, and the draw is 0
     """
-    differs = (closed > 0) & (closed < 1)
+    differs = closed_in_some(closed)
     c = np.where(differs, closed, 0.5)
     return np.asarray(np.where(u <= closed, np.sqrt((1 - c) / c), -np.sqrt(c / (1 - c))) * differs)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.error_model.closing import Closing, mean_and_change
+from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_change
 from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.carry import tool_twists
@@ -163,7 +163,7 @@ class PoseMatrix(ToolScrews):
     @property
     def closed_in_some(self) -> NDArray[np.bool_]:
         """Return whether (row, pose) a load closes the play in some robots and not in others."""
-        return (self.closed > 0) & (self.closed < 1)
+        return closed_in_some(self.closed)
 
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:

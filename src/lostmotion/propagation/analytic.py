@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from lostmotion.error_model.bounds import root_sum_square, worst_case
+from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
@@ -170,8 +170,7 @@ def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS
         *(found.uncertainty[:, 0], found.uncertainty[:, 1], found.uncertainty[:, 2:]),
         found.nearly_normal,
         found.excess,
-        worst_case(matrix),
-        root_sum_square(matrix),
+        *bounds(matrix),
     )
 
 

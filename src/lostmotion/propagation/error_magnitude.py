@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from lostmotion.error_model.closing import standardised
+from lostmotion.error_model.closing import closed_in_some, standardised
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.propagation import error_magnitude_kernel as kernel
 
@@ -328,7 +328,7 @@ def _squares_with_plays(shift: Floats, bias: Floats, draws: Floats, plays: Plays
     buffer = np.zeros((len(draws) + 3, draws.shape[1]), np.float32)
     buffer[:steady] = draws[:steady] - draws[:steady].mean(axis=1, keepdims=True)
     for p, closed in enumerate(plays.closed):
-        some = np.flatnonzero((closed > 0) & (closed < 1))
+        some = np.flatnonzero(closed_in_some(closed))
         active = np.concatenate([np.arange(steady), *(steady + np.flatnonzero(plays.of_term == play) for play in some)])
         for row, term in enumerate(active[steady:], steady):
             play = plays.of_term[term - steady]

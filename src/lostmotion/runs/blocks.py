@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.error_model import error_bins
-from lostmotion.error_model.bounds import root_sum_square, worst_case
+from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
@@ -192,8 +192,7 @@ def compute(order: Order, design: int, block: int) -> Record:
     errors = matrix.merged
     found[:, _SQUARES + 1] = errors.squares[errors.columns("robot")].sum(axis=0)
     found[:, _SQUARES + 2] = errors.squares[errors.columns("visit", "robot x visit")].sum(axis=0)
-    found[:, _SQUARES + 3] = worst_case(matrix)
-    found[:, _SQUARES + 4] = root_sum_square(matrix)
+    found[:, _SQUARES + 3 : _SQUARES + 5] = np.transpose(bounds(matrix))
     tally = Tally.of(matrix)
     parts = np.zeros((max(len(order.parts), 1), len(PARTS)))
     at = [order.parts.index(owner) for owner in tally.owners]

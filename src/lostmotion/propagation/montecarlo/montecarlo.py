@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model import error_bins
-from lostmotion.error_model.bounds import root_sum_square, worst_case
+from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.errors import refuse_argument
@@ -233,8 +233,7 @@ def _batch(plan: Plan, spans: list[tuple[int, int]]) -> _Batch:
         blocks,
         sample.bins,
         sample.group_hist,
-        worst_case(matrix),
-        root_sum_square(matrix),
+        *bounds(matrix),
         matrix.bias,
         _rotation_ms(matrix),
         Tally.of(matrix),
